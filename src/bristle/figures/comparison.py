@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.first_screen import LOW, SIDE, WITH, WITHOUT, as_strip, over_a_strip
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -31,7 +31,25 @@ WORDS = {
 POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o", "markersize": style.SMALL}
 
 
-@style.styled
+def _signal(compared: Comparison) -> str:
+    return "following error" if "following_error.rms" in compared.changes else "effort"
+
+
+def _changes_with_interval(compared: Comparison) -> list[Change]:
+    return [change for change in compared.changes.values() if change.interval_percent is not None]
+
+
+@shown(
+    "comparison",
+    "comparison",
+    lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
+    lambda compared: (
+        f"Above, the mean over cycles of the {_signal(compared)}: grey before, blue after. "
+        + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
+        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+        + "Below, each change in percent of the value before. The interval of a filled point excludes zero."
+    ),
+)
 def comparison(compared: Comparison) -> Figure:
     """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
@@ -53,7 +71,14 @@ def comparison(compared: Comparison) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "worst",
+    "comparison",
+    lambda compared: (
+        f"Mean {_signal(compared)} {'at the worst reversal' if compared.turns else 'around its largest value'}, before and after; below, "
+        "the whole cycle"
+    ),
+)
 def change_at_reversal(compared: Comparison) -> Figure:
     """Return the mean at the worst reversal, or around the largest value of the motion, before and after; below, the mean cycle."""
     figure, near, strip = over_a_strip(("before", "after"))
@@ -71,7 +96,13 @@ def change_at_reversal(compared: Comparison) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "changes",
+    "comparison",
+    "Each change in percent, with its 95 % interval",
+    "Filled: a clear change.",
+    applies=lambda compared: bool(_changes_with_interval(compared)),
+)
 def changes(compared: Comparison) -> Figure:
     """Return each change with its interval; a filled point means that the interval excludes zero."""
     changed = _changes_with_interval(compared)
@@ -81,17 +112,19 @@ def changes(compared: Comparison) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "friction",
+    "comparison",
+    "Friction over speed, before and after",
+    "Friction over speed.",
+    applies=lambda compared: bool(compared.friction_curve),
+)
 def friction_over_speed(compared: Comparison) -> Figure:
     """Return friction over speed, before and after."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(("before", "after")), top=0.12)
     _draw_friction(axes, compared)
     style.label_lines(axes)
     return figure
-
-
-def _changes_with_interval(compared: Comparison) -> list[Change]:
-    return [change for change in compared.changes.values() if change.interval_percent is not None]
 
 
 def _rows(
@@ -159,50 +192,3 @@ def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changed])
     axes.set(ylim=(len(changed) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
-
-
-CHANGES = "each change in percent of the value before. The interval of a filled point excludes zero."
-
-
-def _signal(compared: Comparison) -> str:
-    return "following error" if "following_error.rms" in compared.changes else "effort"
-
-
-FIGURE = ReportFigure(
-    name="comparison",
-    takes="comparison",
-    draw=comparison,
-    alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
-    caption=lambda compared: (
-        f"Above, the mean over cycles of the {_signal(compared)}: grey before, blue after. "
-        + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
-        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
-        + f"Below, {CHANGES}"
-    ),
-)
-WORST = ReportFigure(
-    name="worst",
-    takes="comparison",
-    draw=change_at_reversal,
-    alternative=lambda compared: (
-        f"Mean {_signal(compared)} {'at the worst reversal' if compared.turns else 'around its largest value'}, before and after; below, "
-        "the whole cycle"
-    ),
-    caption="",
-)
-CHANGED = ReportFigure(
-    name="changes",
-    takes="comparison",
-    draw=changes,
-    applies=lambda compared: bool(_changes_with_interval(compared)),
-    alternative="Each change in percent, with its 95 % interval",
-    caption="Filled: a clear change.",
-)
-FRICTION = ReportFigure(
-    name="friction",
-    takes="comparison",
-    draw=friction_over_speed,
-    applies=lambda compared: bool(compared.friction_curve),
-    alternative="Friction over speed, before and after",
-    caption="Friction over speed.",
-)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,7 +12,7 @@ from matplotlib.ticker import NullLocator
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 from bristle.simulation import worst_reversal
 
@@ -33,7 +31,21 @@ WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the chan
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
 
-@style.styled
+@shown(
+    "gain",
+    ("simulation", "gain_pair"),
+    "Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
+    draw=lambda draw, simulation, pair, following: draw(simulation, pair, None if following is None else following.error),
+    may_take=("following",),
+)
+@shown(
+    "reversal",
+    ("simulation", "at_reversal"),
+    lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
+    draw=lambda draw, simulation, names: draw(
+        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
+    ),
+)
 def gain_at_reversal(
     result: SimulationResult,
     names: Sequence[str],
@@ -92,26 +104,7 @@ def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
         axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
 
 
-GAIN = ReportFigure(
-    name="gain",
-    takes=("simulation", "gain_pair"),
-    may_take=("following",),
-    draw=lambda simulation, pair, following: gain_at_reversal(simulation, pair, None if following is None else following.error),
-    alternative="Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
-    caption="",
-)
-AT_REVERSAL = ReportFigure(
-    name="reversal",
-    takes=("simulation", "at_reversal"),
-    draw=lambda simulation, names: gain_at_reversal(
-        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
-    ),
-    alternative=lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
-    caption="",
-)
-
-
-@style.styled
+@shown("effort", "fit", "Measured and predicted effort at the reversal with the largest change of effort; below, the whole log")
 def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     """Return measured and predicted effort at the reversal where the effort changes most, and below over the whole log."""
     traces, kind = fit.traces, fit.plant.kind
@@ -127,19 +120,7 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     return figure
 
 
-EFFORT = ReportFigure(
-    name="effort",
-    takes="fit",
-    draw=effort_at_reversal,
-    alternative="Measured and predicted effort at the reversal with the largest change of effort; below, the whole log",
-    caption="",
-)
-
-
-SMALL_EFFORT = replace(EFFORT, draw=partial(effort_at_reversal, small=True))
-
-
-@style.styled
+@shown("velocity", ("fit", "curve"), "Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero")
 def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Figure:
     """Return friction over velocity, measured and modelled, with a velocity axis that is linear near zero and logarithmic beyond.
 
@@ -176,15 +157,6 @@ def _log_away_from_zero(axes: style.Axes, largest: float) -> None:
     axes.xaxis.set_minor_locator(NullLocator())
 
 
-VELOCITY = ReportFigure(
-    name="velocity",
-    takes=("fit", "curve"),
-    draw=friction_over_velocity,
-    alternative="Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
-    caption="",
-)
-
-
 class Reversal(NamedTuple):
     """Rows of a log from one reversal to the next: displacement since the reversal [m or rad], and the rows."""
 
@@ -209,7 +181,12 @@ def reversals_of(time: np.ndarray, velocity: np.ndarray) -> list[Reversal]:
     return sorted((motion for motion in motions if motion.displacement[-1] >= LONG * longest), key=lambda motion: -motion.displacement[-1])
 
 
-@style.styled
+@shown(
+    "reversals",
+    ("at_samples", "distance"),
+    "Friction in the direction of motion over the displacement after reversals, measured and modelled",
+    applies=lambda fit, distance: distance > 0.0 and bool(reversals_of(fit.traces.time, fit.traces.velocity)),
+)
 def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = False) -> Figure:
     """Return friction over the displacement after reversals, measured and modelled, with the distance of 95 % of the change.
 
@@ -258,14 +235,3 @@ def is_presliding(fit: Fit, distance: float) -> bool:
     """Return whether each motion of a log ends near the distance over which friction builds up, so that velocity tells little."""
     motions = reversals_of(fit.traces.time, fit.traces.velocity)
     return bool(motions) and (fit.never_slid or float(motions[0].displacement[-1]) < WAY * distance)
-
-
-AFTER_REVERSALS = ReportFigure(
-    name="reversals",
-    takes=("at_samples", "distance"),
-    draw=friction_after_reversals,
-    applies=lambda fit, distance: distance > 0.0 and bool(reversals_of(fit.traces.time, fit.traces.velocity)),
-    alternative="Friction in the direction of motion over the displacement after reversals, measured and modelled",
-    caption="",
-)
-PRESLIDING = replace(AFTER_REVERSALS, draw=partial(friction_after_reversals, large=True))

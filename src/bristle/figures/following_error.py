@@ -13,7 +13,7 @@ from matplotlib.ticker import NullLocator
 from bristle.core import Kind, Scale, Status
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.simulation import SimulationResult, worst_reversal
 
 MICROMETRE = np.array([1e-6])  # the smallest usual unit of servo errors
@@ -42,7 +42,20 @@ class _Loop(NamedTuple):
         return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:-1]})
 
 
-@style.styled
+@shown(
+    "following",
+    ("simulation", "focus"),
+    "Following error and effort of each variant over time",
+    lambda simulation, focus, following: (
+        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
+        "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
+        "Below, the effort."
+    ),
+    draw=lambda draw, simulation, focus, following: draw(simulation, focus, None if following is None else following.error),
+    may_take=("following",),
+    applies=lambda simulation, focus, following: has_completed(simulation),
+)
 def following_error(result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None) -> Figure:
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
@@ -152,26 +165,16 @@ def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
     return loops
 
 
-FIGURE = ReportFigure(
-    name="following",
-    takes=("simulation", "focus"),
-    may_take=("following",),
-    draw=lambda simulation, focus, following: following_error(simulation, focus, None if following is None else following.error),
-    applies=lambda simulation, focus, following: has_completed(simulation),
-    alternative="Following error and effort of each variant over time",
-    caption=lambda simulation, focus, following: (
-        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
-        "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
-        "Below, the effort."
-    ),
-)
-
-
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
 
 
-@style.styled
+@shown(
+    "motion",
+    "open_loop",
+    "Position, velocity, friction and effort of each variant over time",
+    "While the velocity is zero and friction balances the effort, the axis sticks.",
+    applies=has_completed,
+)
 def open_loop(result: SimulationResult) -> Figure:
     """Return position, velocity, friction and effort of each variant over time, one panel each."""
     variants = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
@@ -188,13 +191,3 @@ def open_loop(result: SimulationResult) -> Figure:
     if len(variants) > 1:
         style.label_lines(rows[0][1])
     return figure
-
-
-OPEN = ReportFigure(
-    name="motion",
-    takes="open_loop",
-    draw=open_loop,
-    applies=has_completed,
-    alternative="Position, velocity, friction and effort of each variant over time",
-    caption="While the velocity is zero and friction balances the effort, the axis sticks.",
-)

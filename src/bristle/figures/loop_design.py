@@ -14,7 +14,7 @@ from bristle.core import number, unit_of
 from bristle.figures import style
 from bristle.figures.bars import draw_bars
 from bristle.figures.drawing import AT_TICKS, label
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -26,7 +26,13 @@ LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
 
 
-@style.styled
+@shown(
+    "margins",
+    "assessment",
+    "Gain and phase of the open loop over frequency, and the poles of the closed loop",
+    "The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+    "unit circle are unstable. Poles just inside it ring.",
+)
 def margins(assessment: Assessment) -> Figure:
     """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
     points = assessment.bare
@@ -78,17 +84,20 @@ def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment
             gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
 
 
-MARGINS = ReportFigure(
-    name="margins",
-    takes="assessment",
-    draw=margins,
-    alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
-    caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
-    "unit circle are unstable. Poles just inside it ring.",
+@shown(
+    "loops",
+    ("design", "names", "phases", "enough"),
+    "Following error, effort and smallest phase margin of the present loop and of the proposed loops",
+    "Blue: proposed.",
+    draw=lambda draw, design, names, phases, enough: draw(
+        names,
+        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
+        [loop.effort_rms for loop in design.proposals],
+        phases,
+        enough,
+        design.experiment.kind,
+    ),
 )
-
-
-@style.styled
 def loops_proposed(
     names: Sequence[str],
     errors: Sequence[float | None],
@@ -110,36 +119,18 @@ def loops_proposed(
     return figure
 
 
-PROPOSED = ReportFigure(
-    name="loops",
-    takes=("design", "names", "phases", "enough"),
-    draw=lambda design, names, phases, enough: loops_proposed(
-        names,
-        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
-        [loop.effort_rms for loop in design.proposals],
-        phases,
-        enough,
-        design.experiment.kind,
-    ),
-    alternative="Following error, effort and smallest phase margin of the present loop and of the proposed loops",
-    caption="Blue: proposed.",
-)
-
-
 QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
 
 
-@style.styled
+@shown(
+    "circles",
+    ("circles", "kind"),
+    "Radial deviation of the circle, around it and unrolled",
+    "Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes its sign, and the path bulges.",
+)
 def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
-    """Return the radial deviation of circles over the angle: around the round circle, and unrolled.
-
-    Parameters
-    ----------
-    curves : sequence of Circle
-        Circles of one radius and feed.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the radial deviation of circles of one radius and feed over the angle: around the round circle, and unrolled."""
     scale = style.scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
     low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
     span = max(high - low, 1e-12)
@@ -168,13 +159,3 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
     style.legend(unrolled)
     return figure
-
-
-CIRCLES = ReportFigure(
-    name="circles",
-    takes=("circles", "kind"),
-    draw=circles,
-    alternative="Radial deviation of the circle, around it and unrolled",
-    caption="Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
-    "reversals friction changes its sign, and the path bulges.",
-)
