@@ -64,7 +64,7 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
     assert facts["axis_text"].startswith(AXIS)
     gain = data["gain"]
     assert (gain["helps"], data["reason"], data["log"]) == (True, "", "log.csv")
-    assert float(gain["times"]) > 2.0
+    assert float(gain["headline"].rpartition("×")[2]) > 2.0
     time, without, compensated, measured = gain["error"]
     assert len(time) == len(without) == len(compensated) == len(measured)
     assert np.ptp(compensated) < 0.5 * np.ptp(without)

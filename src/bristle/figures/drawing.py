@@ -24,7 +24,7 @@ from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
 from bristle.core import escaped
-from bristle.palette import LIGHT
+from bristle.palette import LIGHT, notebook_style
 
 REGULAR = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
 WIDE = "W"  # about as wide as high, like most letters that these fonts lack: ideographs, emoji
@@ -211,6 +211,14 @@ class Drawing(Figure):
         """Save the figure; see `matplotlib.figure.Figure.savefig`."""
         with own_settings():
             super().savefig(fname, **kwargs)
+
+    def _repr_html_(self) -> str:
+        """Return the figure for notebooks, light or dark as the notebook."""
+        from bristle.figures.files import notebook_svg
+
+        labels = ", ".join(filter(None, (axes.get_ylabel() for axes in self.axes)))
+        style = f"{notebook_style()}.bristle>svg{{display:block;width:100%;max-width:{self.get_figwidth():g}in;height:auto;}}"
+        return f'<div class="bristle"><style>{style}</style>{notebook_svg(self, f"Figure: {labels}")}</div>'
 
     def _repr_svg_(self) -> str:
         """Return the figure for notebooks."""

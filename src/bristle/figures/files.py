@@ -1,5 +1,6 @@
 """A figure as a file for publication, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
+import hashlib
 import io
 import json
 import math
@@ -25,6 +26,7 @@ DATELESS: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": "bristle"},
     "png": {"Software": "bristle"},
 }
+IN_NOTEBOOK = "figure-in-a-notebook"  # prefix of identifiers, replaced with one from the content
 VARIABLES = {colour: f"var(--{name})" for name, colour in LIGHT.items()}
 # User text is between the tags; inside a tag matplotlib writes an entity for each ">".
 _TAG = re.compile(r"<[^>]*>")
@@ -108,6 +110,13 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     panels = escape(json.dumps(_panels(figure), ensure_ascii=False, separators=(",", ":")))
     opening = f'<svg viewBox="{box}" role="img" aria-label="{label}" data-panels="{panels}">'
     return re.sub(r"<svg\b[^>]*>", lambda _: opening, text, count=1)
+
+
+def notebook_svg(figure: Figure, description: str) -> str:
+    """Return a figure as an element for a notebook, in the colours of its theme; light ones where a page removes styles."""
+    svg = inline_svg(figure, IN_NOTEBOOK, description)
+    svg = svg.replace(IN_NOTEBOOK, f"b{hashlib.sha256(svg.encode()).hexdigest()[:8]}")
+    return re.sub(r"var\(--(\w+)\)", lambda match: f"var(--{match[1]},{LIGHT[match[1]]})", svg)
 
 
 @contextmanager

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
+from bristle.report.cards import no_gain
 from bristle.report.compensation import gain_of
 from bristle.report.judgement import DOUBTS, is_one_sided, judged
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import capital, fixed, length_text, percent_text
+from bristle.report.table import capital, fixed, percent_text
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Diagnostic
@@ -133,18 +134,10 @@ def _gain(simulation: SimulationResult | None, following: Following | None) -> l
     """Return the following error without and with friction feedforward."""
     if simulation is None:
         return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
-    if following is not None and following.contradiction is not None:
-        return [Line("Gain", "not predicted: the simulated loop does not match the log")]
     gain = gain_of(simulation)
-    if gain is None or not gain.steps:
-        return [Line("Gain", "not predicted: a simulated loop is unstable")]
-    before, after = (step.peak_to_peak for step in gain.steps[-2:])
-    old, new = (length_text(length, gain.kind) for length in (before, after))
-    times = f", {number(before / after, digits=2)} times smaller" if 0.0 < after < 0.95 * before else ", no improvement"
-    return [
-        Line("Gain", f"friction feedforward: {old} → {new}{times}", "gain"),
-        Line("", "(following error, peak to peak, simulated: confirm on the machine)"),
-    ]
+    if gain is None or not gain.steps or (following is not None and following.contradiction is not None):
+        return [Line("Gain", f"not predicted: {no_gain(simulation, following, usable=True).remark}")]
+    return [Line("Gain", gain.headline, "gain"), Line("", "(following error, simulated: confirm on the machine)")]
 
 
 def _warnings(fit: Fit, following: Following | None) -> list[Line]:

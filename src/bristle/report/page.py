@@ -278,6 +278,11 @@ def _environment() -> jinja2.Environment:
     return environment
 
 
+def macro(name: str) -> Callable[..., Markup]:
+    """Return a macro of the templates."""
+    return getattr(_environment().get_template("parts.html").module, name)
+
+
 class FaultWarning(InputWarning):
     """A fault of bristle that loses a part of the results; the command line reports the error at its end."""
 

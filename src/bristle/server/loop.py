@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle import controllers
-from bristle.core import InputError, number
+from bristle.core import InputError
 from bristle.files import LOOP, NextExperiment, edited, form_of, key_of, write_whole
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
@@ -96,13 +96,13 @@ def _gain(simulation: SimulationResult, following: Following | None) -> tuple[di
     if following is None or gain is None or not gain.steps:
         return None, "the simulated loop is unstable. Correct the gains and their units"
     (before, after), run = gain.steps[-2:], simulation.experiment.variants[0].run
-    results, times = [simulation.variants[step.name] for step in (before, after)], before.peak_to_peak / max(after.peak_to_peak, 1e-12)
+    results = [simulation.variants[step.name] for step in (before, after)]
     count = min(following.error.size, *(result.reference.size for result in results))
     first = round(run.settle / run.sample_time)
     without, compensated = ((result.reference - result.measured)[first:count] for result in results)
     at = worst_reversal(results[0].reference[first:count], without) or slice(0, without.size)
     error = [without[at], compensated[at], following.error[first:count][at]]
     sizes = {"without": before, "with": after, "measured": following.measured}
-    facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
-    facts |= {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}
+    facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()}
+    facts |= {"headline": gain.headline, "helps": after.peak_to_peak < (1.0 - NO_CHANGE) * before.peak_to_peak, "caveat": gain.caveat}
     return facts | {"error": thinned(run.sample_time * np.arange(error[0].size), *error)}, ""

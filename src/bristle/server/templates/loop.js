@@ -50,11 +50,11 @@ function followingPicture({ error: [time, without, compensated, measured], ...ga
 function loopView(loop, command, compensate) {
   const { gain, values, drive } = loop;
   const form = Object.assign(folded("Controller and drive", ...loopForm(loop, compensate)), { open: !gain, id: "loop-form" });
-  const change = gain && `${gain.without} → ${gain.with}`, table = values && copied(values);
+  const table = values && copied(values);
   return [
     element("p", { class: `ruling ${gain ? gain.helps ? "usable" : "no" : ""}`, id: gain ? "gain" : "no-gain",
-      text: !gain ? "How much does friction feedforward gain?" : gain.helps ? `Friction feedforward: ${change}, ×${gain.times}` : `Friction feedforward does not help: ${change}` }),
-    gain ? element("p", { class: "note", text: `Following error, peak to peak, simulated on ${loop.log}. ${gain.caveat}` }) : element("p", {}, ...withCode(`Unknown so far: ${loop.reason}.`)),
+      text: gain ? gain.headline : "How much does friction feedforward gain?" }),
+    gain ? element("p", { class: "note", text: `Following error, simulated on ${loop.log}. ${gain.caveat}` }) : element("p", {}, ...withCode(`Unknown so far: ${loop.reason}.`)),
     gain ? element("div", { class: "gain" }, followingPicture(gain, loop.kind), table) : form,
     gain ? form : table,
     drive ? folded("Friction over velocity, as a table", copied(drive)) : null,
