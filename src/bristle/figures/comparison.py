@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -54,17 +54,33 @@ def comparison(compared: Comparison) -> Figure:
     """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
     changed = _changes_with_interval(compared)
-    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changed, 2, small)
+    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.25 + 0.17 * len(changed)] * bool(changed))]
+    rows = len(heights)
+    figure, grid = style.panels(
+        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
+        rows=rows,
+        columns=max(small, 1),
+        heights=heights,
+        undivided=[row for row in range(rows) if not small or row != 2],
+        left=1.2,
+    )
     motion, kind = compared.course.motion, compared.kind
     drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
     style.over_time(grid[0][0], compared.course.time, drawn, scale=style.scale_for("length", kind, motion), word=style.position_word(kind))
     grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
-    _draw_errors(grid[1][0], compared)
-    if small:
-        _draw_turns(grid[2], compared)
-        if compared.friction_curve:
-            _draw_friction(grid[2][-1], compared)
-            grid[2][-1].set_title("friction")
+    _draw_pair(grid[1][0], compared.course.time, compared.course.before, compared.course.after, compared)
+    length = style.scale_for("length", kind, *(signal for turn in compared.turns for signal in (turn.before, turn.after)))
+    below = grid[2] if small else []
+    for axes, turn in zip(below, compared.turns, strict=False):
+        pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
+        style.over_time(axes, turn.time, *pair, scale=length, word="Following error")
+        axes.axhline(0.0, zorder=0, **style.AID)
+        style.mark_window(axes, np.array([0.0, compared.window or 0.0]) * style.time_scale(turn.time).factor)
+        axes.set_title(TURNS[turn.name])
+    style.one_height(below[: len(compared.turns)])
+    if compared.friction_curve:
+        _draw_friction(below[-1], compared)
+        below[-1].set_title("friction")
     if changed:
         _draw_changes(grid[-1][0], changed)
     style.legend(grid[1][0])
@@ -127,28 +143,6 @@ def friction_over_speed(compared: Comparison) -> Figure:
     return figure
 
 
-def _rows(
-    heights: list[float], changes: Sequence[Change], divided: int, columns: int, **layout: Any
-) -> tuple[Figure, list[list[style.Axes]]]:
-    """Return panels of these heights, with one row of them divided, and a panel at the end for the changes."""
-    heights = [*heights, *([0.25 + 0.17 * len(changes)] * bool(changes))]
-    rows = len(heights)
-    return style.panels(
-        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
-        rows=rows,
-        columns=max(columns, 1),
-        heights=heights,
-        undivided=[row for row in range(rows) if not columns or row != divided],
-        left=1.2,
-        **layout,
-    )
-
-
-def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
-    """Draw the mean following error over the motion, or the effort if there is no reference."""
-    _draw_pair(axes, compared.course.time, compared.course.before, compared.course.after, compared)
-
-
 def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, compared: Comparison) -> None:
     scale, word = style.scale_for("length", compared.kind, before, after), "Following error"
     if "following_error.rms" not in compared.changes:
@@ -164,18 +158,6 @@ def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
         axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
     axes.margins(0.08)
     axes.set(xlabel=speed.label("Speed"), ylabel=force.label(f"Friction {word.lower()}"))
-
-
-def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
-    turns, window = compared.turns, compared.window
-    scale = style.scale_for("length", compared.kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
-    for axes, turn in zip(panels, turns, strict=False):
-        pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
-        style.over_time(axes, turn.time, *pair, scale=scale, word="Following error")
-        axes.axhline(0.0, zorder=0, **style.AID)
-        style.mark_window(axes, np.array([0.0, window or 0.0]) * style.time_scale(turn.time).factor)
-        axes.set_title(TURNS[turn.name])
-    style.one_height(panels[: len(turns)])
 
 
 def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:

@@ -92,11 +92,15 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     curve = reference, {"color": style.INK, "linewidth": 1.0}, "_"
     style.over_time(motion, simulated[0].time, curve, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
     motion.set_title("reference")
-    _draw_efforts(effort, simulated, kind)
+    force, word = style.effort_scale(kind, *(loop.effort for loop in simulated))
+    for loop in simulated:
+        style.over_time(effort, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
     for axes in all_:
         _draw_errors(axes, loops, kind)
     scale = _draw_errors(full, near, kind)
-    _draw_close_up(close, full, near, kind)
+    times = at_worst_reversal(near[0])
+    _draw_errors(close, [part for part in (loop.between(times[0], times[-1]) for loop in near) if part.time.size], kind)
+    style.mark_window(full, times * style.time_scale(near[0].time).factor)
     close.set_title("close up, at a reversal of the reference")
     # The share of samples in bins common to all.
     errors = np.concatenate([loop.error for loop in near]) * scale.factor
@@ -115,26 +119,11 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     return figure
 
 
-def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
-    force, word = style.effort_scale(kind, *(loop.effort for loop in loops))
-    for loop in loops:
-        style.over_time(axes, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
-
-
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     scale = style.scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
         style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word="Following error")
     return scale
-
-
-def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
-    """Draw the errors around a reversal of the first loop, shaded in the whole; return that part of the loops."""
-    times = at_worst_reversal(loops[0])
-    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
-    _draw_errors(close, cut, kind)
-    style.mark_window(full, times * style.time_scale(loops[0].time).factor)
-    return cut
 
 
 def at_worst_reversal(loop: _Loop) -> np.ndarray:

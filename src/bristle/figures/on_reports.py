@@ -13,11 +13,6 @@ from typing import NamedTuple
 from bristle.figures.report_figure import FIGURES, Facts, ReportFigure
 
 
-def _by_position(facts: Facts) -> bool:
-    """Return whether a model was fitted to the position: then its prediction shows the quality of the fit."""
-    return facts["fit"].position_rmse is not None
-
-
 def _has_curve(facts: Facts) -> bool:
     """Return whether there is friction over velocity; for a plant on a spring the motion is shown instead."""
     return bool(facts["curve"]) or not Place("front", "fit.prediction").figure.applies_to(facts)
@@ -30,14 +25,6 @@ def _is_presliding(facts: Facts) -> bool:
     from bristle.figures.first_screen import is_presliding
 
     return is_presliding(facts["at_samples"], facts["distance"])
-
-
-def _shows_effort(facts: Facts) -> bool:
-    return facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)
-
-
-def _slides(facts: Facts) -> bool:
-    return bool(facts["curve"]) and not _is_presliding(facts)
 
 
 class Place(NamedTuple):
@@ -65,16 +52,16 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
         Place("front", "first_screen.gain"),
         Place("front", "first_screen.reversals", _is_presliding, {"large": True}),
-        Place("front", "first_screen.effort", _shows_effort),
+        Place("front", "first_screen.effort", lambda facts: facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)),
         Place("front", "fit.prediction", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
         Place("beside", "first_screen.effort", _is_presliding, {"small": True}),
-        Place("beside", "first_screen.velocity", _slides),
+        Place("beside", "first_screen.velocity", lambda facts: bool(facts["curve"]) and not _is_presliding(facts)),
         Place("beside", "first_screen.reversals", lambda facts: not _is_presliding(facts)),
         Place("following", "following_error.following"),
-        Place("position", "fit.prediction", lambda facts: _has_curve(facts) and _by_position(facts)),
+        Place("position", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is not None),
         Place("fit", "fit.time"),
         Place("fit", "fit.residuals"),
-        Place("fit", "fit.prediction", lambda facts: _has_curve(facts) and not _by_position(facts)),
+        Place("fit", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is None),
         Place("fit", "fit.error"),
         Place("log", "recorded.passages"),
         Place("log", "recorded.loops"),
