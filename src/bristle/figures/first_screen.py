@@ -120,8 +120,14 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     return figure
 
 
-@shown("velocity", ("fit", "curve"), "Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero")
-def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Figure:
+@shown(
+    "velocity",
+    ("fit", "curve"),
+    "Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
+    lambda fit, curve, band: "Shaded: the 95 % band." * bool(band),
+    may_take=("curve_band",),
+)
+def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band: Sequence[float] | None = None) -> Figure:
     """Return friction over velocity, measured and modelled, with a velocity axis that is linear near zero and logarithmic beyond.
 
     Parameters
@@ -130,6 +136,8 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Fi
         A model and its fitted traces: the friction is their effort minus inertia.
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
+    band : sequence of float, optional
+        Half-width of the 95 % band of the model at each point of the curve [N or N*m].
     """
     figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(["measured"]), top=0.12)
     traces, friction, kind = fit.traces, fit.traces.friction, fit.plant.kind
@@ -139,6 +147,10 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Fi
     drawn = style.spread(np.arcsinh(traces.velocity / (LINEAR * style.largest(traces.velocity) or 1.0)), friction, CELLS)
     points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
     axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
+    for side in (np.signbit(steady[:, 0]), ~np.signbit(steady[:, 0])) if band else ():
+        v, force, half = steady[side, 0], steady[side, 1], np.asarray(band)[side]
+        ends = (force - half) * scale.factor, (force + half) * scale.factor
+        axes.fill_between(v * speed.factor, *ends, color=WITH["color"], alpha=0.18, linewidth=0, label="_95 % band")
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
     _log_away_from_zero(axes, style.largest(traces.velocity) * speed.factor or 1.0)
     axes.axhline(0.0, **style.AID)

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import unit_of, with_unit
-from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
+from bristle.prediction import curve_band, fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import Gain, about_loop, gain_of
@@ -87,6 +87,7 @@ def identification_report(
         "log": log,
         "log_name": log_name,
         "curve": steady_curve(fit),
+        "curve_band": curve_band(fit),
         "passages": identification.passages,
         "simulation": simulation,
         "following": following,
