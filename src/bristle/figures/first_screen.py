@@ -124,7 +124,6 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     "velocity",
     ("fit", "curve"),
     "Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
-    lambda fit, curve, band: "Shaded: the 95 % band." * bool(band),
     may_take=("curve_band",),
 )
 def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band: Sequence[float] | None = None) -> Figure:
@@ -152,6 +151,8 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band:
         ends = (force - half) * scale.factor, (force + half) * scale.factor
         axes.fill_between(v * speed.factor, *ends, color=WITH["color"], alpha=0.18, linewidth=0, label="_95 % band")
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
+    if band and max(band) > 0.02 * float(np.ptp(steady[:, 1])):  # a narrower band is hidden by the line
+        axes.text(0.99, 0.03, "shaded: 95 % band", color=style.INK, transform=axes.transAxes, horizontalalignment="right")
     _log_away_from_zero(axes, style.largest(traces.velocity) * speed.factor or 1.0)
     axes.axhline(0.0, **style.AID)
     axes.axvline(0.0, **style.AID)

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from bristle.excitation import ExcitationMotion
 
 
-@shown("motion", "motion", "Position over time, for each purpose", "Each panel has its own scale.")
+@shown(
+    "motion", "motion", "Position over time, for each purpose", lambda planned: "Each panel has its own scale." * (len(_parts(planned)) > 1)
+)
 def motion(planned: ExcitationMotion) -> Figure:
     """Return position over time, a panel for each purpose."""
     parts = _parts(planned)

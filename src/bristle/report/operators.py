@@ -101,7 +101,7 @@ def _page(
         text = text if isinstance(text, str) else with_unit(float(value), variable.unit(operator.kind))
         parameters.append([parameter, text, variable.description])
     sections = [
-        Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
+        Section("operators", "Operators compared" if compared else "Remarks", [compared, Block("items", notes)]),
         Section("model", "The operator", [Table(operator.name, ("Parameter", "Value", "Meaning"), parameters)]),
         Section("log", "The data", [Block("facts", read, ("Recorded curves",))]),
     ]
