@@ -17,7 +17,6 @@ from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from bristle.core import Kind
-    from bristle.simulation import SimulationResult
 
 MOST = 8  # bars of a small picture
 
@@ -41,7 +40,12 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
     "loops",
     "Following error of each variant, peak to peak",
     "Blue: with friction feedforward.",
-    draw=lambda draw, loops: draw(*_variants(loops)),
+    draw=lambda draw, loops: draw(
+        [variant.name for variant in loops.experiment.variants],
+        [loops.variants[variant.name].following_error.peak_to_peak for variant in loops.experiment.variants],
+        loops.experiment.kind,
+        [variant.feedforward.friction is not None for variant in loops.experiment.variants],
+    ),
     applies=lambda loops: len(loops.experiment.variants) > 1,
 )
 @shown(
@@ -59,14 +63,6 @@ def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike:
     draw_bars(axes, values[:MOST], unit_of("length", kind), "Following error, peak to peak", colours)
     axes.set_ylabel("Loop")
     return figure
-
-
-def _variants(simulation: SimulationResult) -> tuple[list[str], list[float], Kind, list[bool]]:
-    """Return name, following error and friction feedforward of each variant."""
-    variants = simulation.experiment.variants
-    errors = [simulation.variants[variant.name].following_error.peak_to_peak for variant in variants]
-    fed = [variant.feedforward.friction is not None for variant in variants]
-    return [variant.name for variant in variants], errors, simulation.experiment.kind, fed
 
 
 @shown("influence", "influence", "Rank correlation of each cause with the first number, with its 95 % interval", "Influence of each cause.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -96,6 +96,15 @@ def over_a_strip(names: Iterable[str], *, small: bool = False) -> tuple[Figure, 
     return figure, near, strip
 
 
+def draw_pair(near: style.Axes, strip: style.Axes, time: np.ndarray, pair: Sequence[np.ndarray], part: slice, **words: Any) -> None:
+    """Draw a measured and a modelled signal near a part of the log, and over the whole log in the strip below."""
+    for axes, chosen in ((near, part), (strip, slice(None))):
+        lines = (pair[0][chosen], PALE, "measured"), (pair[1][chosen], WITH | {"linewidth": 1.4}, "model")
+        style.over_time(axes, time[chosen], *lines, **words)
+    as_strip(strip, time[part] * style.time_scale(time).factor)
+    style.label_lines(near)
+
+
 def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
     """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
     axes.yaxis.label.set_visible(False)
@@ -112,11 +121,7 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
     figure, near, strip = over_a_strip(["measured", "model"], small=small)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
-    for axes, chosen in ((near, part), (strip, slice(None))):
-        lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
-        style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
-    as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
-    style.label_lines(near)
+    draw_pair(near, strip, traces.time, (traces.measured, traces.predicted), part, scale=scale, word=word)
     return figure
 
 

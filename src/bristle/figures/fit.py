@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from bristle.core import NORMAL_95
 from bristle.figures import style
-from bristle.figures.first_screen import LOW, PALE, SIDE, WITH, as_strip, over_a_strip
+from bristle.figures.first_screen import LOW, SIDE, draw_pair, over_a_strip
 from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
@@ -140,10 +140,7 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
         x, middle = time[chosen] * style.time_scale(time[chosen]).factor, signal.predicted[chosen] * scale.factor
         if signal.half_width is not None:
             draw_band(axes, x, middle, signal.half_width[chosen] * scale.factor)
-        pair = (signal.measured[chosen], PALE, "measured"), (signal.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
-        style.over_time(axes, time[chosen], *pair, scale=scale, word=signal.word)
-    as_strip(strip, time[part] * style.time_scale(time).factor)
-    style.label_lines(near)
+    draw_pair(near, strip, time, (signal.measured, signal.predicted), part, scale=scale, word=signal.word)
     return figure
 
 

@@ -145,7 +145,14 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     doubts = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity != "note"]
     if following is not None and following.contradiction is not None:
         doubts.append(following.contradiction)
-    doubts.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
+    matter, ranks = {estimate.name for estimate in fit.estimates if estimate.matters}, {code: rank for rank, code in enumerate(DOUBTS)}
+    doubts.sort(
+        key=lambda doubt: (
+            doubt.severity != "error",
+            ranks.get(doubt.code, len(ranks)),
+            bool(doubt.parameter) and doubt.parameter not in matter,
+        )
+    )
     lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
     lines = [*lines][:WARNINGS] + (
@@ -154,12 +161,6 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
     return [*_labelled("Warnings", lines), *proposed]
-
-
-def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
-    matter = {estimate.name for estimate in fit.estimates if estimate.matters}
-    rank = DOUBTS.index(diagnostic.code) if diagnostic.code in DOUBTS else len(DOUBTS)
-    return diagnostic.severity != "error", rank, bool(diagnostic.parameter) and diagnostic.parameter not in matter
 
 
 def _named(diagnostic: Diagnostic) -> str:

@@ -14,7 +14,7 @@ from bristle.core import unit_of, with_unit
 from bristle.prediction import curve_band, fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
-from bristle.report.compensation import Gain, about_loop, gain_of
+from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
@@ -133,41 +133,28 @@ def identification_report(
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", read, "Log"),
     ]
+    # Later reasons about the same parameters are left out.
+    names = [reason.partition(": ")[2] for reason in ruling.reasons]
+    reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
+    title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
+    again = advice_to_record(fit)
+    step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
     front = Front(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
-        ruling._replace(reasons=_merged(ruling.reasons)),
-        title=headline(fit, gain if shows_gain else None),
+        ruling._replace(reasons=reasons),
+        title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
-        next=_next_step(fit, ruling.level).in_full(options["command"]),
+        next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
     )
     return report_page("identification", facts, front, sections, living=living, **options)
 
 
-def _next_step(fit: Fit, level: str) -> Step:
-    """Return the step to take first: record again, enter the values, or improve the model."""
-    again = advice_to_record(fit)
-    return Step(again) if again else Step.of(ENTER if level == "usable" else next_steps(fit, usable=level != "measure_again")[0])
-
-
 def why_only_similar(fit: Fit) -> str:
     """Return why the values hold only for similar motions; empty if they hold in general."""
     return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
-
-
-def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
-    """Return reasons without those about the same parameters as an earlier reason."""
-    names = [reason.partition(": ")[2] for reason in reasons]
-    return tuple(reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place])
-
-
-def headline(fit: Fit, gain: Gain | None) -> str:
-    """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
-    if gain is not None:
-        return gain.headline
-    return "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
 
 
 def _correlations(fit: Fit) -> Table:
@@ -201,7 +188,4 @@ def next_steps(fit: Fit, *, usable: bool) -> list[str]:
         sentence, _, command = motion.partition(WRITTEN_BY)
         by_motion.setdefault(f"generate a motion with {command}" if command else sentence, []).append(names)
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
-    otherwise = "record the axis again, in both directions and at several speeds"
-    if usable:
-        otherwise = ENTER
-    return lines or [otherwise]
+    return lines or [ENTER if usable else "record the axis again, in both directions and at several speeds"]
