@@ -158,21 +158,18 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band:
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
     if band and max(band) > 0.02 * float(np.ptp(steady[:, 1])):  # a narrower band is hidden by the line
         axes.text(0.99, 0.03, "shaded: 95 % band", color=style.INK, transform=axes.transAxes, horizontalalignment="right")
-    _log_away_from_zero(axes, style.largest(traces.velocity) * speed.factor or 1.0)
-    axes.axhline(0.0, **style.AID)
-    axes.axvline(0.0, **style.AID)
-    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
-    style.label_lines(axes)
-    return figure
-
-
-def _log_away_from_zero(axes: style.Axes, largest: float) -> None:
-    """Make the x axis linear near zero and logarithmic beyond, with a number at zero and at each power of ten."""
+    # Linear near zero and logarithmic beyond, with a number at zero and at each power of ten.
+    largest = style.largest(traces.velocity) * speed.factor or 1.0
     decades = 10.0 ** np.arange(np.ceil(np.log10(LINEAR * largest)), np.floor(np.log10(largest)) + 1.0)
     axes.set_xscale("symlog", linthresh=float(decades[0]) if decades.size else LINEAR * largest, linscale=1.0)
     marks = [*(-decades[::-1]), 0.0, *decades]
     axes.set_xticks(marks, [f"{mark:g}".replace("-", "−") for mark in marks])
     axes.xaxis.set_minor_locator(NullLocator())
+    axes.axhline(0.0, **style.AID)
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
+    style.label_lines(axes)
+    return figure
 
 
 class Reversal(NamedTuple):

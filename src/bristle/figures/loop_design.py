@@ -35,7 +35,6 @@ NAMES = {"all": "all motions", "small": "small motions", "large": "large motions
 )
 def margins(assessment: Assessment) -> Figure:
     """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
-    points = assessment.bare
     # The unit circle must be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
     (gain, poles), (phase, rest) = grid
@@ -47,28 +46,10 @@ def margins(assessment: Assessment) -> Figure:
     poles.set_xlabel("Poles, real part")
     poles.set_ylabel("imaginary part", labelpad=1.0)
     poles.margins(0.06)
-    _draw_open_loops(gain, phase, assessment)
-    for look, point in zip(style.SERIES[1:], points, strict=False):
-        at = point.loop.poles
-        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
-    gain.axhline(1.0, **style.AID)
-    phase.axhline(-180.0, **style.AID)
-    gain.set_ylabel("Open loop, gain")
-    phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
-    # Matplotlib writes powers of ten as mathematics, which a page shows as source text.
-    for axis in (gain.yaxis, phase.xaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    gain.tick_params(labelbottom=False)
-    gain.set_ylim(bottom=0.03)
-    phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])
-    style.legend(gain, columns=2)
-    return figure
-
-
-def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment) -> None:
     for look, point in zip(style.SERIES[1:], assessment.bare, strict=False):
         line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
-        nyquist = math.pi / point.loop.sample_time
+        at, nyquist = point.loop.poles, math.pi / point.loop.sample_time
+        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
         omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
         response = point.loop.response(omega)
         hertz = omega / (2.0 * math.pi)
@@ -82,6 +63,18 @@ def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment
             at = crossover / (2.0 * math.pi)
             phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
             gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
+    gain.axhline(1.0, **style.AID)
+    phase.axhline(-180.0, **style.AID)
+    gain.set_ylabel("Open loop, gain")
+    phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
+    # Matplotlib writes powers of ten as mathematics, which a page shows as source text.
+    for axis in (gain.yaxis, phase.xaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    gain.tick_params(labelbottom=False)
+    gain.set_ylim(bottom=0.03)
+    phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])
+    style.legend(gain, columns=2)
+    return figure
 
 
 @shown(

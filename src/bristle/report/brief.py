@@ -10,6 +10,7 @@ from bristle.prediction import drive_units, level_values
 from bristle.report.cards import no_gain
 from bristle.report.compensation import gain_of
 from bristle.report.judgement import DOUBTS, is_one_sided, judged
+from bristle.report.messages import advice_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
@@ -55,8 +56,7 @@ def advice_to_record(fit: Fit) -> str:
     """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
     codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]
     codes += ["one_direction"] if is_one_sided(fit) else []
-    advice = [SENTENCES[code].advice for code in dict.fromkeys(codes) if SENTENCES[code].advice != "nothing"]
-    return f"{capital(advice[0])}, and identify again." if advice else ""
+    return next((f"{capital(advice)}, and identify again." for advice in advice_of(codes)), "")
 
 
 def verdict(ruling: Ruling) -> Line:

@@ -28,10 +28,7 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
     names, counts = np.unique(columns["status"], return_counts=True)
     failed = np.flatnonzero(columns["status"] != OK)
     errors, parameters = columns["held_out_error"], described["metrics"]
-    return {
-        "name": described["name"],
-        "kind": described["kind"],
-        "model": described["model"],
+    return {name: described[name] for name in ("name", "kind", "model")} | {
         "logs": described["runs"],
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),

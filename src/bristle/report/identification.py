@@ -18,7 +18,7 @@ from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
+from bristle.report.messages import advice_of, assumptions_of, message, notes_of, warnings_of, why_effective
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -29,7 +29,6 @@ from bristle.report.model_tables import (
     values_to_enter,
 )
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
-from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, capital, fixed, percent_text
 
@@ -179,8 +178,7 @@ def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | 
 
 def next_steps(fit: Fit, *, usable: bool) -> list[str]:
     """Return the next steps: how to record again, models with a missing force, motions for open parameters."""
-    grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
-    lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
+    lines = advice_of(doubt.code for doubt in fit.diagnostics if doubt.severity == "error")
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
     lines += [f"try a model with the missing force: `--model {','.join(dict.fromkeys(models))}`"] if models else []
     by_motion: dict[str, list[str]] = {}

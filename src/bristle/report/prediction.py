@@ -11,7 +11,7 @@ from bristle.logs import Log
 from bristle.report.cards import Card, Step
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
-from bristle.report.messages import as_data, notes_of
+from bristle.report.messages import advice_of, as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -120,8 +120,7 @@ def _further_lines(prediction: Prediction, kind: Kind) -> list[str]:
     if isinstance(prediction.metrics.get("position_rmse"), (int, float)) and prediction.position_predicted is not None:
         largest = float(np.max(np.abs(prediction.position - prediction.position_predicted)))
         lines.append(f"largest position error: {length_text(largest, kind)}")
-    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    return [*lines, *(line for line in dict.fromkeys(advice) if line != "nothing")]
+    return lines + advice_of(diagnostic.code for diagnostic in prediction.diagnostics if diagnostic.severity != "note")
 
 
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:

@@ -48,10 +48,7 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
         | ({"points": [point | spread_of(columns[name][chosen]) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
-    return {
-        "name": described["name"],
-        "kind": described["kind"],
-        "runs": described["runs"],
+    return {name: described[name] for name in ("name", "kind", "runs")} | {
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
