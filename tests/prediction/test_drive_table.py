@@ -17,7 +17,6 @@ from bristle.prediction import drive_table
 from bristle.prediction.drive_table import (
     _line_below,
     _reached,
-    curve_band,
     largest_deviation,
     level_values,
     levels_of,
@@ -259,6 +258,10 @@ def test_a_table_of_another_kind_of_axis_or_without_effort_is_refused():
         table_error(friction.coulomb(F_C=8.0, kind="rotational"), None, log, None, {}, {})
     with pytest.raises(InputError, match="log: has no effort"):
         table_error(model, None, replace(log, effort=None), None, {}, {})
+
+
+def curve_band(fit):
+    return [half for _, half in steady_curve(fit, band=True)]
 
 
 def with_draws(fit, **draws):

@@ -13,10 +13,11 @@ from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from bristle.core import InputWarning
 from bristle.figures.drawing import own_settings, printable
-from bristle.palette import LIGHT
+from bristle.palette import LIGHT, notebook_style
 
 DPI = 300
 MOST_PIXELS = 40e6  # of a png: larger images exhaust the memory of viewers and printers
@@ -167,3 +168,33 @@ def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
     tag = re.sub(r'<g id="([^"]*)"', lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")
+
+
+class Drawing(Figure):
+    """A figure that is drawn with the settings of its creation: matplotlib reads many of them late."""
+
+    has_room_above = False  # whether there is room for a legend above all panels
+
+    def draw(self, renderer: Any) -> None:
+        """Draw the figure, without the characters forbidden in a page."""
+        with own_settings():
+            for text in self.findobj(Text):
+                text.set_text(printable(text.get_text()))  # type: ignore[attr-defined]
+            super().draw(renderer)
+
+    def savefig(self, fname: Any, **kwargs: Any) -> None:
+        """Save the figure; see `matplotlib.figure.Figure.savefig`."""
+        with own_settings():
+            super().savefig(fname, **kwargs)
+
+    def _repr_html_(self) -> str:
+        """Return the figure for notebooks, light or dark as the notebook."""
+        labels = ", ".join(filter(None, (axes.get_ylabel() for axes in self.axes)))
+        style = f"{notebook_style()}.bristle>svg{{display:block;width:100%;max-width:{self.get_figwidth():g}in;height:auto;}}"
+        return f'<div class="bristle"><style>{style}</style>{notebook_svg(self, f"Figure: {labels}")}</div>'
+
+    def _repr_svg_(self) -> str:
+        """Return the figure for notebooks."""
+        file = io.StringIO()
+        self.savefig(file, format="svg", bbox_inches="tight")
+        return file.getvalue()

@@ -124,20 +124,21 @@ def _line_below(side: np.ndarray) -> _Line:
     return _Line(level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level)
 
 
-def steady_curve(fit: Fit) -> list[tuple[float, float]]:
-    """Return the steady friction force over velocity, as `drive_table`, with many points, dense near zero."""
-    return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
+def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:
+    """Return the steady friction force over velocity, as `drive_table`, with many points, dense near zero.
 
-
-def curve_band(fit: Fit) -> list[float]:
-    """Return the half-width of the 95 % band of the friction at each point of `steady_curve` [N or N*m]; empty without draws."""
+    With `band`, the half-width of its 95 % band over velocity; empty without draws.
+    """
+    if not band:
+        return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
     models = [] if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
-    halves: list[float] = []
+    halves: list[tuple[float, float]] = []
     for direction, side, ascending in _branches(fit) if len(models) > 1 else ():
         speeds = side[-1, 0] * np.geomspace(1e-6, 1.0, COARSE // 2)
         own, *drawn = ([steady_force(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
         spread = NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
-        halves += np.interp(np.abs(ascending[:, 0]), speeds, spread).tolist()
+        velocities = ascending[:, 0]
+        halves += zip(velocities.tolist(), np.interp(np.abs(velocities), speeds, spread).tolist(), strict=True)
     return halves
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import unit_of, with_unit
-from bristle.prediction import curve_band, fit_at_samples, largest_deviation, reversal_distance, steady_curve
+from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import about_loop, gain_of
@@ -73,8 +73,7 @@ def identification_report(
         recorded = simulation.experiment.variants[:1]
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
-    further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
-    log_name = log.source.name.strip("<>") + further
+    log_name = log.source.name.strip("<>") + (f" and {len(identification.further_logs)} more" if identification.further_logs else "")
     ruling = judged(fit, identification.settings, following)
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
@@ -86,7 +85,7 @@ def identification_report(
         "log": log,
         "log_name": log_name,
         "curve": steady_curve(fit),
-        "curve_band": curve_band(fit),
+        "curve_band": [half for _, half in steady_curve(fit, band=True)],
         "passages": identification.passages,
         "simulation": simulation,
         "following": following,
@@ -132,16 +131,13 @@ def identification_report(
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", read, "Log"),
     ]
-    # Later reasons about the same parameters are left out.
-    names = [reason.partition(": ")[2] for reason in ruling.reasons]
-    reasons = tuple(reason for place, reason in enumerate(ruling.reasons) if not names[place] or names[place] not in names[:place])
     title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
     again = advice_to_record(fit)
     step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
     front = Front(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
-        ruling._replace(reasons=reasons),
+        ruling._replace(reasons=_merged(ruling.reasons)),
         title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
@@ -149,6 +145,12 @@ def identification_report(
         csv=as_csv(table, kind) + "\n" if table and usable else "",
     )
     return report_page("identification", facts, front, sections, living=living, **options)
+
+
+def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
+    """Return reasons without those about the same parameters as an earlier reason."""
+    names = [reason.partition(": ")[2] for reason in reasons]
+    return tuple(reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place])
 
 
 def why_only_similar(fit: Fit) -> str:
