@@ -15,12 +15,14 @@ from pathlib import Path
 import pytest
 
 import bristle
-from bristle.figures.on_reports import REPORTS
+from bristle.figures.on_reports import names_on_reports
+from bristle.figures.report_figure import FIGURES
 
 ROOT = Path(bristle.__file__).parent
 PROJECT = Path(__file__).parents[2]
 PROGRAMS = ("examples", "benchmarks", "packaging", "docs")
-FIGURES = {place.name for places in REPORTS.values() for place in places if "." in place.name}
+assert names_on_reports()  # imports the files of all figures
+DRAWN = {getattr(figure.draw, "args", (figure.draw,))[0] for figure in FIGURES.values()}
 ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.cli.main.main": "the command",
     "bristle.files.results.remove_unfinished": "taken from `sys.modules`: what ends the program imports nothing",
@@ -37,8 +39,7 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.exports.*.reads": "of a target whose files a drive computes from",
     "bristle.files.user_model.load_model_file": "the former name of `load_code`, until the next release",
     "bristle.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
-    "bristle.figures.*.FIGURE": "the figure of a file, by the name of the file in `on_reports`",
-    **{f"bristle.figures.{name}": "one of several figures of a file, by its name in `on_reports`" for name in FIGURES},
+    **{f"{draw.__module__}.{draw.__name__}": "a figure, by its name in `on_reports`" for draw in DRAWN},
     "bristle.*.*.MODEL": "a component, bound in its family by name",
     "bristle.paper.rig.write_models": "makes the models beside the experiments of the paper again",
     "bristle.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",

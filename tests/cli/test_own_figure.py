@@ -31,7 +31,7 @@ seed = 7
 OWN = """import sys
 from matplotlib.figure import Figure
 from bristle.figures import ReportFigure, style
-from bristle.figures.drawing import Drawing
+from bristle.figures.files import Drawing
 
 
 def draw({takes}):

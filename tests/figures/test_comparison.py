@@ -7,8 +7,11 @@ import pytest
 from tests.figures.gallery import T, compared
 
 from bristle.comparison import Change
-from bristle.figures.comparison import CHANGED, FIGURE, WORST, change_at_reversal, changes, comparison, friction_over_speed
+from bristle.figures.comparison import change_at_reversal, changes, comparison, friction_over_speed
+from bristle.figures.report_figure import FIGURES
 from bristle.palette import LIGHT
+
+FIGURE, WORST = FIGURES["comparison.comparison"], FIGURES["comparison.worst"]
 
 
 def lines(axes):
@@ -105,7 +108,7 @@ def test_changes_and_friction_are_small_pictures():
     assert {text.get_text() for text in axes.texts} == {"before", "after"}
     item = without_reference()
     item.changes.pop("effort.rms")
-    assert not CHANGED.applies(item)
+    assert not FIGURES["comparison.changes"].applies(item)
     assert len(comparison(item).axes) == 2
 
 

@@ -67,6 +67,15 @@ def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
     assert 0.3 < share[0] - share[1] < 0.6
 
 
+def test_the_band_of_the_model_contains_its_curve_on_both_sides():
+    curve = [(-0.2, -6.0), (-0.1, -5.0), (0.1, 5.0), (0.2, 6.0)]
+    (axes,) = figures.friction_over_velocity(fit(PLAIN, "lugre"), curve, [1.0, 0.5, 0.25, 2.0]).axes
+    shaded = [band.get_datalim(axes.transData) for band in axes.collections]
+    assert [(band.y0, band.y1) for band in shaded] == [pytest.approx((-7.0, -4.5)), pytest.approx((4.0, 8.0))]
+    assert [(band.x0, band.x1) for band in shaded] == [pytest.approx((-200.0, -100.0)), pytest.approx((100.0, 200.0))]
+    assert not figures.friction_over_velocity(fit(PLAIN, "lugre"), curve).axes[0].collections
+
+
 @pytest.mark.parametrize(
     ("measured", "modelled", "labels"),
     [

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from tests.figures.gallery import PLAIN, F, T, X, fit, predicted
 
 from bristle.figures import fit as figures
+from bristle.figures.report_figure import FIGURES
 
 WORDS = "Shaded: the 95 % band of the measurement."
 
@@ -92,10 +93,10 @@ def test_a_prediction_shows_the_predicted_signals(effort, position):
     assert figures.prediction(result).axes[0].get_ylabel() == ("Force [N]" if effort else "Position [mm]")
     labels = [axes.get_ylabel() for axes in figures.prediction_error(result).axes]
     assert labels == ["Force error [mN]"] * effort + ["Position error [µm]"] * position
-    assert figures.PREDICTION.applies(result, "translational")
-    assert figures.ERROR.applies(result, "translational")
+    assert FIGURES["fit.prediction"].applies(result, "translational")
+    assert FIGURES["fit.error"].applies(result, "translational")
     result.effort_predicted = result.position_predicted = None
-    assert not figures.PREDICTION.applies(result, "translational")
+    assert not FIGURES["fit.prediction"].applies(result, "translational")
 
 
 def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
@@ -113,4 +114,4 @@ def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
 def test_a_caption_mentions_a_band_only_if_it_is_drawn(band):
     result = predicted()
     result.half_width = band
-    assert (figures.PREDICTION.caption(result, "translational") == WORDS) == (band is not None)
+    assert (FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)

@@ -7,10 +7,12 @@ import pytest
 from tests.figures.gallery import F, T, V, X, looped
 
 from bristle.core import Status
-from bristle.figures.first_screen import AT_REVERSAL, gain_at_reversal
-from bristle.figures.following_error import FIGURE, following_error, has_completed, open_loop
+from bristle.figures.first_screen import gain_at_reversal
+from bristle.figures.following_error import following_error, has_completed, open_loop
+from bristle.figures.report_figure import FIGURES
 from bristle.palette import LIGHT
 
+AT_REVERSAL, FIGURE = FIGURES["first_screen.reversal"], FIGURES["following_error.following"]
 NAMES = ("base", "plain", "fed")
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from tests.figures.gallery import fleet
 
-from bristle.figures.many_runs import FLEET, SPREAD, fleet_parameter, fleet_parameters, study_spread
+from bristle.figures.many_runs import fleet_parameter, fleet_parameters, study_spread
+from bristle.figures.report_figure import FIGURES
 from bristle.palette import LIGHT
 
 
@@ -53,11 +54,11 @@ def test_runs_without_numbers_have_no_median():
 def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
     grid, plain = (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
-    assert SPREAD.caption(grid, spread).endswith("A line for each point of the grid.")
-    assert SPREAD.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
-    assert SPREAD.alternative(plain, spread) == "Distribution of m over the runs"
-    assert SPREAD.draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
-    assert FLEET.alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
+    assert FIGURES["many_runs.spread"].caption(grid, spread).endswith("A line for each point of the grid.")
+    assert FIGURES["many_runs.spread"].caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
+    assert FIGURES["many_runs.spread"].alternative(plain, spread) == "Distribution of m over the runs"
+    assert FIGURES["many_runs.spread"].draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
+    assert FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
 
 
 def drawn(**changes):

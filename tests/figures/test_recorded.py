@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.figures.gallery import F, T, X, log
 
-from bristle.figures import recorded
-from bristle.figures.recorded import CURVES, PASSAGES, curve_errors, effort_over_velocity, loops_of_log, passages, recorded_curves
+from bristle.figures.recorded import curve_errors, effort_over_velocity, loops_of_log, passages, recorded_curves
+from bristle.figures.report_figure import FIGURES
 from bristle.logs.passages import Passage
 
 
@@ -55,7 +55,7 @@ def test_effort_is_drawn_over_velocity():
     assert axes.get_lines()[0].get_xdata().max() == pytest.approx(1e3 * item.velocity.values.max())
     item.velocity = None
     assert effort_over_velocity(item).axes[0].get_lines()[0].get_xdata().max() == pytest.approx(1e3 * np.gradient(X, T).max())
-    assert PASSAGES.alternative(item, segments).startswith("Position and effort over time")
+    assert FIGURES["recorded.passages"].alternative(item, segments).startswith("Position and effort over time")
 
 
 def test_recorded_curves_are_drawn_with_predictions_and_differences():
@@ -74,13 +74,13 @@ def test_a_few_of_many_curves_are_drawn(count, drawn):
     curves = [(X[:4], F[:4] + k) for k in range(count)]
     given = curves, [f for _, f in curves], "rotational"
     (overlay,), (left,) = recorded_curves(*given).axes, curve_errors(*given).axes
-    assert bool(CURVES.caption(Some(curves=curves), ())) == (count > 24)
+    assert bool(FIGURES["recorded.curves"].caption(Some(curves=curves), ())) == (count > 24)
     assert len(left.get_lines()) == drawn
     assert len(overlay.get_lines()) == 2 * drawn
 
 
 def test_loops_and_break_aways_count_as_loops():
     item, segments = log()
-    assert recorded._has_loops(item, segments)
-    assert not recorded._has_loops(item, [Passage("moves", slice(0, 1), 0.0, 1.0)])
-    assert recorded._has_loops(item, [Passage("break_away", slice(0, 1), 0.0, 1.0)])
+    assert FIGURES["recorded.loops"].applies(item, segments)
+    assert not FIGURES["recorded.loops"].applies(item, [Passage("moves", slice(0, 1), 0.0, 1.0)])
+    assert FIGURES["recorded.loops"].applies(item, [Passage("break_away", slice(0, 1), 0.0, 1.0)])

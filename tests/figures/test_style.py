@@ -8,7 +8,8 @@ from tests.figures.looks import differences, frozen, look_of
 
 from bristle.core import scale_of
 from bristle.figures import style
-from bristle.figures.drawing import Drawing, own_settings, width
+from bristle.figures.drawing import own_settings, width
+from bristle.figures.files import Drawing
 from bristle.figures.legibility import illegible_texts, texts_of
 
 WORDS = {

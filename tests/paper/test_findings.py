@@ -208,16 +208,18 @@ def test_the_picture_has_mean_interval_and_range_under_all_conditions(trial, mon
 
 def test_the_report_has_conditions_tables_and_families_that_could_not_be_fitted(trial, monkeypatch):
     shown = {}
-    monkeypatch.setattr(page, "render", lambda name, **parts: shown.update(parts))
+    monkeypatch.setattr(page, "page_of", lambda front, sections, **_: shown.update((section.id, section.blocks) for section in sections))
     monkeypatch.setattr(page, "_front", lambda trial: None)
     monkeypatch.setattr(findings, "margins_of_sets", lambda sets: {name: {"none": {"phase_deg": 45.0, "gain": 3.0}} for name in sets})
     for key, fit in trial.fits.items():
         fit.friction, fit.reason = (None, "no rest in it") if key == ("lugre", "gms") else ("a model", "")
     page.robust_report(trial, command="c", provenance={})
-    assert shown["unfitted"] == ["gms on lugre: no rest in it"]
-    assert [row[0] for row in shown["conditions"].rows] == [NOMINAL, "level_1.6"]
-    assert [len(shown[name]) for name in ("tables", "families")] == [1, 1]
-    assert [row[0] for row in shown["margins"].rows] == ["Set A"]
+    *_, errors, conditions, margins = shown["table"]
+    *_, best, families, missing, unfitted = shown["families"]
+    assert (missing, unfitted.content) == ("Not identified:", ["gms on lugre: no rest in it"])
+    assert [row[0] for row in conditions.rows] == [NOMINAL, "level_1.6"]
+    assert all(table.rows for table in (errors, best, families))
+    assert [row[0] for row in margins.rows] == ["Set A"]
     summary = page.robust_summary(trial, provenance={"a": "b"})
     assert (summary["sentences"], summary["verdict"]["level"]) == (page.words_of(trial), "with_care")
     assert (summary["chosen_family"], summary["provenance"]) == ("maxwell_slip", {"a": "b"})

@@ -10,6 +10,8 @@ from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine.contact import steady_force
 from bristle.identification import identify
+from bristle.identification.result import Resampling
+from bristle.identification.simulated_bands import Bands
 from bristle.plants import inertia, oscillator
 from bristle.prediction import drive_table
 from bristle.prediction.drive_table import (
@@ -256,3 +258,28 @@ def test_a_table_of_another_kind_of_axis_or_without_effort_is_refused():
         table_error(friction.coulomb(F_C=8.0, kind="rotational"), None, log, None, {}, {})
     with pytest.raises(InputError, match="log: has no effort"):
         table_error(model, None, replace(log, effort=None), None, {}, {})
+
+
+def curve_band(fit):
+    return [half for _, half in steady_curve(fit, band=True)]
+
+
+def with_draws(fit, **draws):
+    bands = Bands({name: np.asarray(values) for name, values in draws.items()}, scatter=0.0, noise=0.0, unexplained=0.0)
+    return replace(fit, resampling=Resampling(bands, scatter=None, half_cycles=0, resolution=0.0))
+
+
+def test_the_band_of_the_curve_is_wider_where_its_parameters_are_less_certain(fit):
+    assert curve_band(fit) == []  # without draws
+    deviations = np.random.default_rng(3).normal(size=32)
+    F_C, F_v = fit.friction.values["F_C"], fit.friction.values["F_v"]
+    velocity = np.array([v for v, _ in steady_curve(fit)])
+    by_level = np.array(curve_band(with_draws(fit, F_C=F_C * (1.0 + 0.01 * deviations))))
+    assert by_level == pytest.approx(np.full(velocity.size, by_level[0]), rel=1e-6)
+    assert 0.5 < by_level[0] / (1.96 * 0.01 * F_C) < 2.0
+    by_slope = np.array(curve_band(with_draws(fit, F_v=F_v * (1.0 + 0.01 * deviations))))
+    forward = by_slope[velocity > 0.0]
+    assert np.all(np.diff(forward) >= 0.0)
+    assert forward[-1] == pytest.approx(by_level[0] * F_v * velocity[-1] / F_C, rel=1e-3)
+    doubled = curve_band(with_draws(fit, F_v=F_v * (1.0 + 0.02 * deviations)))
+    assert doubled == pytest.approx(2.0 * by_slope, rel=1e-6)

@@ -108,9 +108,9 @@ def gained(monkeypatch, before, after):
 
 
 def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(monkeypatch):
-    assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "friction feedforward: 203 µm → 7 µm, 29 times smaller"
+    assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "Friction feedforward: 203 → 7 µm peak to peak, ×29"
     assert gained(monkeypatch, 203e-6, 195e-6).endswith("no improvement")
-    assert gained(monkeypatch, 203e-6, 190e-6).endswith("1.1 times smaller")
+    assert gained(monkeypatch, 203e-6, 190e-6).endswith("×1.1")
     assert module._gain(Some(), Some(contradiction=Diagnostic("loop_contradicts")))[0].text.startswith("not predicted")
     assert module._gain(None, None)[0].text.startswith("not simulated")
 

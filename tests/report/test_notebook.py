@@ -13,9 +13,8 @@ import pytest
 import bristle as br
 from bristle.core.contracts import example_of
 from bristle.friction import MODELS
-from bristle.report import notebook
 from bristle.report.cards import Card, cards_of
-from bristle.report.page import Ruling
+from bristle.report.page import Ruling, macro
 
 VIEW = "application/vnd.jupyter.widget-view+json"
 
@@ -105,10 +104,11 @@ def test_a_saved_identification_shows_its_saved_verdict(found, tmp_path):
 
 
 def test_a_bar_is_as_wide_as_its_interval_and_empty_without_it():
-    assert 'style="left:40.0%;width:20.0%"' in notebook._with_bar(Card("a", "b", "c", 6.0))
-    assert 'style="left:0.0%;width:100.0%"' in notebook._with_bar(Card("a", "b", "c", 80.0))
-    assert '<span class="bar"></span>' in notebook._with_bar(Card("a", "b", "c", open=True))
-    assert "<b>" not in notebook._with_bar(Card("<b>", "<b>", "<b>"))
+    card = macro("card")
+    assert 'style="left:40.0%;width:20.0%"' in card(Card("a", "b", "c", 6.0), None)
+    assert 'style="left:0.0%;width:100.0%"' in card(Card("a", "b", "c", 80.0), None)
+    assert re.search(r'<span class="bar"[^>]*></span>', card(Card("a", "b", "c", open=True), None))
+    assert "<b>" not in card(Card("<b>", "<b>", "<b>"), None)
 
 
 def test_names_of_a_user_are_escaped():

@@ -108,13 +108,13 @@ def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
         rows = {row[0]: row[1] for row in model.blocks[0].rows}
         facts = data.blocks[0].content
         assert facts == [("Curves", "2"), ("Samples", "7"), ("Each begins", "demagnetised"), ("Full scale", "500 mN"), ("Note", "read")]
-        assert (compared.heading, seen["outputs"], seen["log_name"]) == ("", (1, 2), "curves.csv")
+        assert (compared.heading, seen["outputs"], seen["log_name"]) == ("Remarks", (1, 2), "curves.csv")
     assert rows["levels"] == "5 numbers, in the model file"
     report.operator_prediction_report(prediction, FITS[0].operator, RECORDED, name="axis")
     assert {row[0]: row[1] for row in seen["sections"][1].blocks[0].rows}["f_p"] == "150 N"
 
 
-@pytest.mark.parametrize(("count", "heading"), [(1, ""), (2, "Operators compared")])
+@pytest.mark.parametrize(("count", "heading"), [(1, "Remarks"), (2, "Operators compared")])
 def test_several_operators_are_compared(monkeypatch, count, heading):
     seen = {}
     monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")

@@ -67,7 +67,7 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
     assert facts["axis_text"].startswith(AXIS)
     gain = data["gain"]
     assert (gain["helps"], data["reason"], data["log"]) == (True, "", "log.csv")
-    assert float(gain["times"]) > 2.0
+    assert float(gain["headline"].rpartition("×")[2]) > 2.0
     assert data["values"] == before["loop"]["values"]
     assert data["tables"]["controller"]["model"] == recorded[1]["controller.model"]
     exported = export(replace(errand, axis_text=facts["axis_text"]))[1]

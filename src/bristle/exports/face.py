@@ -163,10 +163,10 @@ def files_from_text(
     model: Model,
     source: Source,
     *,
-    name: str | None,
-    step: str | float | None,
-    rest: str | None,
-    accept_harm: bool,
+    name: str | None = None,
+    step: str | float | None = None,
+    rest: str | None = None,
+    accept_harm: bool = False,
     **options: Any,
 ) -> Product:
     """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are unchecked text."""

@@ -12,12 +12,11 @@ from bristle.core import number, scale_of, unit_of
 from bristle.figures import style
 from bristle.figures.drawing import label
 from bristle.figures.first_screen import SIDE
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from bristle.core import Kind
-    from bristle.simulation import SimulationResult
 
 MOST = 8  # bars of a small picture
 
@@ -36,7 +35,26 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
     axes.set(xlim=(0.0, 1.45 * top), xlabel=scale.label(word) if unit else word)
 
 
-@style.styled
+@shown(
+    "variants",
+    "loops",
+    "Following error of each variant, peak to peak",
+    "Blue: with friction feedforward.",
+    draw=lambda draw, loops: draw(
+        [variant.name for variant in loops.experiment.variants],
+        [loops.variants[variant.name].following_error.peak_to_peak for variant in loops.experiment.variants],
+        loops.experiment.kind,
+        [variant.feedforward.friction is not None for variant in loops.experiment.variants],
+    ),
+    applies=lambda loops: len(loops.experiment.variants) > 1,
+)
+@shown(
+    "causes",
+    ("causes", "kind"),
+    "Following error with all causes, and without each cause",
+    "Error without each cause.",
+    draw=lambda draw, causes, kind: draw(list(causes), list(causes.values()), kind, [False] * len(causes)),
+)
 def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool]) -> Figure:
     """Return a bar of the following error for each name, grey or, if marked, blue."""
     texts = [label(name) for name in names[:MOST]]
@@ -47,32 +65,7 @@ def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike:
     return figure
 
 
-def _variants(simulation: SimulationResult) -> tuple[list[str], list[float], Kind, list[bool]]:
-    """Return name, following error and friction feedforward of each variant."""
-    variants = simulation.experiment.variants
-    errors = [simulation.variants[variant.name].following_error.peak_to_peak for variant in variants]
-    fed = [variant.feedforward.friction is not None for variant in variants]
-    return [variant.name for variant in variants], errors, simulation.experiment.kind, fed
-
-
-VARIANTS = ReportFigure(
-    name="variants",
-    takes="loops",
-    draw=lambda loops: named_bars(*_variants(loops)),
-    applies=lambda loops: len(loops.experiment.variants) > 1,
-    alternative="Following error of each variant, peak to peak",
-    caption="Blue: with friction feedforward.",
-)
-CAUSES = ReportFigure(
-    name="causes",
-    takes=("causes", "kind"),
-    draw=lambda causes, kind: named_bars(list(causes), list(causes.values()), kind, [False] * len(causes)),
-    alternative="Following error with all causes, and without each cause",
-    caption="Error without each cause.",
-)
-
-
-@style.styled
+@shown("influence", "influence", "Rank correlation of each cause with the first number, with its 95 % interval", "Influence of each cause.")
 def correlations(entries: Sequence[Mapping[str, Any]]) -> Figure:
     """Return rank correlations with their 95 % intervals; a filled point means that the interval excludes zero."""
     entries = sorted(entries, key=lambda entry: -abs(entry["value"]))[:MOST]
@@ -85,12 +78,3 @@ def correlations(entries: Sequence[Mapping[str, Any]]) -> Figure:
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set(xlim=(-1.05, 1.05), xlabel="Rank correlation [–]", ylabel="Cause")
     return figure
-
-
-INFLUENCE = ReportFigure(
-    name="influence",
-    takes="influence",
-    draw=correlations,
-    alternative="Rank correlation of each cause with the first number, with its 95 % interval",
-    caption="Influence of each cause.",
-)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
 from bristle.figures.first_screen import LOW, SIDE, WITH, WITHOUT, as_strip, over_a_strip
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -31,29 +31,70 @@ WORDS = {
 POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o", "markersize": style.SMALL}
 
 
-@style.styled
+def _signal(compared: Comparison) -> str:
+    return "following error" if "following_error.rms" in compared.changes else "effort"
+
+
+def _changes_with_interval(compared: Comparison) -> list[Change]:
+    return [change for change in compared.changes.values() if change.interval_percent is not None]
+
+
+@shown(
+    "comparison",
+    "comparison",
+    lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
+    lambda compared: (
+        f"Above, the mean over cycles of the {_signal(compared)}: grey before, blue after. "
+        + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
+        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
+        + "Below, each change in percent of the value before. The interval of a filled point excludes zero."
+    ),
+)
 def comparison(compared: Comparison) -> Figure:
     """Return the differences of two logs: the mean cycle, the mean reversals, friction over speed, and the changes."""
     small = len(compared.turns) + bool(compared.friction_curve)
     changed = _changes_with_interval(compared)
-    figure, grid = _rows([0.55, 1.2, *([1.1] * bool(small))], changed, 2, small)
+    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.25 + 0.17 * len(changed)] * bool(changed))]
+    rows = len(heights)
+    figure, grid = style.panels(
+        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
+        rows=rows,
+        columns=max(small, 1),
+        heights=heights,
+        undivided=[row for row in range(rows) if not small or row != 2],
+        left=1.2,
+    )
     motion, kind = compared.course.motion, compared.kind
     drawn = motion, {"color": style.INK, "linewidth": 1.0}, ""
     style.over_time(grid[0][0], compared.course.time, drawn, scale=style.scale_for("length", kind, motion), word=style.position_word(kind))
     grid[0][0].set_title("reference" if "following_error.rms" in compared.changes else "position")
-    _draw_errors(grid[1][0], compared)
-    if small:
-        _draw_turns(grid[2], compared)
-        if compared.friction_curve:
-            _draw_friction(grid[2][-1], compared)
-            grid[2][-1].set_title("friction")
+    _draw_pair(grid[1][0], compared.course.time, compared.course.before, compared.course.after, compared)
+    length = style.scale_for("length", kind, *(signal for turn in compared.turns for signal in (turn.before, turn.after)))
+    below = grid[2] if small else []
+    for axes, turn in zip(below, compared.turns, strict=False):
+        pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
+        style.over_time(axes, turn.time, *pair, scale=length, word="Following error")
+        axes.axhline(0.0, zorder=0, **style.AID)
+        style.mark_window(axes, np.array([0.0, compared.window or 0.0]) * style.time_scale(turn.time).factor)
+        axes.set_title(TURNS[turn.name])
+    style.one_height(below[: len(compared.turns)])
+    if compared.friction_curve:
+        _draw_friction(below[-1], compared)
+        below[-1].set_title("friction")
     if changed:
         _draw_changes(grid[-1][0], changed)
     style.legend(grid[1][0])
     return figure
 
 
-@style.styled
+@shown(
+    "worst",
+    "comparison",
+    lambda compared: (
+        f"Mean {_signal(compared)} {'at the worst reversal' if compared.turns else 'around its largest value'}, before and after; below, "
+        "the whole cycle"
+    ),
+)
 def change_at_reversal(compared: Comparison) -> Figure:
     """Return the mean at the worst reversal, or around the largest value of the motion, before and after; below, the mean cycle."""
     figure, near, strip = over_a_strip(("before", "after"))
@@ -71,7 +112,13 @@ def change_at_reversal(compared: Comparison) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "changes",
+    "comparison",
+    "Each change in percent, with its 95 % interval",
+    "Filled: a clear change.",
+    applies=lambda compared: bool(_changes_with_interval(compared)),
+)
 def changes(compared: Comparison) -> Figure:
     """Return each change with its interval; a filled point means that the interval excludes zero."""
     changed = _changes_with_interval(compared)
@@ -81,39 +128,19 @@ def changes(compared: Comparison) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "friction",
+    "comparison",
+    "Friction over speed, before and after",
+    "Friction over speed.",
+    applies=lambda compared: bool(compared.friction_curve),
+)
 def friction_over_speed(compared: Comparison) -> Figure:
     """Return friction over speed, before and after."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(("before", "after")), top=0.12)
     _draw_friction(axes, compared)
     style.label_lines(axes)
     return figure
-
-
-def _changes_with_interval(compared: Comparison) -> list[Change]:
-    return [change for change in compared.changes.values() if change.interval_percent is not None]
-
-
-def _rows(
-    heights: list[float], changes: Sequence[Change], divided: int, columns: int, **layout: Any
-) -> tuple[Figure, list[list[style.Axes]]]:
-    """Return panels of these heights, with one row of them divided, and a panel at the end for the changes."""
-    heights = [*heights, *([0.25 + 0.17 * len(changes)] * bool(changes))]
-    rows = len(heights)
-    return style.panels(
-        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights),
-        rows=rows,
-        columns=max(columns, 1),
-        heights=heights,
-        undivided=[row for row in range(rows) if not columns or row != divided],
-        left=1.2,
-        **layout,
-    )
-
-
-def _draw_errors(axes: style.Axes, compared: Comparison) -> None:
-    """Draw the mean following error over the motion, or the effort if there is no reference."""
-    _draw_pair(axes, compared.course.time, compared.course.before, compared.course.after, compared)
 
 
 def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, compared: Comparison) -> None:
@@ -133,18 +160,6 @@ def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
     axes.set(xlabel=speed.label("Speed"), ylabel=force.label(f"Friction {word.lower()}"))
 
 
-def _draw_turns(panels: Sequence[style.Axes], compared: Comparison) -> None:
-    turns, window = compared.turns, compared.window
-    scale = style.scale_for("length", compared.kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
-    for axes, turn in zip(panels, turns, strict=False):
-        pair = (turn.before, BEFORE, "before"), (turn.after, AFTER, "after")
-        style.over_time(axes, turn.time, *pair, scale=scale, word="Following error")
-        axes.axhline(0.0, zorder=0, **style.AID)
-        style.mark_window(axes, np.array([0.0, window or 0.0]) * style.time_scale(turn.time).factor)
-        axes.set_title(TURNS[turn.name])
-    style.one_height(panels[: len(turns)])
-
-
 def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:
     """Draw each change with its interval; a filled point means that the interval excludes zero."""
     places = np.arange(len(changed), dtype=float)
@@ -159,50 +174,3 @@ def _draw_changes(axes: style.Axes, changed: Sequence[Change]) -> None:
     axes.axvline(0.0, zorder=0, **style.AID)
     axes.set_yticks(places, [WORDS[change.name] for change in changed])
     axes.set(ylim=(len(changed) - 0.4, -0.6), ylabel="Quantity", xlabel="Change [%]", title="change, with its 95 % interval")
-
-
-CHANGES = "each change in percent of the value before. The interval of a filled point excludes zero."
-
-
-def _signal(compared: Comparison) -> str:
-    return "following error" if "following_error.rms" in compared.changes else "effort"
-
-
-FIGURE = ReportFigure(
-    name="comparison",
-    takes="comparison",
-    draw=comparison,
-    alternative=lambda compared: f"{_signal(compared).capitalize()} and friction before and after, and each change with its interval",
-    caption=lambda compared: (
-        f"Above, the mean over cycles of the {_signal(compared)}: grey before, blue after. "
-        + "Next, the mean around reversals. The peak is that in the shaded window. " * bool(compared.turns)
-        + "Friction at the same speeds is half the difference of the effort between the directions. " * bool(compared.friction_curve)
-        + f"Below, {CHANGES}"
-    ),
-)
-WORST = ReportFigure(
-    name="worst",
-    takes="comparison",
-    draw=change_at_reversal,
-    alternative=lambda compared: (
-        f"Mean {_signal(compared)} {'at the worst reversal' if compared.turns else 'around its largest value'}, before and after; below, "
-        "the whole cycle"
-    ),
-    caption="",
-)
-CHANGED = ReportFigure(
-    name="changes",
-    takes="comparison",
-    draw=changes,
-    applies=lambda compared: bool(_changes_with_interval(compared)),
-    alternative="Each change in percent, with its 95 % interval",
-    caption="Filled: a clear change.",
-)
-FRICTION = ReportFigure(
-    name="friction",
-    takes="comparison",
-    draw=friction_over_speed,
-    applies=lambda compared: bool(compared.friction_curve),
-    alternative="Friction over speed, before and after",
-    caption="Friction over speed.",
-)

@@ -4,7 +4,6 @@ The settings are global to the process. One thread at a time has them; other thr
 cleaned for a page, measured and shortened. A reader's fonts may differ; the room for a text is measured with these fonts.
 """
 
-import io
 import os
 import re
 import threading
@@ -18,9 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
-from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, get_font
-from matplotlib.text import Text
 from matplotlib.textpath import TextToPath
 
 from bristle.core import escaped
@@ -193,27 +190,3 @@ def own_settings() -> Iterator[None]:
                     yield
         finally:
             _turn.depth -= 1
-
-
-class Drawing(Figure):
-    """A figure that is drawn with the settings of its creation: matplotlib reads many of them late."""
-
-    has_room_above = False  # whether there is room for a legend above all panels
-
-    def draw(self, renderer: Any) -> None:
-        """Draw the figure, without the characters forbidden in a page."""
-        with own_settings():
-            for text in self.findobj(Text):
-                text.set_text(printable(text.get_text()))  # type: ignore[attr-defined]
-            super().draw(renderer)
-
-    def savefig(self, fname: Any, **kwargs: Any) -> None:
-        """Save the figure; see `matplotlib.figure.Figure.savefig`."""
-        with own_settings():
-            super().savefig(fname, **kwargs)
-
-    def _repr_svg_(self) -> str:
-        """Return the figure for notebooks."""
-        file = io.StringIO()
-        self.savefig(file, format="svg", bbox_inches="tight")
-        return file.getvalue()

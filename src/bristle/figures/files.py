@@ -1,5 +1,6 @@
 """A figure as a file for publication, and as SVG inside a page: text stays text, no date, the same bytes each time."""
 
+import hashlib
 import io
 import json
 import math
@@ -12,10 +13,11 @@ from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from bristle.core import InputWarning
 from bristle.figures.drawing import own_settings, printable
-from bristle.palette import LIGHT
+from bristle.palette import LIGHT, notebook_style
 
 DPI = 300
 MOST_PIXELS = 40e6  # of a png: larger images exhaust the memory of viewers and printers
@@ -25,6 +27,7 @@ DATELESS: dict[str, dict[str, Any]] = {
     "pdf": {"CreationDate": None, "Creator": "bristle"},
     "png": {"Software": "bristle"},
 }
+IN_NOTEBOOK = "figure-in-a-notebook"  # prefix of identifiers, replaced with one from the content
 VARIABLES = {colour: f"var(--{name})" for name, colour in LIGHT.items()}
 # User text is between the tags; inside a tag matplotlib writes an entity for each ">".
 _TAG = re.compile(r"<[^>]*>")
@@ -110,6 +113,13 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     return re.sub(r"<svg\b[^>]*>", lambda _: opening, text, count=1)
 
 
+def notebook_svg(figure: Figure, description: str) -> str:
+    """Return a figure as an element for a notebook, in the colours of its theme; light ones where a page removes styles."""
+    svg = inline_svg(figure, IN_NOTEBOOK, description)
+    svg = svg.replace(IN_NOTEBOOK, f"b{hashlib.sha256(svg.encode()).hexdigest()[:8]}")
+    return re.sub(r"var\(--(\w+)\)", lambda match: f"var(--{match[1]},{LIGHT[match[1]]})", svg)
+
+
 @contextmanager
 def _named(figure: Figure) -> Iterator[None]:
     """Give panels and their lines identifiers for a script."""
@@ -158,3 +168,33 @@ def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
     tag = re.sub(r'<g id="([^"]*)"', lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")
+
+
+class Drawing(Figure):
+    """A figure that is drawn with the settings of its creation: matplotlib reads many of them late."""
+
+    has_room_above = False  # whether there is room for a legend above all panels
+
+    def draw(self, renderer: Any) -> None:
+        """Draw the figure, without the characters forbidden in a page."""
+        with own_settings():
+            for text in self.findobj(Text):
+                text.set_text(printable(text.get_text()))  # type: ignore[attr-defined]
+            super().draw(renderer)
+
+    def savefig(self, fname: Any, **kwargs: Any) -> None:
+        """Save the figure; see `matplotlib.figure.Figure.savefig`."""
+        with own_settings():
+            super().savefig(fname, **kwargs)
+
+    def _repr_html_(self) -> str:
+        """Return the figure for notebooks, light or dark as the notebook."""
+        labels = ", ".join(filter(None, (axes.get_ylabel() for axes in self.axes)))
+        style = f"{notebook_style()}.bristle>svg{{display:block;width:100%;max-width:{self.get_figwidth():g}in;height:auto;}}"
+        return f'<div class="bristle"><style>{style}</style>{notebook_svg(self, f"Figure: {labels}")}</div>'
+
+    def _repr_svg_(self) -> str:
+        """Return the figure for notebooks."""
+        file = io.StringIO()
+        self.savefig(file, format="svg", bbox_inches="tight")
+        return file.getvalue()

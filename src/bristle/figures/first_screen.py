@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,7 +12,7 @@ from matplotlib.ticker import NullLocator
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 from bristle.simulation import worst_reversal
 
@@ -33,7 +31,21 @@ WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the chan
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
 
-@style.styled
+@shown(
+    "gain",
+    ("simulation", "gain_pair"),
+    "Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
+    draw=lambda draw, simulation, pair, following: draw(simulation, pair, None if following is None else following.error),
+    may_take=("following",),
+)
+@shown(
+    "reversal",
+    ("simulation", "at_reversal"),
+    lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
+    draw=lambda draw, simulation, names: draw(
+        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
+    ),
+)
 def gain_at_reversal(
     result: SimulationResult,
     names: Sequence[str],
@@ -84,6 +96,15 @@ def over_a_strip(names: Iterable[str], *, small: bool = False) -> tuple[Figure, 
     return figure, near, strip
 
 
+def draw_pair(near: style.Axes, strip: style.Axes, time: np.ndarray, pair: Sequence[np.ndarray], part: slice, **words: Any) -> None:
+    """Draw a measured and a modelled signal near a part of the log, and over the whole log in the strip below."""
+    for axes, chosen in ((near, part), (strip, slice(None))):
+        lines = (pair[0][chosen], PALE, "measured"), (pair[1][chosen], WITH | {"linewidth": 1.4}, "model")
+        style.over_time(axes, time[chosen], *lines, **words)
+    as_strip(strip, time[part] * style.time_scale(time).factor)
+    style.label_lines(near)
+
+
 def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
     """Turn a panel into a narrow strip of the whole log, with the window of the large picture shaded."""
     axes.yaxis.label.set_visible(False)
@@ -92,26 +113,7 @@ def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
         axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
 
 
-GAIN = ReportFigure(
-    name="gain",
-    takes=("simulation", "gain_pair"),
-    may_take=("following",),
-    draw=lambda simulation, pair, following: gain_at_reversal(simulation, pair, None if following is None else following.error),
-    alternative="Following error at the worst reversal without and with friction feedforward, simulated on the log; below, the whole log",
-    caption="",
-)
-AT_REVERSAL = ReportFigure(
-    name="reversal",
-    takes=("simulation", "at_reversal"),
-    draw=lambda simulation, names: gain_at_reversal(
-        simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
-    ),
-    alternative=lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
-    caption="",
-)
-
-
-@style.styled
+@shown("effort", "fit", "Measured and predicted effort at the reversal with the largest change of effort; below, the whole log")
 def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     """Return measured and predicted effort at the reversal where the effort changes most, and below over the whole log."""
     traces, kind = fit.traces, fit.plant.kind
@@ -119,28 +121,17 @@ def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
     figure, near, strip = over_a_strip(["measured", "model"], small=small)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
-    for axes, chosen in ((near, part), (strip, slice(None))):
-        lines = (traces.measured[chosen], PALE, "measured"), (traces.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
-        style.over_time(axes, traces.time[chosen], *lines, scale=scale, word=word)
-    as_strip(strip, traces.time[part] * style.time_scale(traces.time).factor)
-    style.label_lines(near)
+    draw_pair(near, strip, traces.time, (traces.measured, traces.predicted), part, scale=scale, word=word)
     return figure
 
 
-EFFORT = ReportFigure(
-    name="effort",
-    takes="fit",
-    draw=effort_at_reversal,
-    alternative="Measured and predicted effort at the reversal with the largest change of effort; below, the whole log",
-    caption="",
+@shown(
+    "velocity",
+    ("fit", "curve"),
+    "Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
+    may_take=("curve_band",),
 )
-
-
-SMALL_EFFORT = replace(EFFORT, draw=partial(effort_at_reversal, small=True))
-
-
-@style.styled
-def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Figure:
+def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band: Sequence[float] | None = None) -> Figure:
     """Return friction over velocity, measured and modelled, with a velocity axis that is linear near zero and logarithmic beyond.
 
     Parameters
@@ -149,6 +140,8 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Fi
         A model and its fitted traces: the friction is their effort minus inertia.
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
+    band : sequence of float, optional
+        Half-width of the 95 % band of the model at each point of the curve [N or N*m].
     """
     figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(["measured"]), top=0.12)
     traces, friction, kind = fit.traces, fit.traces.friction, fit.plant.kind
@@ -158,31 +151,25 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]]) -> Fi
     drawn = style.spread(np.arcsinh(traces.velocity / (LINEAR * style.largest(traces.velocity) or 1.0)), friction, CELLS)
     points = traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor
     axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
+    for side in (np.signbit(steady[:, 0]), ~np.signbit(steady[:, 0])) if band else ():
+        v, force, half = steady[side, 0], steady[side, 1], np.asarray(band)[side]
+        ends = (force - half) * scale.factor, (force + half) * scale.factor
+        axes.fill_between(v * speed.factor, *ends, color=WITH["color"], alpha=0.18, linewidth=0, label="_95 % band")
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
-    _log_away_from_zero(axes, style.largest(traces.velocity) * speed.factor or 1.0)
-    axes.axhline(0.0, **style.AID)
-    axes.axvline(0.0, **style.AID)
-    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
-    style.label_lines(axes)
-    return figure
-
-
-def _log_away_from_zero(axes: style.Axes, largest: float) -> None:
-    """Make the x axis linear near zero and logarithmic beyond, with a number at zero and at each power of ten."""
+    if band and max(band) > 0.02 * float(np.ptp(steady[:, 1])):  # a narrower band is hidden by the line
+        axes.text(0.99, 0.03, "shaded: 95 % band", color=style.INK, transform=axes.transAxes, horizontalalignment="right")
+    # Linear near zero and logarithmic beyond, with a number at zero and at each power of ten.
+    largest = style.largest(traces.velocity) * speed.factor or 1.0
     decades = 10.0 ** np.arange(np.ceil(np.log10(LINEAR * largest)), np.floor(np.log10(largest)) + 1.0)
     axes.set_xscale("symlog", linthresh=float(decades[0]) if decades.size else LINEAR * largest, linscale=1.0)
     marks = [*(-decades[::-1]), 0.0, *decades]
     axes.set_xticks(marks, [f"{mark:g}".replace("-", "−") for mark in marks])
     axes.xaxis.set_minor_locator(NullLocator())
-
-
-VELOCITY = ReportFigure(
-    name="velocity",
-    takes=("fit", "curve"),
-    draw=friction_over_velocity,
-    alternative="Friction over velocity, measured and modelled; the velocity axis is logarithmic away from zero",
-    caption="",
-)
+    axes.axhline(0.0, **style.AID)
+    axes.axvline(0.0, **style.AID)
+    axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
+    style.label_lines(axes)
+    return figure
 
 
 class Reversal(NamedTuple):
@@ -209,7 +196,12 @@ def reversals_of(time: np.ndarray, velocity: np.ndarray) -> list[Reversal]:
     return sorted((motion for motion in motions if motion.displacement[-1] >= LONG * longest), key=lambda motion: -motion.displacement[-1])
 
 
-@style.styled
+@shown(
+    "reversals",
+    ("at_samples", "distance"),
+    "Friction in the direction of motion over the displacement after reversals, measured and modelled",
+    applies=lambda fit, distance: distance > 0.0 and bool(reversals_of(fit.traces.time, fit.traces.velocity)),
+)
 def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = False) -> Figure:
     """Return friction over the displacement after reversals, measured and modelled, with the distance of 95 % of the change.
 
@@ -258,14 +250,3 @@ def is_presliding(fit: Fit, distance: float) -> bool:
     """Return whether each motion of a log ends near the distance over which friction builds up, so that velocity tells little."""
     motions = reversals_of(fit.traces.time, fit.traces.velocity)
     return bool(motions) and (fit.never_slid or float(motions[0].displacement[-1]) < WAY * distance)
-
-
-AFTER_REVERSALS = ReportFigure(
-    name="reversals",
-    takes=("at_samples", "distance"),
-    draw=friction_after_reversals,
-    applies=lambda fit, distance: distance > 0.0 and bool(reversals_of(fit.traces.time, fit.traces.velocity)),
-    alternative="Friction in the direction of motion over the displacement after reversals, measured and modelled",
-    caption="",
-)
-PRESLIDING = replace(AFTER_REVERSALS, draw=partial(friction_after_reversals, large=True))

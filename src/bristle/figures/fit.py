@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from bristle.core import NORMAL_95
 from bristle.figures import style
-from bristle.figures.first_screen import LOW, PALE, SIDE, WITH, as_strip, over_a_strip
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.first_screen import LOW, SIDE, draw_pair, over_a_strip
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -20,7 +20,13 @@ if TYPE_CHECKING:
     from bristle.simulation import Prediction
 
 
-@style.styled
+@shown(
+    "time",
+    "fit",
+    "Measured and predicted effort over time",
+    "Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
+    "Where the light line of the measurement is visible, the model is wrong.",
+)
 def effort_over_time(fit: Fit) -> Figure:
     """Return measured and predicted effort over time, whole and close up."""
     traces, kind = fit.traces, fit.plant.kind
@@ -47,17 +53,14 @@ def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: n
         label = "_95 % band"
 
 
-TIME = ReportFigure(
-    name="time",
-    takes="fit",
-    draw=effort_over_time,
-    alternative="Measured and predicted effort over time",
-    caption="Effort over the whole log, and close up where measured and predicted effort differ most (shaded above). "
-    "Where the light line of the measurement is visible, the model is wrong.",
+@shown(
+    "residuals",
+    "fit",
+    "Residuals over time, their distribution and autocorrelation",
+    "Measured minus predicted effort. Bursts at reversals indicate pre-sliding friction, a drift indicates temperature "
+    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated. Standard "
+    "errors, which assume independence, are then too small.",
 )
-
-
-@style.styled
 def residuals(fit: Fit) -> Figure:
     """Return residuals over time, their distribution with a normal distribution, and their autocorrelation."""
     time, residual = fit.traces.time, fit.traces.residual
@@ -99,17 +102,6 @@ def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = 60) -> t
     return (products / products[0] if products[0] > 0.0 else products), sum(part.size for part in parts)
 
 
-RESIDUALS = ReportFigure(
-    name="residuals",
-    takes="fit",
-    draw=residuals,
-    alternative="Residuals over time, their distribution and autocorrelation",
-    caption="Measured minus predicted effort. Bursts at reversals indicate pre-sliding friction, a drift indicates temperature "
-    "or load. Bars of the autocorrelation outside the band mean that neighbouring residuals are correlated. Standard "
-    "errors, which assume independence, are then too small.",
-)
-
-
 class _Signal(NamedTuple):
     """A measured signal, its prediction, the half-width of its 95 % band, and its quantity and name."""
 
@@ -130,7 +122,15 @@ def _signals(predicted: Prediction, kind: Kind) -> list[_Signal]:
     return signals
 
 
-@style.styled
+@shown(
+    "prediction",
+    ("prediction", "kind"),
+    lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
+    lambda predicted, kind: (
+        "Shaded: the 95 % band of the measurement." * any(signal.half_width is not None for signal in _signals(predicted, kind)[:1])
+    ),
+    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
+)
 def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     """Return measured and predicted effort, or else position, around the largest difference, and below over the whole log."""
     signal, time = _signals(predicted, kind)[0], predicted.time
@@ -140,14 +140,17 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
         x, middle = time[chosen] * style.time_scale(time[chosen]).factor, signal.predicted[chosen] * scale.factor
         if signal.half_width is not None:
             draw_band(axes, x, middle, signal.half_width[chosen] * scale.factor)
-        pair = (signal.measured[chosen], PALE, "measured"), (signal.predicted[chosen], WITH | {"linewidth": 1.4}, "model")
-        style.over_time(axes, time[chosen], *pair, scale=scale, word=signal.word)
-    as_strip(strip, time[part] * style.time_scale(time).factor)
-    style.label_lines(near)
+    draw_pair(near, strip, time, (signal.measured, signal.predicted), part, scale=scale, word=signal.word)
     return figure
 
 
-@style.styled
+@shown(
+    "error",
+    ("prediction", "kind"),
+    "Measured minus predicted signals over time",
+    "Measured minus predicted.",
+    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
+)
 def prediction_error(predicted: Prediction, kind: Kind = "translational") -> Figure:
     """Return measured minus predicted effort and position over time, as far as the mode predicts them."""
     signals, x = _signals(predicted, kind), predicted.time * style.time_scale(predicted.time).factor
@@ -159,23 +162,3 @@ def prediction_error(predicted: Prediction, kind: Kind = "translational") -> Fig
             draw_band(axes, x, np.zeros(x.size), signal.half_width * scale.factor)
         style.over_time(axes, predicted.time, (error, style.REST, ""), scale=scale, word=f"{signal.word} error")
     return figure
-
-
-PREDICTION = ReportFigure(
-    name="prediction",
-    takes=("prediction", "kind"),
-    draw=prediction,
-    alternative=lambda predicted, kind: f"Measured and predicted signals, {predicted.mode} mode",
-    caption=lambda predicted, kind: (
-        "Shaded: the 95 % band of the measurement." * any(signal.half_width is not None for signal in _signals(predicted, kind)[:1])
-    ),
-    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
-)
-ERROR = ReportFigure(
-    name="error",
-    takes=("prediction", "kind"),
-    draw=prediction_error,
-    alternative="Measured minus predicted signals over time",
-    caption="Measured minus predicted.",
-    applies=lambda predicted, kind: bool(_signals(predicted, kind)),
-)

@@ -13,7 +13,7 @@ from matplotlib.ticker import NullLocator
 from bristle.core import Kind, Scale, Status
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.simulation import SimulationResult, worst_reversal
 
 MICROMETRE = np.array([1e-6])  # the smallest usual unit of servo errors
@@ -42,7 +42,20 @@ class _Loop(NamedTuple):
         return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:-1]})
 
 
-@style.styled
+@shown(
+    "following",
+    ("simulation", "focus"),
+    "Following error and effort of each variant over time",
+    lambda simulation, focus, following: (
+        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
+        "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
+        "Below, the effort."
+    ),
+    draw=lambda draw, simulation, focus, following: draw(simulation, focus, None if following is None else following.error),
+    may_take=("following",),
+    applies=lambda simulation, focus, following: has_completed(simulation),
+)
 def following_error(result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None) -> Figure:
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
@@ -79,11 +92,15 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     curve = reference, {"color": style.INK, "linewidth": 1.0}, "_"
     style.over_time(motion, simulated[0].time, curve, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
     motion.set_title("reference")
-    _draw_efforts(effort, simulated, kind)
+    force, word = style.effort_scale(kind, *(loop.effort for loop in simulated))
+    for loop in simulated:
+        style.over_time(effort, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
     for axes in all_:
         _draw_errors(axes, loops, kind)
     scale = _draw_errors(full, near, kind)
-    _draw_close_up(close, full, near, kind)
+    times = at_worst_reversal(near[0])
+    _draw_errors(close, [part for part in (loop.between(times[0], times[-1]) for loop in near) if part.time.size], kind)
+    style.mark_window(full, times * style.time_scale(near[0].time).factor)
     close.set_title("close up, at a reversal of the reference")
     # The share of samples in bins common to all.
     errors = np.concatenate([loop.error for loop in near]) * scale.factor
@@ -102,26 +119,11 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     return figure
 
 
-def _draw_efforts(axes: style.Axes, loops: list[_Loop], kind: Kind) -> None:
-    force, word = style.effort_scale(kind, *(loop.effort for loop in loops))
-    for loop in loops:
-        style.over_time(axes, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
-
-
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     scale = style.scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
         style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word="Following error")
     return scale
-
-
-def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> list[_Loop]:
-    """Draw the errors around a reversal of the first loop, shaded in the whole; return that part of the loops."""
-    times = at_worst_reversal(loops[0])
-    cut = [loop for loop in (loop.between(times[0], times[-1]) for loop in loops) if loop.time.size]
-    _draw_errors(close, cut, kind)
-    style.mark_window(full, times * style.time_scale(loops[0].time).factor)
-    return cut
 
 
 def at_worst_reversal(loop: _Loop) -> np.ndarray:
@@ -152,26 +154,16 @@ def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
     return loops
 
 
-FIGURE = ReportFigure(
-    name="following",
-    takes=("simulation", "focus"),
-    may_take=("following",),
-    draw=lambda simulation, focus, following: following_error(simulation, focus, None if following is None else following.error),
-    applies=lambda simulation, focus, following: has_completed(simulation),
-    alternative="Following error and effort of each variant over time",
-    caption=lambda simulation, focus, following: (
-        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
-        "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
-        "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
-        "Below, the effort."
-    ),
-)
-
-
 QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
 
 
-@style.styled
+@shown(
+    "motion",
+    "open_loop",
+    "Position, velocity, friction and effort of each variant over time",
+    "While the velocity is zero and friction balances the effort, the axis sticks.",
+    applies=has_completed,
+)
 def open_loop(result: SimulationResult) -> Figure:
     """Return position, velocity, friction and effort of each variant over time, one panel each."""
     variants = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
@@ -188,13 +180,3 @@ def open_loop(result: SimulationResult) -> Figure:
     if len(variants) > 1:
         style.label_lines(rows[0][1])
     return figure
-
-
-OPEN = ReportFigure(
-    name="motion",
-    takes="open_loop",
-    draw=open_loop,
-    applies=has_completed,
-    alternative="Position, velocity, friction and effort of each variant over time",
-    caption="While the velocity is zero and friction balances the effort, the axis sticks.",
-)

@@ -14,7 +14,7 @@ from bristle.core import number, unit_of
 from bristle.figures import style
 from bristle.figures.bars import draw_bars
 from bristle.figures.drawing import AT_TICKS, label
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
@@ -26,10 +26,15 @@ LOWEST = 0.003  # of the Nyquist frequency
 NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
 
 
-@style.styled
+@shown(
+    "margins",
+    "assessment",
+    "Gain and phase of the open loop over frequency, and the poles of the closed loop",
+    "The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+    "unit circle are unstable. Poles just inside it ring.",
+)
 def margins(assessment: Assessment) -> Figure:
     """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop."""
-    points = assessment.bare
     # The unit circle must be round: its panel is as wide as both rows are tall.
     figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
     (gain, poles), (phase, rest) = grid
@@ -41,10 +46,23 @@ def margins(assessment: Assessment) -> Figure:
     poles.set_xlabel("Poles, real part")
     poles.set_ylabel("imaginary part", labelpad=1.0)
     poles.margins(0.06)
-    _draw_open_loops(gain, phase, assessment)
-    for look, point in zip(style.SERIES[1:], points, strict=False):
-        at = point.loop.poles
+    for look, point in zip(style.SERIES[1:], assessment.bare, strict=False):
+        line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+        at, nyquist = point.loop.poles, math.pi / point.loop.sample_time
         poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
+        omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
+        response = point.loop.response(omega)
+        hertz = omega / (2.0 * math.pi)
+        gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
+        # Continued from its start between -90 and -270 degrees, and drawn once around.
+        turned = np.unwrap(np.angle(response))
+        turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
+        phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
+        margin, crossover = point.margins.phase, point.margins.crossover
+        if margin is not None and crossover is not None:
+            at = crossover / (2.0 * math.pi)
+            phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
+            gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
     gain.axhline(1.0, **style.AID)
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
@@ -59,36 +77,20 @@ def margins(assessment: Assessment) -> Figure:
     return figure
 
 
-def _draw_open_loops(gain: style.Axes, phase: style.Axes, assessment: Assessment) -> None:
-    for look, point in zip(style.SERIES[1:], assessment.bare, strict=False):
-        line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
-        nyquist = math.pi / point.loop.sample_time
-        omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
-        response = point.loop.response(omega)
-        hertz = omega / (2.0 * math.pi)
-        gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
-        # Continued from its start between -90 and -270 degrees, and drawn once around.
-        turned = np.unwrap(np.angle(response))
-        turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
-        phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
-        margin, crossover = point.margins.phase, point.margins.crossover
-        if margin is not None and crossover is not None:
-            at = crossover / (2.0 * math.pi)
-            phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
-            gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
-
-
-MARGINS = ReportFigure(
-    name="margins",
-    takes="assessment",
-    draw=margins,
-    alternative="Gain and phase of the open loop over frequency, and the poles of the closed loop",
-    caption="The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
-    "unit circle are unstable. Poles just inside it ring.",
+@shown(
+    "loops",
+    ("design", "names", "phases", "enough"),
+    "Following error, effort and smallest phase margin of the present loop and of the proposed loops",
+    "Blue: proposed.",
+    draw=lambda draw, design, names, phases, enough: draw(
+        names,
+        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
+        [loop.effort_rms for loop in design.proposals],
+        phases,
+        enough,
+        design.experiment.kind,
+    ),
 )
-
-
-@style.styled
 def loops_proposed(
     names: Sequence[str],
     errors: Sequence[float | None],
@@ -110,36 +112,18 @@ def loops_proposed(
     return figure
 
 
-PROPOSED = ReportFigure(
-    name="loops",
-    takes=("design", "names", "phases", "enough"),
-    draw=lambda design, names, phases, enough: loops_proposed(
-        names,
-        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
-        [loop.effort_rms for loop in design.proposals],
-        phases,
-        enough,
-        design.experiment.kind,
-    ),
-    alternative="Following error, effort and smallest phase margin of the present loop and of the proposed loops",
-    caption="Blue: proposed.",
-)
-
-
 QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
 
 
-@style.styled
+@shown(
+    "circles",
+    ("circles", "kind"),
+    "Radial deviation of the circle, around it and unrolled",
+    "Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
+    "reversals friction changes its sign, and the path bulges.",
+)
 def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
-    """Return the radial deviation of circles over the angle: around the round circle, and unrolled.
-
-    Parameters
-    ----------
-    curves : sequence of Circle
-        Circles of one radius and feed.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    """
+    """Return the radial deviation of circles of one radius and feed over the angle: around the round circle, and unrolled."""
     scale = style.scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
     low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
     span = max(high - low, 1e-12)
@@ -168,13 +152,3 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
     style.legend(unrolled)
     return figure
-
-
-CIRCLES = ReportFigure(
-    name="circles",
-    takes=("circles", "kind"),
-    draw=circles,
-    alternative="Radial deviation of the circle, around it and unrolled",
-    caption="Deviation of the two axes from the circle, magnified, around the grey circle on the left. At each of the four "
-    "reversals friction changes its sign, and the path bulges.",
-)

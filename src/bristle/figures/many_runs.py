@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,17 +14,37 @@ from bristle.core import scale_of
 from bristle.figures import style
 from bristle.figures.drawing import AT_TICKS, shortened, shortened_apart
 from bristle.figures.first_screen import LOW, SIDE, TALL
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
 
 if TYPE_CHECKING:
     from bristle.study.store import Runs
 
+HOLLOW = "Hollow: outlier or measure again. Arrow: beyond the panel."
+OF_FLEET = ("fleet", "names", "apart", "labels", "again")
 REACH = 5.0  # spreads from the median to the edge of a panel
 MOST_NAMES, TURNED = 24, 6  # names at an axis, and the most that are not turned
 
 
-@style.styled
+@shown(
+    "spread",
+    ("study", "spread"),
+    lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
+    lambda study, spread: (
+        "Distribution of each number over the runs. "
+        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 % of the runs.")
+    ),
+    draw=lambda draw, study, spread: draw(
+        {words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()]
+    ),
+    applies=lambda study, spread: len(spread) > 1,
+)
+@shown(
+    "distribution",
+    "first_spread",
+    lambda spread: f"Distribution over the runs: {spread[0]}",
+    draw=lambda draw, spread: draw({spread[0]: spread[2]}, [spread[1]]),
+)
 def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequence[str]) -> Figure:
     """Return the distribution of each number, with its median and its quantiles at 5 and 95 %; a single number as a large picture."""
     grouped, alone = any(len(groups) > 1 for groups in numbers.values()), len(numbers) == 1
@@ -59,47 +78,17 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
     return figure
 
 
-SPREAD = ReportFigure(
-    name="spread",
-    takes=("study", "spread"),
-    draw=lambda study, spread: study_spread(
-        {words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()]
-    ),
-    applies=lambda study, spread: len(spread) > 1,
-    alternative=lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
-    caption=lambda study, spread: (
-        "Distribution of each number over the runs. "
-        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 % of the runs.")
-    ),
+@shown(
+    "fleet",
+    OF_FLEET,
+    lambda runs, names, apart, labels, again: f"{', '.join(names)} of each log with 95 % intervals",
+    f"Each log with its 95 % interval. Dashed: the median. Tick at the bottom: no value. {HOLLOW}",
+    applies=lambda runs, names, apart, labels, again: len(names) > 1,
 )
-FIRST_SPREAD = ReportFigure(
-    name="distribution",
-    takes="first_spread",
-    draw=lambda spread: study_spread({spread[0]: spread[2]}, [spread[1]]),
-    alternative=lambda spread: f"Distribution over the runs: {spread[0]}",
-    caption="",
-)
-
-
-@style.styled
 def fleet_parameters(
     runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray], labels: Sequence[str] = (), again: Sequence[int] = ()
 ) -> Figure:
-    """Return the parameters of a fleet, log by log.
-
-    Parameters
-    ----------
-    runs : Runs
-        The logs, one run each.
-    names : sequence of str
-        Columns of the parameters.
-    apart : mapping of str to ndarray
-        The logs that are outliers in a parameter, by column.
-    labels : sequence of str
-        Short names of the logs; their numbers by default.
-    again : sequence of int
-        The logs to measure again, which are drawn hollow.
-    """
+    """Return the parameters of a fleet, log by log; outliers, by column in `apart`, and logs to measure `again` are hollow."""
     figure, panels = style.grid_of(
         len(names), between=0.8, gap=1.15 if len(labels) > TURNED else 0.66, bottom=0.95 if len(labels) > TURNED else 0.46
     )
@@ -110,7 +99,21 @@ def fleet_parameters(
     return figure
 
 
-@style.styled
+def _nth_parameter(place: int) -> Callable[[Callable[..., Figure]], Callable[..., Figure]]:
+    """Offer the figure of a parameter of a fleet by its place: the first is the large picture."""
+    return shown(
+        f"parameter_{place + 1}" if place else "parameter",
+        OF_FLEET,
+        lambda runs, names, *_: f"{names[place]} of each log with its 95 % interval",
+        "" if place else HOLLOW,
+        draw=lambda draw, runs, names, apart, *rest: draw(runs, names[place], apart[names[place]], *rest, large=not place),
+        applies=lambda runs, names, *_: len(names) > place,
+    )
+
+
+@_nth_parameter(0)
+@_nth_parameter(1)
+@_nth_parameter(2)
 def fleet_parameter(
     runs: Runs, name: str, apart: np.ndarray, labels: Sequence[str], again: Sequence[int] = (), *, large: bool = True
 ) -> Figure:
@@ -159,36 +162,3 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
     else:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(scale.label(shortened(name.removeprefix("plant.").removeprefix("friction."), style.NARROW, AT_TICKS)))
-
-
-HOLLOW = "Hollow: outlier or measure again. Arrow: beyond the panel."
-FLEET = ReportFigure(
-    name="fleet",
-    takes=("fleet", "names", "apart", "labels", "again"),
-    draw=fleet_parameters,
-    applies=lambda runs, names, apart, labels, again: len(names) > 1,
-    alternative=lambda runs, names, apart, labels, again: f"{', '.join(names)} of each log with 95 % intervals",
-    caption=f"Each log with its 95 % interval. Dashed: the median. Tick at the bottom: no value. {HOLLOW}",
-)
-FLEET_FIRST = ReportFigure(
-    name="parameter",
-    takes=("fleet", "names", "apart", "labels", "again"),
-    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[0], apart[names[0]], labels, again),
-    alternative=lambda runs, names, apart, labels, again: f"{names[0]} of each log with its 95 % interval",
-    caption=HOLLOW,
-)
-FLEET_SECOND = ReportFigure(
-    name="parameter_2",
-    takes=("fleet", "names", "apart", "labels", "again"),
-    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[1], apart[names[1]], labels, again, large=False),
-    applies=lambda runs, names, apart, labels, again: len(names) > 1,
-    alternative=lambda runs, names, apart, labels, again: f"{names[1]} of each log with its 95 % interval",
-    caption="",
-)
-FLEET_THIRD = replace(
-    FLEET_SECOND,
-    name="parameter_3",
-    draw=lambda runs, names, apart, labels, again: fleet_parameter(runs, names[2], apart[names[2]], labels, again, large=False),
-    applies=lambda runs, names, apart, labels, again: len(names) > 2,
-    alternative=lambda runs, names, apart, labels, again: f"{names[2]} of each log with its 95 % interval",
-)

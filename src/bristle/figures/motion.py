@@ -11,13 +11,15 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
 from bristle.figures.first_screen import LOW, SIDE
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 
 if TYPE_CHECKING:
     from bristle.excitation import ExcitationMotion
 
 
-@style.styled
+@shown(
+    "motion", "motion", "Position over time, for each purpose", lambda planned: "Each panel has its own scale." * (len(_parts(planned)) > 1)
+)
 def motion(planned: ExcitationMotion) -> Figure:
     """Return position over time, a panel for each purpose."""
     parts = _parts(planned)
@@ -30,7 +32,7 @@ def motion(planned: ExcitationMotion) -> Figure:
     return figure
 
 
-@style.styled
+@shown("expected", ("motion", "expected"), "Expected friction over position and over speed", "Expected friction.")
 def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """Return the loops of friction over position in pre-sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
@@ -80,15 +82,3 @@ def _parts(planned: ExcitationMotion) -> dict[str, slice]:
         first, last = members[0][0], members[-1][0] + members[-1][1].duration
         slices[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
     return slices
-
-
-FIGURE = ReportFigure(
-    name="motion", takes="motion", draw=motion, alternative="Position over time, for each purpose", caption="Each panel has its own scale."
-)
-EXPECTED = ReportFigure(
-    name="expected",
-    takes=("motion", "expected"),
-    draw=expected,
-    alternative="Expected friction over position and over speed",
-    caption="Expected friction.",
-)

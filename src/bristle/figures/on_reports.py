@@ -1,56 +1,46 @@
 """The figures of each report and their places, in the order of the page.
 
-A figure is a `ReportFigure` in a module of this folder, ``FIGURE`` or the attribute named after a dot, and a line below. The
-section is the `id` of a section of the report. For other uses, such as notebooks, its function is also named in ``__init__``.
+A figure is a function with the decorator `shown` in a module of this folder, and a line below. The section is the `id` of a
+section of the report. For other uses, such as notebooks, its function is also named in ``__init__``.
 """
 
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache, partial
 from importlib import import_module
 from typing import NamedTuple
 
-from bristle.figures.report_figure import Facts, ReportFigure
-
-
-def _by_position(facts: Facts) -> bool:
-    """Return whether a model was fitted to the position: then its prediction shows the quality of the fit."""
-    return facts["fit"].position_rmse is not None
+from bristle.figures.report_figure import FIGURES, Facts, ReportFigure
 
 
 def _has_curve(facts: Facts) -> bool:
     """Return whether there is friction over velocity; for a plant on a spring the motion is shown instead."""
-    return bool(facts["curve"]) or not Place("front", "fit.PREDICTION").figure.applies_to(facts)
+    return bool(facts["curve"]) or not Place("front", "fit.prediction").figure.applies_to(facts)
 
 
 def _is_presliding(facts: Facts) -> bool:
     """Return whether a log without a gain is about pre-sliding: then force over displacement is its large picture."""
-    if facts["gain_pair"] is not None or not Place("front", "first_screen.AFTER_REVERSALS").figure.applies_to(facts):
+    if facts["gain_pair"] is not None or not Place("front", "first_screen.reversals").figure.applies_to(facts):
         return False
     from bristle.figures.first_screen import is_presliding
 
     return is_presliding(facts["at_samples"], facts["distance"])
 
 
-def _shows_effort(facts: Facts) -> bool:
-    return facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)
-
-
-def _slides(facts: Facts) -> bool:
-    return bool(facts["curve"]) and not _is_presliding(facts)
-
-
 class Place(NamedTuple):
-    """Place of a figure."""
+    """Place of a figure, named by its module and its name, with options of its function."""
 
     section: str
     name: str
     condition: Callable[[Facts], bool] = lambda facts: True
+    options: Mapping[str, bool] = {}
 
     @property
     def figure(self) -> ReportFigure:
-        """The figure: ``FIGURE`` of a module, or the attribute after a dot."""
-        module, _, attribute = self.name.partition(".")
-        return getattr(import_module(f"bristle.figures.{module}"), attribute or "FIGURE")
+        """The figure."""
+        import_module(f"bristle.figures.{self.name.partition('.')[0]}")
+        figure = FIGURES[self.name]
+        return replace(figure, draw=partial(figure.draw, **self.options)) if self.options else figure
 
     def is_taken(self, facts: Facts) -> bool:
         """Return whether the figure appears on a report with these facts."""
@@ -60,53 +50,53 @@ class Place(NamedTuple):
 # The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
-        Place("front", "first_screen.GAIN"),
-        Place("front", "first_screen.PRESLIDING", _is_presliding),
-        Place("front", "first_screen.EFFORT", _shows_effort),
-        Place("front", "fit.PREDICTION", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
-        Place("beside", "first_screen.SMALL_EFFORT", _is_presliding),
-        Place("beside", "first_screen.VELOCITY", _slides),
-        Place("beside", "first_screen.AFTER_REVERSALS", lambda facts: not _is_presliding(facts)),
-        Place("following", "following_error"),
-        Place("position", "fit.PREDICTION", lambda facts: _has_curve(facts) and _by_position(facts)),
-        Place("fit", "fit.TIME"),
-        Place("fit", "fit.RESIDUALS"),
-        Place("fit", "fit.PREDICTION", lambda facts: _has_curve(facts) and not _by_position(facts)),
-        Place("fit", "fit.ERROR"),
-        Place("log", "recorded.PASSAGES"),
-        Place("log", "recorded.NESTED"),
+        Place("front", "first_screen.gain"),
+        Place("front", "first_screen.reversals", _is_presliding, {"large": True}),
+        Place("front", "first_screen.effort", lambda facts: facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)),
+        Place("front", "fit.prediction", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
+        Place("beside", "first_screen.effort", _is_presliding, {"small": True}),
+        Place("beside", "first_screen.velocity", lambda facts: bool(facts["curve"]) and not _is_presliding(facts)),
+        Place("beside", "first_screen.reversals", lambda facts: not _is_presliding(facts)),
+        Place("following", "following_error.following"),
+        Place("position", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is not None),
+        Place("fit", "fit.time"),
+        Place("fit", "fit.residuals"),
+        Place("fit", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is None),
+        Place("fit", "fit.error"),
+        Place("log", "recorded.passages"),
+        Place("log", "recorded.loops"),
     ),
-    "prediction": (Place("front", "fit.PREDICTION"), Place("beside", "fit.ERROR")),
+    "prediction": (Place("front", "fit.prediction"), Place("beside", "fit.error")),
     "simulation": (
-        Place("front", "following_error.OPEN"),
-        Place("front", "first_screen.GAIN"),
-        Place("front", "first_screen.AT_REVERSAL", lambda facts: facts["gain_pair"] is None),
-        Place("beside", "bars.VARIANTS"),
-        Place("variants", "following_error"),
+        Place("front", "following_error.motion"),
+        Place("front", "first_screen.gain"),
+        Place("front", "first_screen.reversal", lambda facts: facts["gain_pair"] is None),
+        Place("beside", "bars.variants"),
+        Place("variants", "following_error.following"),
     ),
-    "log": (Place("front", "recorded.PASSAGES"), Place("beside", "recorded.NESTED"), Place("beside", "recorded.OVER_VELOCITY")),
+    "log": (Place("front", "recorded.passages"), Place("beside", "recorded.loops"), Place("beside", "recorded.velocities")),
     "design": (
-        Place("front", "loop_design.PROPOSED"),
-        Place("beside", "bars.CAUSES"),
-        Place("margins", "loop_design.MARGINS"),
-        Place("circle", "loop_design.CIRCLES"),
+        Place("front", "loop_design.loops"),
+        Place("beside", "bars.causes"),
+        Place("margins", "loop_design.margins"),
+        Place("circle", "loop_design.circles"),
     ),
     "comparison": (
-        Place("front", "comparison.WORST"),
-        Place("beside", "comparison.CHANGED"),
-        Place("beside", "comparison.FRICTION"),
-        Place("courses", "comparison"),
+        Place("front", "comparison.worst"),
+        Place("beside", "comparison.changes"),
+        Place("beside", "comparison.friction"),
+        Place("courses", "comparison.comparison"),
     ),
     "tune": (),
-    "excitation": (Place("front", "motion"), Place("beside", "motion.EXPECTED")),
-    "study": (Place("front", "many_runs.FIRST_SPREAD"), Place("beside", "bars.INFLUENCE"), Place("spread", "many_runs.SPREAD")),
+    "excitation": (Place("front", "motion.motion"), Place("beside", "motion.expected")),
+    "study": (Place("front", "many_runs.distribution"), Place("beside", "bars.influence"), Place("spread", "many_runs.spread")),
     "fleet": (
-        Place("front", "many_runs.FLEET_FIRST"),
-        Place("beside", "many_runs.FLEET_SECOND"),
-        Place("beside", "many_runs.FLEET_THIRD"),
-        Place("parameters", "many_runs.FLEET", lambda facts: len(facts["names"] or ()) > 3),
+        Place("front", "many_runs.parameter"),
+        Place("beside", "many_runs.parameter_2"),
+        Place("beside", "many_runs.parameter_3"),
+        Place("parameters", "many_runs.fleet", lambda facts: len(facts["names"] or ()) > 3),
     ),
-    "operator": (Place("front", "recorded.CURVES"), Place("beside", "recorded.CURVE_ERRORS")),
+    "operator": (Place("front", "recorded.curves"), Place("beside", "recorded.errors")),
 }
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from bristle.core import Kind
 from bristle.figures import style
 from bristle.figures.first_screen import LOW, SIDE, TALL
-from bristle.figures.report_figure import ReportFigure
+from bristle.figures.report_figure import shown
 from bristle.logs import Log, Passage
 from bristle.palette import LIGHT
 
@@ -27,7 +27,12 @@ LOOPS = ("loops", "break_away")
 SLOPE = 5e-3  # [s] of a position from which a velocity is derived
 
 
-@style.styled
+@shown(
+    "passages",
+    ("log", "passages"),
+    lambda log, passages: f"Position{'' if log.effort is None else ' and effort'} over time, with the kind of motion shaded",
+    "Shaded: the kind of motion.",
+)
 def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     """Return position over time with its passages shaded, and effort over time."""
     figure, rows = style.panels(2.4 if log.effort is None else TALL, rows=1 if log.effort is None else 2)
@@ -48,7 +53,13 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     return figure
 
 
-@style.styled
+@shown(
+    "loops",
+    ("log", "passages"),
+    "Effort over position of pre-sliding loops and break-aways",
+    "Pre-sliding loops and break-aways, each from its start.",
+    applies=lambda log, passages: log.effort is not None and any(passage.kind in LOOPS for passage in passages),
+)
 def loops_of_log(log: Log, segments: Sequence[Passage]) -> Figure:
     """Return effort over position of pre-sliding loops and break-aways, each from its start."""
     assert log.effort is not None
@@ -64,7 +75,7 @@ def loops_of_log(log: Log, segments: Sequence[Passage]) -> Figure:
     return figure
 
 
-@style.styled
+@shown("velocities", "log", "Measured effort over velocity", "Effort over velocity.", applies=lambda log: log.effort is not None)
 def effort_over_velocity(log: Log) -> Figure:
     """Return effort over velocity of each sample, or of some of many."""
     assert log.effort is not None
@@ -96,36 +107,13 @@ def log_over_time(log: Log) -> Figure:
     return figure
 
 
-def _has_loops(log: Log, passages: Sequence[Passage]) -> bool:
-    return log.effort is not None and any(passage.kind in LOOPS for passage in passages)
-
-
-PASSAGES = ReportFigure(
-    name="passages",
-    takes=("log", "passages"),
-    draw=passages,
-    alternative=lambda log, passages: f"Position{'' if log.effort is None else ' and effort'} over time, with the kind of motion shaded",
-    caption="Shaded: the kind of motion.",
+@shown(
+    "curves",
+    ("recorded", "outputs"),
+    "Recorded and predicted output over the input",
+    lambda recorded, outputs: "Some of the curves." * (len(recorded.curves) > 24),
+    draw=lambda draw, recorded, outputs: draw(recorded.curves, outputs, recorded.kind),
 )
-NESTED = ReportFigure(
-    name="loops",
-    takes=("log", "passages"),
-    draw=loops_of_log,
-    applies=_has_loops,
-    alternative="Effort over position of pre-sliding loops and break-aways",
-    caption="Pre-sliding loops and break-aways, each from its start.",
-)
-OVER_VELOCITY = ReportFigure(
-    name="velocities",
-    takes="log",
-    draw=effort_over_velocity,
-    applies=lambda log: log.effort is not None,
-    alternative="Measured effort over velocity",
-    caption="Effort over velocity.",
-)
-
-
-@style.styled
 def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
     """Return output over input, recorded and predicted."""
     figure, ((axes,),) = style.panels(TALL, right=style.room_for(["predicted"]), top=0.12)
@@ -139,7 +127,13 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     return figure
 
 
-@style.styled
+@shown(
+    "errors",
+    ("recorded", "outputs"),
+    "Recorded minus predicted output over the input",
+    "Recorded minus predicted.",
+    draw=lambda draw, recorded, outputs: draw(recorded.curves, outputs, recorded.kind),
+)
 def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
     """Return recorded minus predicted output over input."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
@@ -157,19 +151,3 @@ def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Seq
 def _thinned(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]) -> list[tuple[np.ndarray, ...]]:
     """Return input, recorded and predicted output of at most 24 curves."""
     return [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][:: -(-len(curves) // 24)]
-
-
-CURVES = ReportFigure(
-    name="curves",
-    takes=("recorded", "outputs"),
-    draw=lambda recorded, outputs: recorded_curves(recorded.curves, outputs, recorded.kind),
-    alternative="Recorded and predicted output over the input",
-    caption=lambda recorded, outputs: "Some of the curves." * (len(recorded.curves) > 24),
-)
-CURVE_ERRORS = ReportFigure(
-    name="errors",
-    takes=("recorded", "outputs"),
-    draw=lambda recorded, outputs: curve_errors(recorded.curves, outputs, recorded.kind),
-    alternative="Recorded minus predicted output over the input",
-    caption="Recorded minus predicted.",
-)

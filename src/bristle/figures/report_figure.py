@@ -2,9 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from matplotlib.figure import Figure
+
+from bristle.figures.style import styled
 
 Facts = Mapping[str, Any]  # results of a report, by name; None, or no entry, for missing results
 
@@ -71,3 +74,29 @@ class ReportFigure:
     def applies_to(self, facts: Facts) -> bool:
         """Return whether a report with these results has the figure."""
         return not self.missing(facts) and (self.applies is None or self.applies(*self.arguments(facts)))
+
+
+FIGURES: dict[str, ReportFigure] = {}  # the figures of reports, by module and file name
+
+
+def shown(
+    name: str,
+    takes: str | tuple[str, ...],
+    alternative: str | Callable[..., str],
+    caption: str | Callable[..., str] = "",
+    *,
+    draw: Callable[..., Figure] | None = None,
+    may_take: tuple[str, ...] = (),
+    applies: Callable[..., bool] | None = None,
+) -> Callable[[Callable[..., Figure]], Callable[..., Figure]]:
+    """Offer a function, in the style of all figures, as a figure of reports; `draw` takes it, and the results for its arguments."""
+
+    def offered(function: Callable[..., Figure]) -> Callable[..., Figure]:
+        drawn, key = styled(function), f"{function.__module__.rpartition('.')[2]}.{name}"
+        given = drawn if draw is None else partial(draw, drawn)
+        FIGURES[key] = ReportFigure(
+            name=name, takes=takes, draw=given, caption=caption, alternative=alternative, may_take=may_take, applies=applies
+        )
+        return drawn
+
+    return offered

@@ -16,7 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.core import Kind, Scale, scale_of, unit_of
-from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, Drawing, label, own_settings, shortened, shortened_apart, width
+from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, label, own_settings, shortened, shortened_apart, width
+from bristle.figures.files import Drawing
 from bristle.palette import LIGHT
 
 

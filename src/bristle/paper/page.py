@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
+
+from markupsafe import Markup
 
 from bristle.figures.loop_rows import errors_by_loop
 from bristle.paper.equations import EQUATIONS
@@ -11,7 +13,7 @@ from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.tracking import BEFORE, COMPENSATED, IN_PAPER, NAMES, PRINTED, with_spread
 from bristle.report.cards import Card, Step
 from bristle.report.compensation import change_text
-from bristle.report.page import Front, Picture, Ruling, about, picture, render
+from bristle.report.page import Block, Front, Picture, Ruling, Section, about, page_of, picture
 from bristle.report.table import Table, length_text
 
 HEADING = "The source paper, reproduced figure by figure"
@@ -81,14 +83,14 @@ def _picture(loop: Reproduced) -> Picture:
     by_label = ((names, peaks), (names, spreads), (REPORTED, IN_PAPER))
     bars = [{labels[name]: 1e6 * length for name, length in lengths.items()} for labels, lengths in by_label]
     alternative = "Following error of each loop, peak to peak, and that of the paper"
-    caption = f"{alternative}. The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
+    caption = f"The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
         "paper-first",
         lambda: errors_by_loop(*bars, "Following error [µm], peak to peak"),
         alternative,
         caption,
         file="figure-00",
-        published=f"{caption} The rig is simulated.",
+        published=f"{alternative}. {caption} {SIMULATED}",
     )
 
 
@@ -100,13 +102,12 @@ RIG = (
     "these three properties. The others are of other kinds."
 )
 SIMULATED = "The rig is simulated."
-
-
-class Section(NamedTuple):
-    """A figure of the paper with its pictures."""
-
-    reproduced: Reproduced
-    pictures: list[Picture]
+REBUILT = f"""{TITLE}: bristle rebuilds each figure as an experiment, compares it with the claim of the paper, and explains any
+difference. The experiments are files: `bristle paper --write DIR` copies them, and `bristle paper --from DIR` runs your changed copies."""
+PRINTED_EQUATIONS = """Each equation of the paper: whether it is correct as printed, and the code that computes it. The lines of Python
+use the definitions at the beginning of docs/reference/equations.md, which has every equation in full."""
+PRINTED_ERRORS = """Equations and statements of the paper that are wrong or ambiguous as printed, and remarks on others. Every correction
+is tested."""
 
 
 def claim_table(figures: Sequence[Reproduced]) -> Table:
@@ -117,41 +118,50 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page; `command` is the command line that writes it again."""
-    return render(
-        "paper.html",
-        provenance=provenance,
-        command=command,
-        banner=BANNER,
-        title=TITLE,
-        rig=RIG,
-        status=paper_ruling(figures).reasons,
-        front=paper_front(figures),
-        claims=claim_table(figures),
-        sections=[_section(figure) for figure in figures],
-        equations=Table(
-            "The equations of the paper",
-            ("Equation", "Title", "Here", "Computed by", "Run"),
-            [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
-        ),
-        errata=Table(
-            "Printed text, correction, and test.  "
-            + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
-            ("Place", "Kind", "As printed", "Correct", "Test"),
-            [(erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2]) for erratum in ERRATA],
-        ),
+    front, wide = paper_front(figures), ("long shared",)
+    equations = Table(
+        "The equations of the paper",
+        ("Equation", "Title", "Here", "Computed by", "Run"),
+        [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
     )
+    errata = Table(
+        "Printed text, correction, and test.  "
+        + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
+        ("Place", "Kind", "As printed", "Correct", "Test"),
+        [(erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2]) for erratum in ERRATA],
+    )
+    claims = [REBUILT, RIG, Block("items", paper_ruling(figures).reasons), claim_table(figures)]
+    sections = [
+        Section("claims", "Claims of the paper", claims, "Claims"),
+        *map(_section, figures),
+        Section("equations", "Equations", [PRINTED_EQUATIONS, Block("table", equations, wide)]),
+        Section("errata", "Errata", [PRINTED_ERRORS, Block("table", errata, wide)]),
+    ]
+    return page_of(front, sections, command=command, provenance=provenance, banner=BANNER)
 
 
 def _section(figure: Reproduced) -> Section:
-    words, file = figure.words, f"figure-{figure.number:02d}"
-    caption = f"Figure {figure.number}. {words.alternative}."
+    """Return a figure of the paper: its statement, the picture, the results, and the reason for any difference."""
+    words, number, file = figure.words, figure.number, f"figure-{figure.number:02d}"
     published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
-    drawn = picture(f"paper-{figure.number}", figure.draw, words.alternative, caption, file=file, published=published)
-    pictures = [drawn._replace(id=f"fig-{figure.number}")]
+    caption = f"Figure {number}. {words.alternative}."
+    drawn = picture(f"paper-{number}", figure.draw, words.alternative, caption, file=file, published=published)
+    further = []
     for name, (draw, alternative, caption) in figure.extras.items():
-        title, published = f"paper-{figure.number}-{name}", f"{caption} {SIMULATED}"
-        pictures.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))
-    return Section(figure, pictures)
+        title, published = f"paper-{number}-{name}", f"{caption} {SIMULATED}"
+        further.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))
+    claim = '<p class="note">Claim: {} <strong>Here: {}.</strong> Experiment: <code>{}</code>.</p>'
+    blocks = [
+        Markup("<blockquote><p>{}</p></blockquote>").format(words.quotation),
+        drawn._replace(id=f"fig-{number}"),
+        Markup("<p><strong>Found.</strong></p>"),
+        Block("items", figure.found),
+        *figure.tables,
+        *further,
+        Markup("<p><strong>Why it differs.</strong> {}</p>").format(words.differs),
+        Markup(claim).format(words.claim, figure.verdict, figure.origin.name),
+    ]
+    return Section(f"figure-{number}", f"Figure {number}: {words.title}", blocks, "Figures")
 
 
 def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
 from bristle.core.edge import guarded, instance, whole
 from bristle.core.errors import InputError
+from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 from bristle.friction import unvaried
@@ -23,6 +24,7 @@ from bristle.prediction.predict import rows_as_fitted
 
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: for figures, before refinement, and at most
 SLOWEST = 1e-9  # of the largest speed: treated as rest
+DRAWS = 32  # for the band of the steady curve
 REMEMBERED = 16  # cached curves and distances: a report uses each several times
 BETWEEN = 0.4  # of the interval: not the middle, because that of an S lies on its chord
 SETTLED_SHARE = 0.95  # of the change after a reversal
@@ -122,9 +124,22 @@ def _line_below(side: np.ndarray) -> _Line:
     return _Line(level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level)
 
 
-def steady_curve(fit: Fit) -> list[tuple[float, float]]:
-    """Return the steady friction force over velocity, as `drive_table`, with many points, dense near zero."""
-    return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
+def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:
+    """Return the steady friction force over velocity, as `drive_table`, with many points, dense near zero.
+
+    With `band`, the half-width of its 95 % band over velocity; empty without draws.
+    """
+    if not band:
+        return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
+    models = [] if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
+    halves: list[tuple[float, float]] = []
+    for direction, side, ascending in _branches(fit) if len(models) > 1 else ():
+        speeds = side[-1, 0] * np.geomspace(1e-6, 1.0, COARSE // 2)
+        own, *drawn = ([steady_force(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
+        spread = NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
+        velocities = ascending[:, 0]
+        halves += zip(velocities.tolist(), np.interp(np.abs(velocities), speeds, spread).tolist(), strict=True)
+    return halves
 
 
 def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
+from bristle.report.cards import no_gain
 from bristle.report.compensation import gain_of
 from bristle.report.judgement import DOUBTS, is_one_sided, judged
+from bristle.report.messages import advice_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
-from bristle.report.table import capital, fixed, length_text, percent_text
+from bristle.report.table import capital, fixed, percent_text
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Diagnostic
@@ -54,8 +56,7 @@ def advice_to_record(fit: Fit) -> str:
     """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
     codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]
     codes += ["one_direction"] if is_one_sided(fit) else []
-    advice = [SENTENCES[code].advice for code in dict.fromkeys(codes) if SENTENCES[code].advice != "nothing"]
-    return f"{capital(advice[0])}, and identify again." if advice else ""
+    return next((f"{capital(advice)}, and identify again." for advice in advice_of(codes)), "")
 
 
 def verdict(ruling: Ruling) -> Line:
@@ -133,18 +134,10 @@ def _gain(simulation: SimulationResult | None, following: Following | None) -> l
     """Return the following error without and with friction feedforward."""
     if simulation is None:
         return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
-    if following is not None and following.contradiction is not None:
-        return [Line("Gain", "not predicted: the simulated loop does not match the log")]
     gain = gain_of(simulation)
-    if gain is None or not gain.steps:
-        return [Line("Gain", "not predicted: a simulated loop is unstable")]
-    before, after = (step.peak_to_peak for step in gain.steps[-2:])
-    old, new = (length_text(length, gain.kind) for length in (before, after))
-    times = f", {number(before / after, digits=2)} times smaller" if 0.0 < after < 0.95 * before else ", no improvement"
-    return [
-        Line("Gain", f"friction feedforward: {old} → {new}{times}", "gain"),
-        Line("", "(following error, peak to peak, simulated: confirm on the machine)"),
-    ]
+    if gain is None or not gain.steps or (following is not None and following.contradiction is not None):
+        return [Line("Gain", f"not predicted: {no_gain(simulation, following, usable=True).remark}")]
+    return [Line("Gain", gain.headline, "gain"), Line("", "(following error, simulated: confirm on the machine)")]
 
 
 def _warnings(fit: Fit, following: Following | None) -> list[Line]:
@@ -152,7 +145,14 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     doubts = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity != "note"]
     if following is not None and following.contradiction is not None:
         doubts.append(following.contradiction)
-    doubts.sort(key=lambda diagnostic: _gravity(diagnostic, fit))
+    matter, ranks = {estimate.name for estimate in fit.estimates if estimate.matters}, {code: rank for rank, code in enumerate(DOUBTS)}
+    doubts.sort(
+        key=lambda doubt: (
+            doubt.severity != "error",
+            ranks.get(doubt.code, len(ranks)),
+            bool(doubt.parameter) and doubt.parameter not in matter,
+        )
+    )
     lines = dict.fromkeys(f"{_named(diagnostic)} [{diagnostic.code}]" for diagnostic in doubts)
     more = len(lines) - WARNINGS
     lines = [*lines][:WARNINGS] + (
@@ -161,12 +161,6 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
     return [*_labelled("Warnings", lines), *proposed]
-
-
-def _gravity(diagnostic: Diagnostic, fit: Fit) -> tuple[bool, int, bool]:
-    matter = {estimate.name for estimate in fit.estimates if estimate.matters}
-    rank = DOUBTS.index(diagnostic.code) if diagnostic.code in DOUBTS else len(DOUBTS)
-    return diagnostic.severity != "error", rank, bool(diagnostic.parameter) and diagnostic.parameter not in matter
 
 
 def _named(diagnostic: Diagnostic) -> str:

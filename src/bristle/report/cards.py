@@ -79,7 +79,8 @@ def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     """Return the cards of a fit; without numbers to type in if the log is not usable."""
     kind = fit.plant.kind
     mass, friction = "Inertia" if kind == "rotational" else "Mass", "Lowest sliding friction"
-    quality = Card("Model error", percent_text(fit.error_percent), _held_out(fit))
+    held_out = "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
+    quality = Card("Model error", percent_text(fit.error_percent), held_out)
     if not usable:
         return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True)]
     return [card for card in (_mass(mass, fit, axis), _friction(friction, fit, axis), _distance(fit, axis), quality) if card is not None]
@@ -95,10 +96,6 @@ def no_gain(simulation: SimulationResult | None, following: Following | None, *,
     elif following is not None and following.contradiction is not None:
         reason = "the simulated loop does not match the log"
     return Card("Gain", "–", reason, open=True)
-
-
-def _held_out(fit: Fit) -> str:
-    return "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
 
 
 def quantity_text(value: float, half: float | None, unit: str) -> str:

@@ -157,12 +157,8 @@ def remarks_of(compared: Comparison) -> list[str]:
     motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
     drawn = "in pairs" if shared.paired else "separately for each side"
     window = f". The window after a reversal is {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
-    pieces = f"{shared.cycles_before} {_pieces(compared)} before and {shared.cycles_after} after"
+    pieces = f"{shared.cycles_before} {'cycles' if shared.complete else 'pieces'} before and {shared.cycles_after} after"
     return [*doubts, f"bristle compared {pieces}, of {motions}. The intervals resample them {drawn}{window}", *notes]
-
-
-def _pieces(compared: Comparison) -> str:
-    return "cycles" if compared.shared.complete else "pieces"
 
 
 def comparison_ruling(compared: Comparison) -> Ruling:
@@ -187,21 +183,19 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     change, shared = compared.changes.get(RMS), compared.shared
     wording, ruling = _wording(change) if change else None, comparison_ruling(compared)
     first = change or next(iter(compared.changes.values()), None)
-    arrow = " → ".join(filter(None, files.values()))
+    arrow, title = " → ".join(filter(None, files.values())), ""
+    if first:
+        word, _, statistic = WORDS[first.name].partition(", ")
+        title = f"{word}: {change_text(first.before, first.after, partial(_text, first), SHORT.get(statistic, statistic))}"
     return Front(
         f"{name}: before and after",
-        about(f"{shared.cycles_before} and {shared.cycles_after} {_pieces(compared)}"),
+        about(f"{shared.cycles_before} and {shared.cycles_after} {'cycles' if shared.complete else 'pieces'}"),
         ruling.beyond_title if change else ruling,
-        title=_title(first) if first else "",
+        title=title,
         basis=f"({arrow})" if arrow else "",
         cards=[_card(item) for item in list(compared.changes.values())[:MOST_CARDS]],
         next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
     )
-
-
-def _title(change: Change) -> str:
-    word, _, statistic = WORDS[change.name].partition(", ")
-    return f"{word}: {change_text(change.before, change.after, partial(_text, change), SHORT.get(statistic, statistic))}"
 
 
 def _card(change: Change) -> Card:

@@ -54,7 +54,7 @@ class Gain(NamedTuple):
 
     @property
     def headline(self) -> str:
-        """The gain of friction feedforward, in a line."""
+        """The gain of friction feedforward in a line, for the report, terminal, notebook and served lab."""
         before, after = (step.peak_to_peak for step in self.steps[-2:])
         return f"Friction feedforward: {change_text(before, after, partial(length_text, kind=self.kind), 'peak to peak')}"
 

@@ -132,15 +132,18 @@ largest speed of the reference. The only resonances are those of the plant in th
 
 def design_report(design: Design, **options: Any) -> str:
     """Return the report of a loop design as an HTML page; options as in `report_page`."""
-    budget = budget_table(design)
+    budget, causes = budget_table(design), None
+    if design.budget is not None and design.budget.entries:
+        errors = {f"no {entry.cause}": entry.without.peak_to_peak for entry in design.budget.entries}
+        causes = {"all causes": design.budget.all_causes.peak_to_peak} | errors
     laws = [
         block
         for proposal in design.proposals[1:]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
     runs = 1 if design.budget is None else design.budget.runs
-    causes = f"with each cause alone, and with all causes but one: {'one run' if runs == 1 else f'{runs} runs'} each."
-    errs = [] if budget is None else [f"bristle simulated the loop {causes}", budget]
+    basis = "bristle simulated the loop with each cause alone, and with all causes but one"
+    errs = [] if budget is None else [f"{basis}: {'one run' if runs == 1 else f'{runs} runs'} each.", budget]
     values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(design.chosen.variant))]
     circles: list[object] = []
     if design.circles:
@@ -162,21 +165,13 @@ def design_report(design: Design, **options: Any) -> str:
         "design": design,
         "kind": design.experiment.kind,
         "assessment": design.assessment,
-        "causes": _errors_without(design),
+        "causes": causes,
         "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
         "enough": design.usual_phase,
         "phases": [loop.assessment.least_phase for loop in design.proposals],
     }
     return report_page("design", facts, _front(design), sections, **options)
-
-
-def _errors_without(design: Design) -> dict[str, float] | None:
-    """Return the error with all causes, and without each cause [m or rad]; None if the loop was not simulated."""
-    if design.budget is None or not design.budget.entries:
-        return None
-    entries = design.budget.entries
-    return {"all causes": design.budget.all_causes.peak_to_peak} | {f"no {entry.cause}": entry.without.peak_to_peak for entry in entries}
 
 
 def design_sentences(design: Design) -> list[str]:
@@ -198,8 +193,9 @@ def design_sentences(design: Design) -> list[str]:
             f"{design.variant.name} {own}. Write the lag of the drive into the axis file, such as "
             'lag = "0.4 ms" under [effort], or current_lag under [run].'
         )
-    if _counts_much(design):
-        count = design.proposals[0].count_effort
+    count = design.proposals[0].count_effort
+    # The smallest effort of a count for a remark.
+    if design.friction > 0.0 and count > 0.5 * design.friction:
         effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
         lines.append(
             f"Much of the effort is noise: one encoder count causes an effort of {effort}, {number(count / design.friction, digits=2)} "
@@ -216,13 +212,7 @@ def design_sentences(design: Design) -> list[str]:
         if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
             about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
         lines.append(f"The following error is {length_text(error, kind)} peak to peak. {about_causes}")
-    choice = _choice(design)
-    return [*lines, *([f"{capital(choice)}."] if design.best is not None else [])]
-
-
-def _counts_much(design: Design) -> bool:
-    """Return whether one encoder count causes an effort of the size of friction."""
-    return design.friction > 0.0 and design.proposals[0].count_effort > 0.5 * design.friction  # smallest effort for a remark
+    return [*lines, *([f"{capital(_choice(design))}."] if design.best is not None else [])]
 
 
 def _choice(design: Design) -> str:
@@ -252,39 +242,31 @@ def _margin_text(phase: float | None) -> str:
 
 
 def _front(design: Design) -> Front:
-    is_present = design.chosen is design.proposals[0]
-    facts = about(f"variant {design.variant.name}", f"law {design.variant.controller.name}")
-    heading, step = f"{design.experiment.name}: the loop", Step.of(MEASURE if is_present else COPY)
-    ruling = design_ruling(design) if is_present else design_ruling(design).beyond_title
-    return Front(heading, facts, ruling, title=_title(design), basis="(simulated)", cards=_cards(design), next=step)
-
-
-def _title(design: Design) -> str:
-    """Return the headline: the error of the present and the chosen loop, or the margin of the present loop."""
     kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
-    if chosen is not present and chosen.following_error is not None and present.following_error is not None:
+    force, rows, is_present = unit_of("force", kind), [], chosen is present
+    old, new = (loop.assessment.least_phase for loop in (present, chosen))
+    title = capital(_margin_text(old)) if design.is_stable else "The present loop is unstable"
+    if not is_present and chosen.following_error is not None and present.following_error is not None:
         change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=kind), "peak to peak")
-        return f"Gains {chosen.name}: {change}"
-    if not design.is_stable:
-        return "The present loop is unstable"
-    return capital(_margin_text(present.assessment.least_phase))
-
-
-def _cards(design: Design) -> list[Card]:
-    """Return error, effort, margin and noise of the chosen loop."""
-    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
-    force, rows = unit_of("force", kind), []
+        title = f"Gains {chosen.name}: {change}"
     if chosen.following_error is not None:
         rows.append(("Following error", length_text(chosen.peak_to_peak, kind), ""))
     if design.budget is not None and design.budget.entries:
         first = design.budget.entries[0]
         rows.append(("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))
-    old, new = (loop.assessment.least_phase for loop in (present, chosen))
     if new is not None:
         rows.append(("Phase margin", f"{short_text(new)}°", f"usual least {design.usual_phase:g}°" if new == old else f"now {_cell(old)}°"))
     if chosen.effort_rms is not None:
         rows.append(("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
-    return [Card(*row) for row in rows]
+    return Front(
+        f"{design.experiment.name}: the loop",
+        about(f"variant {design.variant.name}", f"law {design.variant.controller.name}"),
+        design_ruling(design) if is_present else design_ruling(design).beyond_title,
+        title=title,
+        basis="(simulated)",
+        cards=[Card(*row) for row in rows],
+        next=Step.of(MEASURE if is_present else COPY),
+    )
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:

@@ -113,7 +113,8 @@ def outlook_table(excitation: Excitation) -> Table:
     for estimate in _sought(excitation):
         put_in = excitation.rehearsal.truth.get(estimate.name)
         half, error = estimate.interval_percent, _error(estimate, put_in)
-        known, at_zero = _is_known(estimate, put_in), put_in == 0.0
+        at_zero = put_in == 0.0
+        known = estimate.status == "identified" and (at_zero or (half or 0.0) < WIDE)
         scale = scale_of(estimate.unit, estimate.value if known and estimate.value else put_in or 0.0)
         rows.append(
             {
@@ -135,11 +136,6 @@ def outlook_table(excitation: Excitation) -> Table:
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
     """Return the error of a parameter of the rehearsal [%]."""
     return 100.0 * (estimate.value / put_in - 1.0) if put_in and math.isfinite(put_in) else None
-
-
-def _is_known(estimate: Estimate, put_in: float | None) -> bool:
-    """Return whether the rehearsal identified a parameter with an interval smaller than its value, or its true value is zero."""
-    return estimate.status == "identified" and (put_in == 0.0 or (estimate.interval_percent or 0.0) < WIDE)
 
 
 def _misses(estimate: Estimate, put_in: float | None) -> bool:
@@ -242,7 +238,7 @@ def _front(excitation: Excitation, identify: str) -> Front:
     cards = [
         Card(
             estimate.description.partition(",")[0].partition(" or ")[0].capitalize(),
-            _value(estimate),
+            quantity_text(estimate.value, estimate.interval_percent, estimate.unit),
             estimate.name,
             estimate.interval_percent,
         )
@@ -262,7 +258,3 @@ def _front(excitation: Excitation, identify: str) -> Front:
         cards=cards,
         next=Step("Run motion.csv, then identify its log:", identify),
     )
-
-
-def _value(estimate: Estimate) -> str:
-    return quantity_text(estimate.value, estimate.interval_percent, estimate.unit)

@@ -43,20 +43,14 @@ def export_model_file(
     to: str | Target,
     *,
     command: str,
-    name: str | None = None,
-    step: str | float | None = None,
-    tunable: bool = False,
     float32: bool = False,
     axis: Any = None,
     speed: str | None = None,
-    points: int = 20,
     log: Any = None,
-    rest: str | None = None,
-    mode: str = "torque",
-    accept_harm: bool = False,
     allow_code: bool = False,
+    **options: Any,
 ) -> ExportedModel:
-    """Return the files of a friction model or an operator for a target."""
+    """Return the files of a friction model or an operator for a target; further options of `files_from_text` are name, step and others."""
     from bristle.exports import Source, files_from_text, target_named
     from bristle.files import read_axis
     from bristle.logs import read_log
@@ -75,21 +69,15 @@ def export_model_file(
         target,
         exported,
         Source(source, facts["uncertainty"]),
-        name=name,
-        step=step,
-        rest=rest,
-        accept_harm=accept_harm,
-        tunable=tunable,
         single=float32,
         axis=described,
         speed=float(fastest),
-        points=points,
         mass=1.0 if plant is None else float(plant.values.get("M", 1.0)),
         plant=plant,
         log=recorded,
         info=facts,
         loop=loop,
-        mode=mode,
+        **options,
     )
     return ExportedModel(target.name, product, exported.name, source, remarks)
 

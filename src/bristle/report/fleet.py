@@ -28,10 +28,7 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
     names, counts = np.unique(columns["status"], return_counts=True)
     failed = np.flatnonzero(columns["status"] != OK)
     errors, parameters = columns["held_out_error"], described["metrics"]
-    return {
-        "name": described["name"],
-        "kind": described["kind"],
-        "model": described["model"],
+    return {name: described[name] for name in ("name", "kind", "model")} | {
         "logs": described["runs"],
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
@@ -207,25 +204,21 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
         "labels": short_names(columns),
         "again": measure_again(columns),
     }
+    title = capital(ruling.reasons[0]) if ruling.words == "Logs differ" or not ordered else ""
+    if not title:
+        entry = summary["parameters"][ordered[0]]
+        low, high = (with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0") for key in ("low", "high"))
+        title = f"{ordered[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
     front = Front(
         f"{summary['name']}: a fleet",
         f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
         ruling,
-        title=_title(summary, ruling, ordered),
+        title=title,
         basis=f"({summary['model']})",
         cards=_cards(summary, ordered),
         next=_next(summary, command),
     )
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
-
-
-def _title(summary: Mapping[str, Any], ruling: Ruling, names: Sequence[str]) -> str:
-    """Return the headline: a parameter that differs, or else the range of the first parameter."""
-    if ruling.words == "Logs differ" or not names:
-        return capital(ruling.reasons[0])
-    entry = summary["parameters"][names[0]]
-    low, high = (with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0") for key in ("low", "high"))
-    return f"{names[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
 
 
 def _cards(summary: Mapping[str, Any], names: Sequence[str]) -> list[Card]:

@@ -14,11 +14,11 @@ from bristle.core import unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
-from bristle.report.compensation import Gain, about_loop, gain_of
+from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import assumptions_of, message, notes_of, warnings_of, why_effective
+from bristle.report.messages import advice_of, assumptions_of, message, notes_of, warnings_of, why_effective
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -29,7 +29,6 @@ from bristle.report.model_tables import (
     values_to_enter,
 )
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
-from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, capital, fixed, percent_text
 
@@ -74,8 +73,7 @@ def identification_report(
         recorded = simulation.experiment.variants[:1]
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
-    further = f" and {len(identification.further_logs)} more" if identification.further_logs else ""
-    log_name = log.source.name.strip("<>") + further
+    log_name = log.source.name.strip("<>") + (f" and {len(identification.further_logs)} more" if identification.further_logs else "")
     ruling = judged(fit, identification.settings, following)
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
@@ -87,6 +85,7 @@ def identification_report(
         "log": log,
         "log_name": log_name,
         "curve": steady_curve(fit),
+        "curve_band": [half for _, half in steady_curve(fit, band=True)],
         "passages": identification.passages,
         "simulation": simulation,
         "following": following,
@@ -132,28 +131,20 @@ def identification_report(
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", read, "Log"),
     ]
+    title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
+    again = advice_to_record(fit)
+    step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
     front = Front(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
         ruling._replace(reasons=_merged(ruling.reasons)),
-        title=headline(fit, gain if shows_gain else None),
+        title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
-        next=_next_step(fit, ruling.level).in_full(options["command"]),
+        next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
     )
     return report_page("identification", facts, front, sections, living=living, **options)
-
-
-def _next_step(fit: Fit, level: str) -> Step:
-    """Return the step to take first: record again, enter the values, or improve the model."""
-    again = advice_to_record(fit)
-    return Step(again) if again else Step.of(ENTER if level == "usable" else next_steps(fit, usable=level != "measure_again")[0])
-
-
-def why_only_similar(fit: Fit) -> str:
-    """Return why the values hold only for similar motions; empty if they hold in general."""
-    return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
@@ -162,11 +153,9 @@ def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
     return tuple(reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place])
 
 
-def headline(fit: Fit, gain: Gain | None) -> str:
-    """Return the sentence over the large picture: the gain of friction feedforward, or the model error without a simulated gain."""
-    if gain is not None:
-        return gain.headline
-    return "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
+def why_only_similar(fit: Fit) -> str:
+    """Return why the values hold only for similar motions; empty if they hold in general."""
+    return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
 
 
 def _correlations(fit: Fit) -> Table:
@@ -191,8 +180,7 @@ def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | 
 
 def next_steps(fit: Fit, *, usable: bool) -> list[str]:
     """Return the next steps: how to record again, models with a missing force, motions for open parameters."""
-    grave = (SENTENCES[doubt.code].advice for doubt in fit.diagnostics if doubt.severity == "error")
-    lines = [advice for advice in dict.fromkeys(grave) if advice != "nothing"]
+    lines = advice_of(doubt.code for doubt in fit.diagnostics if doubt.severity == "error")
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
     lines += [f"try a model with the missing force: `--model {','.join(dict.fromkeys(models))}`"] if models else []
     by_motion: dict[str, list[str]] = {}
@@ -200,7 +188,4 @@ def next_steps(fit: Fit, *, usable: bool) -> list[str]:
         sentence, _, command = motion.partition(WRITTEN_BY)
         by_motion.setdefault(f"generate a motion with {command}" if command else sentence, []).append(names)
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
-    otherwise = "record the axis again, in both directions and at several speeds"
-    if usable:
-        otherwise = ENTER
-    return lines or [otherwise]
+    return lines or [ENTER if usable else "record the axis again, in both directions and at several speeds"]

@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
 from bristle.files import SUMMARY, Inspection, as_json
 from bristle.report.cards import Card, Step
-from bristle.report.messages import as_data
+from bristle.report.messages import advice_of, as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
 from bristle.report.sentences import SENTENCES
@@ -113,8 +113,7 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
 
 
 def _advice(diagnostics: Sequence[Mapping[str, Any]]) -> list[str]:
-    advice = (SENTENCES[diagnostic["code"]].advice for diagnostic in diagnostics if diagnostic["severity"] != "note")
-    return [capital(line) for line in dict.fromkeys(advice) if line != "nothing"]
+    return [capital(line) for line in advice_of(entry["code"] for entry in diagnostics if entry["severity"] != "note")]
 
 
 def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> Front:

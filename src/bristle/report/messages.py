@@ -54,6 +54,11 @@ def clause(diagnostic: Diagnostic) -> str:
     return _formatted(SENTENCES[diagnostic.code].template(diagnostic.numbers), diagnostic)
 
 
+def advice_of(codes: Iterable[str]) -> list[str]:
+    """Return the advice on codes, without repetitions."""
+    return [advice for advice in dict.fromkeys(SENTENCES[code].advice for code in codes) if advice != "nothing"]
+
+
 def note_of(estimate: Estimate) -> str:
     """Return why a parameter is held constant, at an edge or unidentifiable; empty if it is identified."""
     return "" if estimate.reason is None else clause(estimate.reason)

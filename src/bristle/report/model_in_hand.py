@@ -156,18 +156,13 @@ class ModelInHand(WithCard):
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row for each parameter."""
+        from bristle.report.messages import picked
+
         pandas = library("pandas", "to_dataframe()")
         rows = {
-            name: {
-                "value": estimate.value,
-                "unit": estimate.unit,
-                "std": estimate.std,
-                "robust_std": estimate.robust_std,
-                "low": (estimate.interval or (None, None))[0],
-                "high": (estimate.interval or (None, None))[1],
-                "status": estimate.status,
-                "description": estimate.description,
-            }
+            name: picked(estimate, "value", "unit", "std", "robust_std")
+            | dict(zip(("low", "high"), estimate.interval or (None, None), strict=True))
+            | picked(estimate, "status", "description")
             for name, estimate in self.parameters.items()
         }
         return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")

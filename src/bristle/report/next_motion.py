@@ -68,7 +68,8 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
         if motion.rehearsal is None:
             continue
         rehearsed = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
-        gained = {name: (_now(estimate), _then(rehearsed.get(name), estimate)) for name, estimate in unknown.items()}
+        present = {name: estimate.interval_percent if estimate.status == "identified" else None for name, estimate in unknown.items()}
+        gained = {name: (present[name], _then(rehearsed.get(name), estimate)) for name, estimate in unknown.items()}
         narrower = {name: (now, then) for name, (now, then) in gained.items() if then is not None and then < NARROWER * (now or 100.0)}
         if narrower and (best is None or len(narrower) > len(best.half_widths)):
             best = NextMotion(purposes, narrower, options, limits)
@@ -94,10 +95,6 @@ def is_open(estimate: Estimate) -> bool:
     if estimate.status == "held" or not (estimate.matters or estimate.is_rough):
         return False
     return estimate.status != "identified" or (estimate.interval_percent or 0.0) > OPEN
-
-
-def _now(estimate: Estimate) -> float | None:
-    return estimate.interval_percent if estimate.status == "identified" else None
 
 
 def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:

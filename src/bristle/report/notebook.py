@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
-import re
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from bristle.core import Card, InputError, Model, scale_of
 from bristle.lab.page import joined
-from bristle.palette import DARK, LIGHT
+from bristle.palette import notebook_style
 from bristle.prediction import reversal_distance
 from bristle.report.table import capital
-
-if TYPE_CHECKING:
-    from bristle.report.cards import Card as Number
 
 
 def as_html(result: Any) -> str:
     """Return a model or an identification as HTML with its own style."""
-    colours = "".join(f"--{name}:light-dark({colour},{DARK[name]});" for name, colour in LIGHT.items())
-    style = f"<style>.bristle{{{colours}}}{joined(('card.css',))}</style>"
-    return f'<div class="bristle">{style}{"".join(_parts(result))}</div>'
+    return f'<div class="bristle"><style>{notebook_style()}{joined(("card.css",))}</style>{"".join(_parts(result))}</div>'
 
 
 def bundle(result: Any, include: Any = None, exclude: Any = None) -> dict[str, Any]:
@@ -71,7 +64,7 @@ def _of_model(model: Model) -> list[str]:
 
         return loops_of(model, reversal_distance(model, 0.1))
 
-    picture = _picture(draw, f"Force over position of {model.name}", model) if component.family == "friction" else ""
+    picture = _picture(draw, f"Force over position of {model.name}") if component.family == "friction" else ""
     return [
         head.format(model.name, component.family, model.kind, capital(component.description), Markup("").join(equations)),
         picture + Card("", ("Parameter", "Value", "Meaning"), tuple(rows)).html(),
@@ -86,17 +79,14 @@ def _value(value: Any, unit: str) -> str:
     return f"{', '.join(f'{item:.6g}' for item in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
 
 
-def _picture(draw: Callable[[], Any], description: str, result: Any) -> str:
+def _picture(draw: Callable[[], Any], description: str) -> str:
     """Return a figure in the colours of the notebook; empty without matplotlib."""
     try:
-        from bristle.figures import inline_svg
+        from bristle.figures.files import notebook_svg
 
-        svg = inline_svg(draw(), f"b{hashlib.sha256(repr(result).encode()).hexdigest()[:8]}", description)
+        return f'<div class="picture">{notebook_svg(draw(), description)}</div>'
     except (ImportError, InputError):
         return ""
-    # Where a page removes styles, the light colours remain.
-    themed = re.sub(r"var\(--(\w+)\)", lambda match: f"var(--{match[1]},{LIGHT[match[1]]})", svg)
-    return f'<div class="picture">{themed}</div>'
 
 
 def _of_identification(identified: Any) -> list[str]:
@@ -106,7 +96,7 @@ def _of_identification(identified: Any) -> list[str]:
     from bristle.report.compensation import gain_of
     from bristle.report.judgement import LEVELS, judged
     from bristle.report.messages import warnings_of
-    from bristle.report.page import Ruling
+    from bristle.report.page import Ruling, macro
 
     fit, outcome, lines = identified.best, getattr(identified, "outcome", None), []
     if outcome is None:  # loaded
@@ -120,7 +110,7 @@ def _of_identification(identified: Any) -> list[str]:
     cards = cards_of(fit, identified.axis, usable=ruling.level != "measure_again")
 
     def draw() -> Any:
-        from bristle.figures.first_screen import gain_at_reversal
+        from bristle.figures import gain_at_reversal
 
         simulation = None if outcome is None else outcome.simulation
         gained = None if simulation is None else gain_of(simulation)
@@ -132,18 +122,10 @@ def _of_identification(identified: Any) -> list[str]:
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),
-        f'<div class="numbers">{"".join(map(_with_bar, cards))}</div>',
+        f'<div class="cards">{"".join(macro("card")(card, None) for card in cards)}</div>',
         *(Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text)) for line in gain),
-        _picture(draw, f"Following error or effort of {fit.name}", identified),
+        _picture(draw, f"Following error or effort of {fit.name}"),
         f'<strong class="warned">Warnings</strong><ul>{"".join(warned)}</ul>' if warned else "",
         '<p class="soft">Report: <code>.report("report.html")</code></p>',
         f"<details><summary>All parameters</summary>{identified._card().html()}</details>",
     ]
-
-
-def _with_bar(card: Number) -> str:
-    """Return a card of the report with a bar for its interval, striped without an interval."""
-    bar = "" if card.half is None else Markup('<i style="left:{:.1f}%;width:{:.1f}%"></i>').format(50.0 - card.reach, 2.0 * card.reach)
-    text = '<div><small>{}</small><strong>{}</strong><span class="bar">{}</span><small>{}</small></div>'
-    remark = " · ".join(filter(None, (card.half_text, card.remark)))
-    return Markup(text).format(card.label, card.value, bar if card.half is not None or card.open else Markup("<i></i>"), remark)

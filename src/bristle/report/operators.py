@@ -58,32 +58,23 @@ def operator_prediction_summary(
 
 def operator_report(identification: OperatorIdentification, **options: Any) -> str:
     """Return the report of the identification of an operator as an HTML page; options as of `operator_prediction_report`."""
-    best, fits = identification.best, identification.fits
-    compared = comparison_of_operators(identification) if len(fits) > 1 else None
-    title = f"{best.name} identified"
-    return _page(best.prediction, best.operator, identification.recorded, fits, title, compared, identification.notes, **options)
+    best = identification.best
+    return operator_prediction_report(best.prediction, best.operator, identification.recorded, identification=identification, **options)
 
 
-def operator_prediction_report(prediction: OperatorPrediction, operator: Model, recorded: Curves, **options: Any) -> str:
-    """Return the report of recorded curves, predicted by an operator, as an HTML page.
-
-    Options are the `name` of the axis, and `command`, `provenance` and `banner` as in every report.
-    """
-    return _page(prediction, operator, recorded, (), f"prediction by {operator.name}", None, (), **options)
-
-
-def _page(
+def operator_prediction_report(
     prediction: OperatorPrediction,
     operator: Model,
     recorded: Curves,
-    fits: Sequence[OperatorFit],
-    title: str,
-    compared: Table | None,
-    notes: Sequence[str],
     *,
     name: str,
+    identification: OperatorIdentification | None = None,
     **options: Any,
 ) -> str:
+    """Return the report of curves, predicted by an operator or identified, of an axis with this name; options as of `report_page`."""
+    fits, notes = ((), ()) if identification is None else (identification.fits, identification.notes)
+    title = f"prediction by {operator.name}" if identification is None else f"{operator.name} identified"
+    compared = comparison_of_operators(identification) if identification is not None and len(fits) > 1 else None
     read = [
         ("Curves", str(len(recorded.curves))),
         ("Samples", str(sum(curve.u.size for curve in recorded.curves))),
@@ -101,7 +92,7 @@ def _page(
         text = text if isinstance(text, str) else with_unit(float(value), variable.unit(operator.kind))
         parameters.append([parameter, text, variable.description])
     sections = [
-        Section("operators", "Operators compared" if compared else "", [compared, Block("items", notes)]),
+        Section("operators", "Operators compared" if compared else "Remarks", [compared, Block("items", notes)]),
         Section("model", "The operator", [Table(operator.name, ("Parameter", "Value", "Meaning"), parameters)]),
         Section("log", "The data", [Block("facts", read, ("Recorded curves",))]),
     ]

@@ -155,47 +155,36 @@ def picture(
 
 
 def report_page(
-    kind: str,
-    facts: Facts,
+    kind: str, facts: Facts, front: Front, sections: Sequence[Section], *, figures: Sequence[ReportFigure] = (), **options: Any
+) -> str:
+    """Return the page of a kind of report, with its figures and those of the user; options as of `page_of`."""
+    pictures, remarks = _pictures(kind, facts)
+    own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
+    filled = [*(_filled(section, pictures) for section in sections), Section("further", "Further figures", own)]
+    return page_of(front._replace(figures=pictures.get("front", ()), beside=pictures.get("beside", ())), filled, **options)
+
+
+def page_of(
     front: Front,
     sections: Sequence[Section],
     *,
     command: str,
     provenance: Mapping[str, str],
     banner: str | None = None,
-    figures: Sequence[ReportFigure] = (),
     living: Living | None = None,
 ) -> str:
-    """Return the page of a kind of report, with its figures and those of the user."""
-    pictures, remarks = _pictures(kind, facts)
-    own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
-    filled = [
-        section
-        for section in (*(_filled(section, pictures) for section in sections), Section("further", "Further figures", own))
-        if section.blocks
-    ]
-    tabs: dict[str, list[Section]] = {}
-    for section in filled:
-        tabs.setdefault(section.tab or section.heading, []).append(section)
-    return render(
-        "page.html",
-        command=command,
-        provenance=provenance,
-        banner=banner,
-        living=living,
-        front=front._replace(figures=pictures.get("front", ()), beside=pictures.get("beside", ())),
-        tabs=tabs,
-    )
-
-
-def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
-    """Return the page of a template."""
+    """Return the page of a first screen and sections."""
     from bristle.figures.drawing import printable
     from bristle.lab.page import hash_of, joined
 
-    page, script = _environment().get_template(template), joined(("plots.js",), "bristle.report")
+    tabs: dict[str, list[Section]] = {}
+    for section in (_filled(section, {}) for section in sections):
+        if section.blocks:
+            tabs.setdefault(section.tab or section.heading, []).append(section)
+    facts = {"command": command, "provenance": provenance, "banner": banner, "living": living, "front": front, "tabs": tabs}
+    script = joined(("plots.js",), "bristle.report")
     common = {"palette": Markup(colour_variables()), "plots": Markup(script), "plots_hash": hash_of(script)}
-    return printable(page.render(provenance=provenance, command=command, banner=banner, **common, **content))
+    return printable(_environment().get_template("page.html").render(**common, **facts))
 
 
 def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:
@@ -276,6 +265,11 @@ def _environment() -> jinja2.Environment:
         "prose": lambda block: isinstance(block, str) and not isinstance(block, Markup),
     }
     return environment
+
+
+def macro(name: str) -> Callable[..., Markup]:
+    """Return a macro of the templates."""
+    return getattr(_environment().get_template("parts.html").module, name)
 
 
 class FaultWarning(InputWarning):

@@ -11,7 +11,7 @@ from bristle.logs import Log
 from bristle.report.cards import Card, Step
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
-from bristle.report.messages import as_data, notes_of
+from bristle.report.messages import advice_of, as_data, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -120,8 +120,7 @@ def _further_lines(prediction: Prediction, kind: Kind) -> list[str]:
     if isinstance(prediction.metrics.get("position_rmse"), (int, float)) and prediction.position_predicted is not None:
         largest = float(np.max(np.abs(prediction.position - prediction.position_predicted)))
         lines.append(f"largest position error: {length_text(largest, kind)}")
-    advice = [SENTENCES[diagnostic.code].advice for diagnostic in prediction.diagnostics if diagnostic.severity != "note"]
-    return [*lines, *(line for line in dict.fromkeys(advice) if line != "nothing")]
+    return lines + advice_of(diagnostic.code for diagnostic in prediction.diagnostics if diagnostic.severity != "note")
 
 
 def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_log: bool) -> Front:
@@ -131,37 +130,25 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
         then = "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
     elif ruling.level == "usable":
         then = "record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
-    source = log.source.name.strip("<>")
-    facts = about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}")
-    title, cards, basis = (
-        _title(prediction, kind),
-        _cards(prediction, kind),
-        f"({source}, {prediction.mode} mode)" if source else f"({prediction.mode} mode)",
-    )
-    has_error = any(isinstance(prediction.metrics.get(f"{key}_rmse"), (int, float)) for key in ("force", "position"))
-    ruling = ruling.beyond_title if has_error and ruling.level != "no" else ruling
-    return Front(f"{name}: is the model valid?", facts, ruling, title=title, basis=basis, cards=cards, next=Step.of(then))
-
-
-def _title(prediction: Prediction, kind: Kind) -> str:
-    """Return the headline: the error of the effort, or else of the position."""
-    percent, length = (prediction.metrics.get(key) for key in ("force_error_percent", "position_rmse"))
-    if isinstance(percent, (int, float)) and np.isfinite(percent):
-        return f"Prediction error: {percent_text(float(percent))} of the effort"
-    return f"Prediction error: {length_text(float(length), kind)}, rms" if isinstance(length, (int, float)) else "No signal to compare"
-
-
-def _cards(prediction: Prediction, kind: Kind) -> list[Card]:
-    """Return the errors of a prediction, and the share of the measured signals inside the 95 % band."""
-    force, length = (prediction.metrics.get(f"{key}_rmse") for key in ("force", "position"))
-    cards = []
+    force, length, percent = (prediction.metrics.get(key) for key in ("force_rmse", "position_rmse", "force_error_percent"))
+    title, cards, unit = "No signal to compare", list[Card](), unit_of("force", kind)
     if isinstance(force, (int, float)):
         effort = 0.0 if prediction.effort is None else float(np.sqrt(np.mean(np.square(prediction.effort))))
-        rest = fixed(float(force), unit_of("force", kind))
-        cards.append(Card("Effort error, rms", rest, f"of {fixed(effort, unit_of('force', kind))}" if effort else ""))
+        cards.append(Card("Effort error, rms", fixed(float(force), unit), f"of {fixed(effort, unit)}" if effort else ""))
     if isinstance(length, (int, float)):
-        cards.append(Card("Position error, rms", length_text(float(length), kind)))
-    bands = [
-        Card(f"{signal.capitalize()} inside the band", percent_text(share), "95 % band") for signal, share in _bands(prediction).items()
-    ]
-    return [*cards, *(bands or [Card("95 % band", "–", "not in the model", open=True)])]
+        text = length_text(float(length), kind)
+        title = f"Prediction error: {text}, rms"
+        cards.append(Card("Position error, rms", text))
+    if isinstance(percent, (int, float)) and np.isfinite(percent):
+        title = f"Prediction error: {percent_text(float(percent))} of the effort"
+    bands = [Card(f"{name.capitalize()} inside the band", percent_text(share), "95 % band") for name, share in _bands(prediction).items()]
+    source, ruling = log.source.name.strip("<>"), ruling.beyond_title if cards and ruling.level != "no" else ruling
+    return Front(
+        f"{name}: is the model valid?",
+        about(f"log {source}, {fixed(log.duration, 's')}", f"model {friction.name}"),
+        ruling,
+        title=title,
+        basis=f"({source}, {prediction.mode} mode)" if source else f"({prediction.mode} mode)",
+        cards=[*cards, *(bands or [Card("95 % band", "–", "not in the model", open=True)])],
+        next=Step.of(then),
+    )

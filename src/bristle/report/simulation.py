@@ -7,7 +7,7 @@ from typing import Any
 
 from bristle.core import NORMAL_95, Diagnostic, Status, unit_of
 from bristle.report.cards import Card, Step
-from bristle.report.compensation import Standing, change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
+from bristle.report.compensation import change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
@@ -125,41 +125,28 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
     ruling, heading = simulation_ruling(result, warnings), f"{result.experiment.name}: simulated"
     if rank is not None and rank.best is not rank.base and rank.instead in ruling.reasons[:1]:
         ruling = ruling.beyond_title
-    title, cards = _title(result, rank), _cards(result, rank)
-    step = None if rank is None else Step.of(BETTER if rank.best is rank.base else ON_THE_MACHINE)
-    return Front(heading, facts, ruling, title=title, basis="(simulated)", cards=cards, next=step)
-
-
-def _title(result: SimulationResult, rank: Standing | None) -> str:
-    """Return the headline: the gain of friction feedforward, or else the error of the best loop, or the motion of an open loop."""
-    kind, gain = result.experiment.kind, gain_of(result)
-    if rank is None:
-        moved = [loop for loop in result.variants.values() if loop.is_open and loop.status is not Status.NOT_FINITE]
-        return f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}" if moved else "No variant completed"
-    if gain is not None and gain.alone and len(gain.steps) > 1:
-        return gain.headline
-    old, new = (loop.following_error.peak_to_peak for loop in (rank.base, rank.best))
-    if rank.best is rank.base:
-        return f"Following error {length_text(new, kind)} peak to peak"
-    return f"Following error: {change_text(old, new, partial(length_text, kind=kind), 'peak to peak')}"
-
-
-def _cards(result: SimulationResult, rank: Standing | None) -> list[Card]:
-    """Return error, swing at the worst reversal, and effort of the best loop; or the motion and effort of each open loop."""
-    kind = result.experiment.kind
+    kind, unit, gain = result.experiment.kind, unit_of("force", result.experiment.kind), gain_of(result)
+    front = Front(heading, facts, ruling, title="No variant completed", basis="(simulated)")
     if rank is None:
         completed = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE]
-        return [Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit_of("force", kind)), "rms") for loop in completed[:4]]
+        if moved := [loop for loop in completed if loop.is_open]:
+            front = front._replace(title=f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}")
+        return front._replace(cards=[Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit), "rms") for loop in completed[:4]])
     best, base, spread = rank.best, rank.base, rank.best.spread.get("following_error", {}).get("peak_to_peak")
-    peak = best.following_error.peak_to_peak
+    old, peak = (loop.following_error.peak_to_peak for loop in (base, best))
+    title = f"Following error: {change_text(old, peak, partial(length_text, kind=kind), 'peak to peak')}"
+    if gain is not None and gain.alone and len(gain.steps) > 1:
+        title = gain.headline
+    elif best is base:
+        title = f"Following error {length_text(peak, kind)} peak to peak"
     half = 100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak if spread and best.runs > 1 and peak else None
     swings = [_swing(result, loop) for loop in (best, base)]
     cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
     cards += [Card("Error, rms", length_text(best.following_error.rms, kind), _instead(best, base, base.following_error.rms))]
     if swings[0] is not None and swings[1] is not None:
         cards.append(Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
-    unit = unit_of("force", kind)
-    return [*cards, Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}")]
+    cards.append(Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}"))
+    return front._replace(title=title, cards=cards, next=Step.of(BETTER if best is base else ON_THE_MACHINE))
 
 
 def _instead(best: VariantResult, base: VariantResult, length: float) -> str:

@@ -17,6 +17,15 @@ from bristle.study.store import OK, Runs
 if TYPE_CHECKING:
     from bristle.figures.report_figure import ReportFigure
 
+STATISTICS = {
+    "mean": "Mean",
+    "mean_interval": "95 % interval of the mean",
+    "std": "Std",
+    "low": "5 % quantile",
+    "median": "Median",
+    "high": "95 % quantile",
+    "high_interval": "95 % interval of the quantile",
+}
 FAILURES_SHOWN = 20
 WORST_SHOWN = 10
 
@@ -39,10 +48,7 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
         | ({"points": [point | spread_of(columns[name][chosen]) for point, chosen in points]} if described["grid"] else {})
         for name in described["metrics"]
     }
-    return {
-        "name": described["name"],
-        "kind": described["kind"],
-        "runs": described["runs"],
+    return {name: described[name] for name in ("name", "kind", "runs")} | {
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
@@ -115,20 +121,7 @@ def _signed(value: float) -> str:
 
 def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return the distribution of each metric as a table, with a row for each point of the grid."""
-    heads, tables = (
-        (
-            "At",
-            "Runs",
-            "Mean",
-            "95 % interval of the mean",
-            "Std",
-            "5 % quantile",
-            "Median",
-            "95 % quantile",
-            "95 % interval of the quantile",
-        ),
-        [],
-    )
+    heads, tables = ("At", "Runs", *STATISTICS.values()), []
     for name, entry in summary["metrics"].items():
         points = entry.get("points", ())
         column = Quantity.of(entry["unit"], [])
@@ -137,35 +130,21 @@ def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
             scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
             widths = [row["std"] for row in (entry, *points) if row["std"] > 0.0]
             column = Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
-        rows = [
-            ("all" if "points" in entry else "", *_cells(entry, column)),
-            *((point["name"], *_cells(point, column)) for point in points),
-        ]
+        named = {"all" if "points" in entry else "": entry} | {point["name"]: point for point in points}
+        rows = [(name, str(row["count"]), *(_cell(row, key, column) for key in STATISTICS)) for name, row in named.items()]
         unit = f" in {column.scale.unit}" if column.scale.unit else ""
         tables.append(Table(f"{capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
     return tables
 
 
-def _cells(entry: Mapping[str, Any], column: Quantity) -> tuple[str, ...]:
-    if not entry["count"]:
-        return ("0", *[""] * 7)
-
-    def interval(ends: Sequence[float]) -> str:
-        if not any(map(np.isfinite, ends)):
-            return ""
-        low, high = (column.cell(end) if np.isfinite(end) else "?" for end in ends)
-        return interval_text(low, high)
-
-    return (
-        str(entry["count"]),
-        column.cell(entry["mean"]),
-        interval(entry["mean_interval"]),
-        column.cell(entry["std"]) if np.isfinite(entry["std"]) else "",
-        column.cell(entry["low"]),
-        column.cell(entry["median"]),
-        column.cell(entry["high"]),
-        interval(entry["high_interval"]),
-    )
+def _cell(entry: Mapping[str, Any], key: str, column: Quantity) -> str:
+    """Return a statistic as text, with "?" for an unknown end of an interval; empty if it is unknown."""
+    ends = np.atleast_1d(entry[key]).tolist() if entry["count"] else []
+    if not ends or (key.endswith(("std", "interval")) and not any(map(np.isfinite, ends))):
+        return ""
+    if len(ends) == 1:
+        return column.cell(ends[0])
+    return interval_text(*(column.cell(end) if np.isfinite(end) else "?" for end in ends))
 
 
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
@@ -199,15 +178,20 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     drawn = f"{described['draws']} draws ({described['sampling'].replace('_', ' ')}), seed {described['seed']}"
     beside = f" · {len(points)} points of a grid" if described["grid"] else ""
     heading, about = f"{summary['name']}: a study", f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}"
-    title, cards = _title_and_cards(summary, metric)
-    front = Front(heading, about, title=title, basis="(90 % of the runs)", cards=cards, next=_next(summary, command))
     influence = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
+    title, cards = _title_and_cards(summary, metric, influence)
+    step = Step("Repeat with other spreads:", command)
+    if summary["done"] < summary["runs"]:
+        step = Step("Complete the study:", command)
+    elif summary["worst"]:
+        step = Step("Look at the worst run:", summary["worst"][0]["command"])
+    front = Front(heading, about, title=title, basis="(90 % of the runs)", cards=cards, next=step)
     facts = {"study": runs, "spread": spread or None, "first_spread": spread.get(metric), "influence": influence or None}
     options = {"command": command, "provenance": summary["provenance"], "figures": figures}
     return report_page("study", facts, front, sections, **options)
 
 
-def _title_and_cards(summary: Mapping[str, Any], metric: str) -> tuple[str, list[Card]]:
+def _title_and_cards(summary: Mapping[str, Any], metric: str, causes: Sequence[Mapping[str, Any]]) -> tuple[str, list[Card]]:
     """Return the range of the first number over the runs, with its median, 95 % quantile and strongest cause."""
     entry, failed = summary["metrics"][metric], summary["done"] - summary["statuses"].get(OK, 0)
     failures = Card("Failed runs", str(failed), f"of {summary['done']}")
@@ -218,18 +202,10 @@ def _title_and_cards(summary: Mapping[str, Any], metric: str) -> tuple[str, list
     is_finite = all(map(np.isfinite, ends)) and entry["high"]
     half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"]) if is_finite else None
     cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
-    if causes := [influence for influence in summary["rank_correlations"] if influence["metric"] == metric]:
+    if causes:
         first = max(causes, key=lambda influence: abs(influence["value"]))
         cards.append(Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}"))
     return f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}", cards
-
-
-def _next(summary: Mapping[str, Any], command: str) -> Step:
-    if summary["done"] < summary["runs"]:
-        return Step("Complete the study:", command)
-    return (
-        Step("Look at the worst run:", summary["worst"][0]["command"]) if summary["worst"] else Step("Repeat with other spreads:", command)
-    )
 
 
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle import controllers
-from bristle.core import InputError, between, number
+from bristle.core import InputError, between
 from bristle.files import edited, form_of, key_of, write_whole
 from bristle.server.errand import Answer, Errand, as_table, zipped
 
@@ -120,7 +120,7 @@ def _gain(simulation: SimulationResult, following: Following | None) -> tuple[di
     if following is None or gain is None or not gain.steps:
         return None, "the simulated loop is unstable. Correct the gains and their units"
     before, after = gain.steps[-2:]
-    times = before.peak_to_peak / max(after.peak_to_peak, 1e-12)
     sizes = {"without": before, "with": after, "measured": following.measured}
-    facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()} | {"caveat": gain.caveat}
-    return facts | {"helps": times > 1.0 + NO_CHANGE, "times": number(times, digits=2 if times < 100.0 else 3)}, ""
+    facts = {name: length_text(error.peak_to_peak, gain.kind) for name, error in sizes.items()}
+    helps = after.peak_to_peak < (1.0 - NO_CHANGE) * before.peak_to_peak
+    return facts | {"headline": gain.headline, "helps": helps, "caveat": gain.caveat}, ""

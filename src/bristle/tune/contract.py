@@ -41,20 +41,20 @@ def all_methods(machine: Any) -> Fact:
 
 def plain_state(machine: Any) -> Fact:
     """Check that state and identity are plain data, and equal in two readings."""
-    made = machine.example()
-    if _plain(made) != _plain(made) or dict(made.identity()) != dict(made.identity()):
+    instance = machine.example()
+    if _plain(instance) != _plain(instance) or dict(instance.identity()) != dict(instance.identity()):
         raise UnmetError("two readings of state or identity differ", STATE)
-    if not made.writes():
+    if not instance.writes():
         raise UnmetError("the allow list is empty", "Return the names of everything that a run may write")
-    return Fact(f"{len(made.state())} entries, read twice")
+    return Fact(f"{len(instance.state())} entries, read twice")
 
 
 def every_sample(machine: Any) -> Fact:
     """Check that a record contains each sample of the motion."""
-    made = _armed(machine, WIDE)
-    time = np.linspace(0.0, 1.0, max(round(1.0 / made.sample_time), 100))
-    played = np.concatenate([_rest(made), SMALL * (1.0 - np.cos(2.0 * np.pi * time)), _rest(made)])
-    recording = made.record(played, lambda: None)
+    instance = _armed(machine, WIDE)
+    time = np.linspace(0.0, 1.0, max(round(1.0 / instance.sample_time), 100))
+    played = np.concatenate([_rest(instance), SMALL * (1.0 - np.cos(2.0 * np.pi * time)), _rest(instance)])
+    recording = instance.record(played, lambda: None)
     for name in ("reference", "position", "effort"):
         signal = getattr(recording, name)
         if np.shape(signal) != played.shape or not np.all(np.isfinite(signal)):
@@ -69,9 +69,9 @@ def every_sample(machine: Any) -> Fact:
 def guard_trips(machine: Any) -> Fact:
     """Check that the guard ends a motion beyond travel and following error, by name."""
     for reason, limits in {"travel": Limits(1.0, 1e6, (0.5, 1.0)), "following_error": Limits(1e-12, 1e6, (-1.0, 1.0))}.items():
-        made = _armed(machine, limits)
+        instance = _armed(machine, limits)
         try:
-            made.record(_ramp(made), lambda: None)
+            instance.record(_ramp(instance), lambda: None)
         except MachineStoppedError as stopped:
             if stopped.reason != reason:
                 raise UnmetError(f"the guard names {stopped.reason} instead of {reason}", "Name the limit") from None
@@ -84,11 +84,11 @@ def gain_of_feedforward(machine: Any) -> Fact:
     """Check that a feedforward is loaded at gain 0, and its gain changes the effort."""
     efforts = []
     for gain in (None, 1.0):
-        made = _armed(machine, WIDE)
-        made.load(FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0))
+        instance = _armed(machine, WIDE)
+        instance.load(FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0))
         if gain is not None:
-            made.set(gain=gain)
-        efforts.append(made.record(_ramp(made), lambda: None).effort)
+            instance.set(gain=gain)
+        efforts.append(instance.record(_ramp(instance), lambda: None).effort)
     difference = float(np.max(np.abs(efforts[1] - efforts[0])))
     if difference < 0.05:
         raise UnmetError("a gain of 1 changes the effort as little as a gain of 0", "Add gain times feedforward to the effort of the loop")
@@ -97,15 +97,15 @@ def gain_of_feedforward(machine: Any) -> Fact:
 
 def restores(machine: Any) -> Fact:
     """Check that a restored machine reads back as before, also after a second restoration."""
-    made = machine.example()
-    before = _plain(made)
-    made.arm(WIDE)
-    made.set(gain=0.0)
-    if _plain(made) == before:
+    instance = machine.example()
+    before = _plain(instance)
+    instance.arm(WIDE)
+    instance.set(gain=0.0)
+    if _plain(instance) == before:
         raise UnmetError("the state does not show that the guard was inserted", "Include the guard in the state")
     for _ in range(2):
-        made.restore(before)
-        if _plain(made) != before:
+        instance.restore(before)
+        if _plain(instance) != before:
             raise UnmetError("the state after restore differs from that of before", "Write back everything on the allow list")
     return Fact("reads back as before")
 
@@ -115,10 +115,10 @@ def _plain(machine: Any) -> Any:
 
 
 def _armed(machine: Any, limits: Limits) -> Any:
-    made = machine.example()
-    made.arm(limits)
-    made.set()
-    return made
+    instance = machine.example()
+    instance.arm(limits)
+    instance.set()
+    return instance
 
 
 def _ramp(machine: Any) -> np.ndarray:

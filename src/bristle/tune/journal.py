@@ -47,13 +47,13 @@ class Journal:
             os.kill(os.getpid(), 9)
         return entry
 
-    def found(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
+    def with_events(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
         """Return the entries with these events, last first."""
         return (entry for entry in reversed(self.entries) if entry["event"] in events and step in (None, entry["step"]))
 
     def last(self, *events: str, step: str | None = None) -> dict[str, Any] | None:
         """Return the last entry with these events."""
-        return next(self.found(*events, step=step), None)
+        return next(self.with_events(*events, step=step), None)
 
     @property
     def has_written(self) -> bool:

@@ -29,8 +29,8 @@ def connected(file: MachineFile) -> Machine:
     if file.machine in BUILT_IN:
         return BUILT_IN[file.machine](file)
     if not file.machine.endswith(".py"):
-        known = f"{', '.join(BUILT_IN)}, or a Python file"
-        raise InputError("is not a machine", path="machine", value=file.machine, allowed=known, mend=did_you_mean(file.machine, BUILT_IN))
+        allowed = f"{', '.join(BUILT_IN)}, or a Python file"
+        raise InputError("is not a machine", path="machine", value=file.machine, allowed=allowed, mend=did_you_mean(file.machine, BUILT_IN))
     content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=False)
     try:
         return load_machine_file(content)(**file.settings)

@@ -54,15 +54,15 @@ def plan_rows(result: Tuning) -> list[tuple[str, ...]]:
 
 def tune_report(run: Run, result: Tuning, compared: Comparison | None, **options: Any) -> str:
     """Return the report of a run as an HTML page; options as of `report_page`."""
-    kept = result.outcome == "kept"
-    ruling = Ruling("usable", "Kept") if kept else Ruling("no", "Restored" if result.restored else "Not restored", (result.reason,))
-    following = Step("Keep it, or undo it:" if kept else "Undo again:", undo_command(result))
+    is_kept = result.outcome == "kept"
+    ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored", (result.reason,))
+    following = Step("Keep it, or undo it:" if is_kept else "Undo again:", undo_command(result))
     sections = [
         Section("written", "Values written", [Table("Values written", ("Step", "Write", "Value"), _writes(run))], "Written"),
         Section("steps", "Steps", [Table("Steps", ("Step", "Result"), _steps(result))], "Steps"),
         Section("model", "The model", [Block("facts", _model(result), ("The identified feedforward",))], "Steps"),
     ]
-    heading = f"{run.file.name}: {'tuned' if kept else 'not tuned'}"
+    heading = f"{run.file.name}: {'tuned' if is_kept else 'not tuned'}"
     if compared is not None:
         changed = {"heading": heading, "ruling": ruling, "next": following}
         return comparison_report(compared, name=run.file.name, further=sections, changed=changed, **options)

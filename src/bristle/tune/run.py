@@ -67,9 +67,9 @@ class Run:
         if self.progress is not None:
             self.progress(share, text)
 
-    def write(self, what: str, act: Callable[[], None], **facts: Any) -> None:
+    def write(self, name: str, act: Callable[[], None], **facts: Any) -> None:
         """Do a write on the machine, which the journal contains before it happens."""
-        self.journal.write(self.step, "write", what=what, **facts)
+        self.journal.write(self.step, "write", what=name, **facts)
         act()
 
     def arm(self, limits: Limits | None = None) -> None:
@@ -83,7 +83,7 @@ class Run:
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Load a feedforward at gain 0."""
-        self.write("load", lambda: self.machine.load(feedforward), name=feedforward.name, lead=feedforward.lead)
+        self.write("load", lambda: self.machine.load(feedforward), model=feedforward.name, lead=feedforward.lead)
         self.feedforward = feedforward
 
     def rest(self, seconds: float) -> np.ndarray:
@@ -126,7 +126,7 @@ class Run:
         """Return the logs before and after, of the comparison."""
         return [[self.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
 
-    def done(self, **facts: Any) -> dict[str, Any]:
+    def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""
         self.facts[self.step] = facts
         return self.journal.write(self.step, "done", facts=facts)

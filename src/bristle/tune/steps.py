@@ -19,7 +19,7 @@ from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
-SEEN = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
+CLEAR = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SETTLED = 0.25  # band of the settled error, as a share of the rms error without feedforward
@@ -43,12 +43,12 @@ class Step(NamedTuple):
 
 def identity(run: Run) -> None:
     """Read identity and limits; refuse a machine that changed since the run began."""
-    found, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
-    if before is not None and before["facts"]["identity"] != found:
-        changed = [name for name in before["facts"]["identity"] if before["facts"]["identity"][name] != found.get(name)]
+    identified, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
+    if before is not None and before["facts"]["identity"] != identified:
+        changed = [name for name in before["facts"]["identity"] if before["facts"]["identity"][name] != identified.get(name)]
         raise MachineRefusedError("identity_changed", f"the machine differs from that of the run: {', '.join(changed)}", "Begin a new run")
     limits = run.limits
-    run.done(identity=found, limits={"following_error": limits.following_error, "effort": limits.effort, "travel": limits.travel})
+    run.finish(identity=identified, limits={"following_error": limits.following_error, "effort": limits.effort, "travel": limits.travel})
 
 
 def backup(run: Run) -> None:
@@ -56,7 +56,7 @@ def backup(run: Run) -> None:
     state = dict(run.machine.state())
     if dict(run.machine.state()) != state:
         raise MachineRefusedError("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
-    run.done(state=state, writes=run.machine.writes())
+    run.finish(state=state, writes=run.machine.writes())
 
 
 def check(run: Run) -> None:
@@ -67,12 +67,12 @@ def check(run: Run) -> None:
     run.set()
     _prove_guard(run, float(still.position[-1]))
     run.record("rest_after_check", run.rest(1.0))
-    run.done(noise_effort=rms(still.effort), noise_position=rms(still.position), **answer)
+    run.finish(noise_effort=rms(still.effort), noise_position=rms(still.position), **answer)
 
 
 def _answer(run: Run, still: Recording) -> dict[str, Any]:
     """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
-    noise, count = SEEN * rms(still.position), 0.75 * (run.axis.resolution or 0.0)
+    noise, count = CLEAR * rms(still.position), 0.75 * (run.axis.resolution or 0.0)
     for share in OFFSETS:
         offset = share * run.limits.effort
         run.set(offset=offset)
@@ -115,7 +115,7 @@ def warm_up(run: Run) -> None:
         pairs.append((rms(recording.effort), rms(recording.error)))
         if len(pairs) > 1 and all(abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)):
             break
-    run.done(cycles=2 * len(pairs), effort=pairs[-1][0], error=pairs[-1][1])
+    run.finish(cycles=2 * len(pairs), effort=pairs[-1][0], error=pairs[-1][1])
 
 
 def before(run: Run) -> None:
@@ -125,7 +125,7 @@ def before(run: Run) -> None:
     if at_rest > HUNTS * moving:
         reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
         raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
-    run.done(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
+    run.finish(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
 
 
 def excitation(run: Run) -> None:
@@ -134,7 +134,7 @@ def excitation(run: Run) -> None:
     first = identify(run.log("before"), "dahl", axis=replace(axis, method="inverse_dynamics"), draws=0)
     motion = excite(axis, duration=run.options.duration, start=start, model=(first.plant, first.model), rehearsed=False, draws=0).motion
     recording = run.record("excitation", _led_back(run, motion.position))
-    run.done(duration=recording.position.size * run.sample_time, error=rms(recording.error))
+    run.finish(duration=recording.position.size * run.sample_time, error=rms(recording.error))
 
 
 def _led_back(run: Run, position: np.ndarray) -> np.ndarray:
@@ -151,25 +151,25 @@ def _led_back(run: Run, position: np.ndarray) -> np.ndarray:
 def identification(run: Run) -> None:
     """Identify the axis, a second time with the lines that the first result proposes; stop without a usable feedforward."""
     log, axis = run.log("excitation"), run.axis
-    found = _identified(run, log, axis)
-    proposed = [proposal for proposal in proposals_of(found.best, axis) if proposal.key != "presliding"]
+    result = _identified(run, log, axis)
+    proposed = [proposal for proposal in proposals_of(result.best, axis) if proposal.key != "presliding"]
     if proposed:
         again = _identified(run, log, axis_with(axis, proposed))
-        found, proposed = (again, proposed) if _held_out(again) <= _held_out(found) else (found, [])
-    ruling = judged(found.best, found.settings)
-    found.save(run.folder / RESULTS, force=True)
+        result, proposed = (again, proposed) if _held_out(again) <= _held_out(result) else (result, [])
+    ruling = judged(result.best, result.settings)
+    result.save(run.folder / RESULTS, force=True)
     facts = {
-        "model": found.best.name,
+        "model": result.best.name,
         "verdict": ruling.words,
         "reasons": list(ruling.reasons),
-        "error_percent": found.best.friction_alone_error_percent,
-        "lead": max(0.0, -float(found.treatment.get("delay", 0.0))),
+        "error_percent": result.best.friction_alone_error_percent,
+        "lead": max(0.0, -float(result.treatment.get("delay", 0.0))),
         "proposals": [proposal._asdict() for proposal in proposed],
     }
-    if not first_gain(found.best):
+    if not first_gain(result.best):
         reason = f"{ruling.words}: {'; '.join(ruling.reasons[:2])}"
         raise MachineRefusedError("no_usable_model", reason, "The records of this run are in the folder records")
-    run.done(**facts)
+    run.finish(**facts)
 
 
 def _identified(run: Run, log: Any, axis: Any) -> Identified:
@@ -177,8 +177,8 @@ def _identified(run: Run, log: Any, axis: Any) -> Identified:
     return identify(log, run.options.models, axis=axis, draws=run.options.draws)
 
 
-def _held_out(found: Identified) -> float:
-    return found.best.error_percent if found.best.held_out is None else found.best.held_out.mean_percent
+def _held_out(result: Identified) -> float:
+    return result.best.error_percent if result.best.held_out is None else result.best.held_out.mean_percent
 
 
 def stages(run: Run) -> None:
@@ -202,7 +202,7 @@ def stages(run: Run) -> None:
         raise MachineRefusedError(
             "no_gain", "no gain of the feedforward reduces the following error without a larger effort", "Allow it: effort_ratio = 1.2"
         )
-    run.done(gain=best["gain"], stages=table)
+    run.finish(gain=best["gain"], stages=table)
 
 
 def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, float]:
@@ -247,15 +247,15 @@ def comparison(run: Run) -> None:
         records[name] = run.record(name, motion, skip=RUN_IN)
     run.set()
     sides = [[records[f"{side}_{number}"] for number in (1, 2)] for side in ("before", "after")]
-    change = compare(*run.sides(), axis=run.axis)
+    compared = compare(*run.sides(), axis=run.axis)
     ratios = {
         "noise at rest": _ratio(
             *([_at_rest(run, recording) for recording in side] for side in sides), least=QUIET * rms(sides[0][0].effort)
         ),
         "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in sides), least=2.0 * run.sample_time),
     }
-    numbers = {name: one.as_data() for name, one in change.changes.items()}
-    run.done(changes=numbers, ratios=ratios, helped=change.helped, gain=gain)
+    numbers = {name: change.as_data() for name, change in compared.changes.items()}
+    run.finish(changes=numbers, ratios=ratios, helped=compared.helped, gain=gain)
 
 
 def verdict(run: Run) -> None:

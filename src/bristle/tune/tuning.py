@@ -133,7 +133,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
 
 def _steps(run: Run) -> Tuning:
     """Do the steps; restore the machine after any failure."""
-    code, reason, same = "", "", True
+    code, reason, identical = "", "", True
     try:
         for number, step in enumerate(STEPS):
             _do(run, step, number)
@@ -141,12 +141,12 @@ def _steps(run: Run) -> Tuning:
         code = error.code if isinstance(error, MachineRefusedError) else error.reason
         reason = str(error)
         run.journal.write(run.step, "stopped", code=code, reason=reason)
-        same = _restore(run, reason)
+        identical = _restore(run, reason)
     except BaseException as error:
         run.journal.write(run.step, "stopped", code=type(error).__name__, reason=str(error))
         _restore(run, type(error).__name__)
         raise
-    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts, same, run.axis.kind)
+    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts, identical, run.axis.kind)
 
 
 def _write(run: Run, outcome: Tuning) -> None:
@@ -166,9 +166,9 @@ def _write(run: Run, outcome: Tuning) -> None:
 def _do(run: Run, step: Step, number: int) -> None:
     """Do a step, or take its facts from the journal if an interrupted run finished it."""
     run.step = step.name
-    done = run.journal.last("done", step=step.name)
-    if step.resumes and done is not None:
-        run.facts[step.name] = done["facts"]
+    entry = run.journal.last("done", step=step.name)
+    if step.resumes and entry is not None:
+        run.facts[step.name] = entry["facts"]
         return
     run.journal.write(step.name, "begun", file=str(run.file.source), sha256=_checksum(run.file))
     inner = run.progress
@@ -181,25 +181,25 @@ def _do(run: Run, step: Step, number: int) -> None:
         run.progress = inner
 
 
-def _restore(run: Run, why: str) -> bool:
+def _restore(run: Run, cause: str) -> bool:
     """Restore the machine from the backup in the journal; return whether all of it reads back as before."""
-    done = run.journal.last("done", step="backup")
-    if done is None:
+    entry = run.journal.last("done", step="backup")
+    if entry is None:
         return True
-    state = done["facts"]["state"]
+    state = entry["facts"]["state"]
     run.machine.restore(state)
-    found = json.loads(json.dumps(dict(run.machine.state())))
-    same = found == json.loads(json.dumps(state))
-    different = _differences(state, found)
-    run.journal.write(run.step or "restore", "restored", why=why, identical=same, different=different)
-    return same
+    present = json.loads(json.dumps(dict(run.machine.state())))
+    identical = present == json.loads(json.dumps(state))
+    different = _differences(state, present)
+    run.journal.write(run.step or "restore", "restored", cause=cause, identical=identical, different=different)
+    return identical
 
 
-def _differences(state: dict[str, Any], found: dict[str, Any], path: str = "") -> dict[str, list[Any]]:
+def _differences(state: dict[str, Any], present: dict[str, Any], path: str = "") -> dict[str, list[Any]]:
     """Return each entry that differs, before and now."""
     different: dict[str, list[Any]] = {}
-    for name in [*state, *(name for name in found if name not in state)]:
-        old, new = state.get(name), found.get(name)
+    for name in [*state, *(name for name in present if name not in state)]:
+        old, new = state.get(name), present.get(name)
         if isinstance(old, dict) and isinstance(new, dict):
             different |= _differences(old, new, f"{path}{name}: ")
         elif old != new:
@@ -218,9 +218,15 @@ def _same_file(run: Run) -> None:
 def _planned(run: Run) -> dict[str, dict[str, Any]]:
     """Return each step with its moves and writes, without touching the machine."""
     writes, sample_time = run.machine.writes(), run.sample_time
-    one = run.file.cycle.size * sample_time
-    seconds = {"check": 8.0, "warm_up": 4 * one, "before": run.file.cycles * one, "excitation": run.options.duration, "stages": 12 * one}
-    seconds["comparison"] = 4 * run.file.cycles * one
+    cycle = run.file.cycle.size * sample_time
+    seconds = {
+        "check": 8.0,
+        "warm_up": 4 * cycle,
+        "before": run.file.cycles * cycle,
+        "excitation": run.options.duration,
+        "stages": 12 * cycle,
+    }
+    seconds["comparison"] = 4 * run.file.cycles * cycle
     low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
     stroke = run.limits.travel
     travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke}

@@ -17,7 +17,7 @@ async function drawTraces() {
   for (const { name, t, error } of traces) {
     const curve = panel.curves.find((each) => each.name === (name === without ? "without" : CURVES[name]));
     if (!curve) continue;
-    const near_ = panel.pointsOf(curve).map(([x, y]) => [panel.x.value((x - panel.left) / (panel.right - panel.left)), panel.y.value((panel.bottom - y) / (panel.bottom - panel.top))]);
+    const near_ = panel.pointsOf(curve).map(([x, y]) => [panel.x.value(panel.x.share(x)), panel.y.value(panel.y.share(y))]);
     const [across, up] = scalesOf(panel), far = Array.from(t, (time, k) => [time * across, error[k] * up]);
     const all = [...far.filter(([x]) => x < low), ...near_, ...far.filter(([x]) => x > high)];
     panel.setCurve(curve.name, all.map(([x]) => x), all.map(([, y]) => y));

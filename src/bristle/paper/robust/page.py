@@ -11,7 +11,7 @@ from bristle.paper.robust.loops import CHOSEN, PRINTED, VARIANTS
 from bristle.paper.robust.trial import Trial
 from bristle.paper.robust.truths import CONDITIONS
 from bristle.report.cards import Card, Step
-from bristle.report.page import Front, Picture, Ruling, about, picture, render
+from bristle.report.page import Block, Front, Picture, Ruling, Section, about, page_of, picture
 from bristle.report.table import Table
 
 HEADING = "Compensation on other frictions"
@@ -88,24 +88,18 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
     plan = trial.plan
     conditions = [(condition, CONDITIONS[condition].words) for condition in plan.conditions]
     unfitted = [f"{family} on {truth}: {fit.reason}" for (truth, family), fit in trial.fits.items() if fit.friction is None]
-    return render(
-        "robust.html",
-        provenance=provenance,
-        command=command,
-        banner=SIMULATED,
-        front=_front(trial),
-        claims=findings.claim_table(trial),
-        pipeline=PIPELINE,
-        sentences=words_of(trial),
-        tables=[findings.error_table(trial, place) for place in plan.sets],
-        conditions=Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions),
-        margins=findings.margin_table(findings.margins_of_sets(plan.sets)),
-        families_in_words=FAMILIES,
-        best=findings.best_table(trial),
-        families=[findings.family_table(trial, place) for place in plan.sets],
-        unfitted=unfitted,
-        limits=LIMITS,
-    )
+    tables = [findings.error_table(trial, place) for place in plan.sets]
+    margins = findings.margin_table(findings.margins_of_sets(plan.sets))
+    described = Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions)
+    families = [findings.best_table(trial), *(findings.family_table(trial, place) for place in plan.sets)]
+    missing = ["Not identified:", Block("items", unfitted)] if unfitted else []
+    sections = [
+        Section("claims", "Claims under test", [findings.claim_table(trial)], "Claims"),
+        Section("table", "Following error", [PIPELINE, Block("items", words_of(trial)), *tables, described, margins]),
+        Section("families", "Families of compensators", [FAMILIES, *families, *missing], "Families"),
+        Section("limits", "Limits of this study", [Block("items", LIMITS)], "Limits"),
+    ]
+    return page_of(_front(trial), sections, command=command, provenance=provenance, banner=SIMULATED)
 
 
 def _front(trial: Trial) -> Front:

@@ -4,12 +4,17 @@
 const NEAREST = 6, CLOSER = 1.5, WAY = { ArrowLeft: -1, ArrowRight: 1 }; // [points], zoom per key
 
 // A position between the ends of an axis, from 0 to 1, and back: linear, logarithmic, or linear near zero and logarithmic beyond.
-function scaleOfSide({ ends, scale, linear = 1 }) {
+// `from` and `to` are the drawn places of the ends, `view` is the visible part.
+function scaleOfSide({ ends, scale, linear = 1 }, from = 0, to = 1) {
   const symlog = (v) => (Math.abs(v) <= linear ? v / linear / 0.9 : Math.sign(v) * (1 / 0.9 + Math.log10(Math.abs(v) / linear)));
   const inverse = (s) => (Math.abs(s) <= 1 / 0.9 ? 0.9 * s * linear : Math.sign(s) * linear * 10 ** (Math.abs(s) - 1 / 0.9));
-  const [to, from] = { log: [Math.log10, (s) => 10 ** s], symlog: [symlog, inverse] }[scale] ?? [(v) => v, (s) => s];
-  const low = to(ends[0]), wide = to(ends[1]) - low;
-  return { at: (value) => (to(value) - low) / wide, value: (share) => from(low + share * wide) };
+  const [forth, back] = { log: [Math.log10, (s) => 10 ** s], symlog: [symlog, inverse] }[scale] ?? [(v) => v, (s) => s];
+  const least = forth(ends[0]), wide = forth(ends[1]) - least;
+  const at = (value) => (forth(value) - least) / wide, value = (share) => back(least + share * wide), share = (place) => (place - from) / (to - from);
+  return { at, value, share, view: [0, 1],
+    place: (number) => from + at(number) * (to - from),
+    moved(place) { const [low, high] = this.view; return from + (share(place) - low) / (high - low) * (to - from); },
+    valueAt(place) { const [low, high] = this.view; return value(low + share(place) * (high - low)); } };
 }
 
 function stepFor(rough) {
@@ -41,9 +46,7 @@ const near = (value) => value.toFixed(2);
 class Panel {
   constructor(plot, group, facts) {
     const [left, top, right, bottom] = facts.box;
-    Object.assign(this, { plot, group, facts, left, top, right, bottom, view: { x: [0, 1], y: [0, 1] }, added: [] });
-    this.x = scaleOfSide(facts.x);
-    this.y = scaleOfSide(facts.y);
+    Object.assign(this, { plot, group, facts, left, top, right, bottom, x: scaleOfSide(facts.x, left, right), y: scaleOfSide(facts.y, bottom, top), added: [] });
     this.artists = [...group.querySelectorAll("[clip-path]")].map((node) => this.artist(node));
     // Texts at a point of the panel, such as a marked distance; names of lines stand outside.
     this.inside = [...group.querySelectorAll("text")].filter((text) => !text.closest("[data-tick]") && this.has(Number(text.getAttribute("x")), Number(text.getAttribute("y"))));
@@ -57,14 +60,6 @@ class Panel {
 
   has(x, y) { return x >= this.left && x <= this.right && y >= this.top && y <= this.bottom; }
 
-  // From the drawn place of a point to its place in the present view.
-  across(x) { const [low, high] = this.view.x; return this.left + (((x - this.left) / (this.right - this.left)) - low) / (high - low) * (this.right - this.left); }
-  up(y) { const [low, high] = this.view.y; return this.bottom - (((this.bottom - y) / (this.bottom - this.top)) - low) / (high - low) * (this.bottom - this.top); }
-  placeOf(x, y) { return [this.left + this.x.at(x) * (this.right - this.left), this.bottom - this.y.at(y) * (this.bottom - this.top)]; }
-
-  valueAt(x) { const [low, high] = this.view.x; return this.x.value(low + (x - this.left) / (this.right - this.left) * (high - low)); }
-  valueUp(y) { const [low, high] = this.view.y; return this.y.value(low + (this.bottom - y) / (this.bottom - this.top) * (high - low)); }
-
   pointsOf({ node }) {
     const path = node.querySelector("path[clip-path]"), own = this.artists.find((artist) => artist.node === path);
     if (own?.d) return [...own.d.matchAll(PAIRS)].map(([, x, y]) => [Number(x), Number(y)]);
@@ -72,19 +67,19 @@ class Panel {
   }
 
   look(x, y = [0, 1]) {
-    this.view = { x, y };
+    [this.x.view, this.y.view] = [x, y];
     this.redraw();
   }
 
   redraw() {
     for (const { node, d, uses } of this.artists) {
-      if (d) node.setAttribute("d", d.replace(PAIRS, (_, x, y) => `${near(this.across(Number(x)))} ${near(this.up(Number(y)))}`));
+      if (d) node.setAttribute("d", d.replace(PAIRS, (_, x, y) => `${near(this.x.moved(Number(x)))} ${near(this.y.moved(Number(y)))}`));
       for (const { use, x, y } of uses) {
-        use.setAttribute("x", near(this.across(x)));
-        use.setAttribute("y", near(this.up(y)));
+        use.setAttribute("x", near(this.x.moved(x)));
+        use.setAttribute("y", near(this.y.moved(y)));
       }
     }
-    const isWhole = [this.view.x, this.view.y].every(([low, high]) => low === 0 && high === 1);
+    const isWhole = [this.x.view, this.y.view].every(([low, high]) => low === 0 && high === 1);
     for (const text of this.group.querySelectorAll(":scope > [data-tick], :scope > g > [data-tick]")) text.style.display = isWhole ? "" : "none";
     for (const text of this.inside) text.style.display = isWhole ? "" : "none";
     this.added.forEach((node) => node.remove());
@@ -95,15 +90,13 @@ class Panel {
     const { plot: { svg }, group, facts, left, right, top, bottom } = this, made = [];
     const add = (name, attributes, text) => { const node = part(svg, name, attributes, text); group.append(node); made.push(node); };
     const style = "font:8px system-ui, DejaVu Sans, sans-serif;fill:var(--ink)", line = "stroke:var(--rule);stroke-width:.6";
-    for (const tick of ticksBetween(this.valueAt(left), this.valueAt(right), (right - left) / 60, facts.x.scale === "linear")) {
-      const x = near(this.across(this.placeOf(tick, 0)[0]));
-      add("path", { d: `M ${x} ${top} L ${x} ${bottom}`, style: line });
-      add("text", { x, y: bottom + 11, "text-anchor": "middle", style }, shortNumber(tick, 6));
-    }
-    for (const tick of ticksBetween(this.valueUp(bottom), this.valueUp(top), (bottom - top) / 30, facts.y.scale === "linear")) {
-      const y = near(this.up(this.placeOf(0, tick)[1]));
-      add("path", { d: `M ${left} ${y} L ${right} ${y}`, style: line });
-      add("text", { x: left - 5, y: Number(y) + 3, "text-anchor": "end", style }, shortNumber(tick, 6));
+    for (const [side, from, to, room] of [["x", left, right, 60], ["y", bottom, top, 30]]) {
+      const isX = side === "x", scale = this[side];
+      for (const tick of ticksBetween(scale.valueAt(from), scale.valueAt(to), Math.abs(to - from) / room, facts[side].scale === "linear")) {
+        const at = near(scale.moved(scale.place(tick)));
+        add("path", { d: isX ? `M ${at} ${top} L ${at} ${bottom}` : `M ${left} ${at} L ${right} ${at}`, style: line });
+        add("text", isX ? { x: at, y: bottom + 11, "text-anchor": "middle", style } : { x: left - 5, y: Number(at) + 3, "text-anchor": "end", style }, shortNumber(tick, 6));
+      }
     }
     return made;
   }
@@ -112,7 +105,7 @@ class Panel {
   read(x, y) {
     const found = [];
     for (const curve of this.curves) {
-      const points = this.pointsOf(curve).map(([px, py]) => [this.across(px), this.up(py)]);
+      const points = this.pointsOf(curve).map(([px, py]) => [this.x.moved(px), this.y.moved(py)]);
       let best = null, least = Infinity;
       for (const [px, py] of points) {
         const away = Math.abs(px - x) + 0.15 * Math.abs(py - y);
@@ -125,8 +118,8 @@ class Panel {
 
   words(found) {
     const [, xWord, xUnit = ""] = this.facts.x.word.match(/^(.*?)(?: \[(.*)\])?$/), yUnit = this.facts.y.word.match(/\[(.*)\]$/)?.[1] ?? "";
-    const values = found.map(({ name, at }) => `${name} ${shortNumber(this.valueUp(at[1]))} ${yUnit}`);
-    return found.length ? `${xWord} ${shortNumber(this.valueAt(found[0].at[0]))} ${xUnit}: ${values.join(", ")}` : "";
+    const values = found.map(({ name, at }) => `${name} ${shortNumber(this.y.valueAt(at[1]))} ${yUnit}`);
+    return found.length ? `${xWord} ${shortNumber(this.x.valueAt(found[0].at[0]))} ${xUnit}: ${values.join(", ")}` : "";
   }
 
   // Other values for a curve; a value that is not a number interrupts it.
@@ -138,7 +131,7 @@ class Panel {
     let pen = "M";
     own.d = xs ? Array.from(xs, (x, k) => {
       if (!Number.isFinite(ys[k])) { pen = "M"; return ""; }
-      const [px, py] = this.placeOf(x, ys[k]), text = `${pen} ${near(px)} ${near(py)} `;
+      const text = `${pen} ${near(this.x.place(x))} ${near(this.y.place(ys[k]))} `;
       pen = "L";
       return text;
     }).join("") : own.original;
@@ -171,12 +164,12 @@ class Plot {
     this.marks.replaceChildren(...found.map(({ at }) => part(this.svg, "circle", { class: "mark", cx: near(at[0]), cy: near(at[1]), r: 2.6 })));
     const text = panel.words(found);
     if (this.reading.textContent !== text) this.reading.textContent = text;
-    this.figure.dispatchEvent(new CustomEvent("read", { detail: panel.valueAt(x) }));
+    this.figure.dispatchEvent(new CustomEvent("read", { detail: panel.x.valueAt(x) }));
   }
 
   // Mark a point of another plot.
   mark(x, y) {
-    const [panel] = this.panels, [px, py] = panel.placeOf(x, y), cx = panel.across(px), cy = panel.up(py);
+    const [panel] = this.panels, cx = panel.x.moved(panel.x.place(x)), cy = panel.y.moved(panel.y.place(y));
     this.marks.replaceChildren(...(panel.has(cx, cy) ? [part(this.svg, "circle", { class: "mark", cx: near(cx), cy: near(cy), r: 4 })] : []));
   }
 
@@ -231,14 +224,13 @@ class Plot {
 
   choose({ panel, x: fromX, y: fromY }, x, y) {
     const share = (low, high, ends) => { const [a, b] = [Math.max(0, Math.min(low, high)), Math.min(1, Math.max(low, high))]; return ends.map((_, k) => ends[0] + (k ? b : a) * (ends[1] - ends[0])); };
-    const across = (place) => (place - panel.left) / (panel.right - panel.left), up = (place) => (panel.bottom - place) / (panel.bottom - panel.top);
-    const isBoth = Math.abs(y - fromY) > 3 * NEAREST;
-    this.enlarge(panel, ...share(across(fromX), across(x), panel.view.x), isBoth ? share(up(fromY), up(y), panel.view.y) : panel.view.y);
+    const isBoth = Math.abs(y - fromY) > 3 * NEAREST, { x: across, y: up } = panel;
+    this.enlarge(panel, ...share(across.share(fromX), across.share(x), across.view), isBoth ? share(up.share(fromY), up.share(y), up.view) : up.view);
   }
 
   closer(panel, x, factor) {
-    const [low, high] = panel.view.x, around = low + (x - panel.left) / (panel.right - panel.left) * (high - low);
-    panel.look([around - (around - low) / factor, around + (high - around) / factor], panel.view.y);
+    const [low, high] = panel.x.view, around = low + panel.x.share(x) * (high - low);
+    panel.look([around - (around - low) / factor, around + (high - around) / factor], panel.y.view);
   }
 
   all() { this.panels.forEach((panel) => panel.look([0, 1])); }

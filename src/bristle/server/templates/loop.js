@@ -39,11 +39,10 @@ function loopForm({ tables, kind, sample_time: step }, compensate) {
 function loopView(loop, command, compensate) {
   const { gain, values, drive } = loop;
   const form = Object.assign(folded("Controller and drive", ...loopForm(loop, compensate)), { open: !gain, id: "loop-form" });
-  const change = gain && `${gain.without} → ${gain.with}`;
   return [
     element("p", { class: `ruling ${gain ? gain.helps ? "usable" : "no" : ""}`, id: gain ? "gain" : "no-gain",
-      text: !gain ? "How much does friction feedforward gain?" : gain.helps ? `Friction feedforward: ${change}, ×${gain.times}` : `Friction feedforward does not help: ${change}` }),
-    gain ? element("p", { class: "note", text: `Following error, peak to peak, simulated on ${loop.log}; as logged: ${gain.measured}. ${gain.caveat} The report of step 5 shows its picture.` })
+      text: gain ? gain.headline : "How much does friction feedforward gain?" }),
+    gain ? element("p", { class: "note", text: `Following error, simulated on ${loop.log}; as logged: ${gain.measured}. ${gain.caveat} The report of step 5 shows its picture.` })
       : element("p", {}, ...withCode(`Unknown so far: ${loop.reason}.`)),
     form,
     values ? copied(values) : null,

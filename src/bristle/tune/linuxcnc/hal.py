@@ -43,22 +43,22 @@ class Hal:
         # Files instead of pipes: the program that the first loadrt starts inherits them, and would hold a pipe open.
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as faults:
             text = "\n".join(lines) + "\n"
-            done = subprocess.run(
+            process = subprocess.run(
                 program, input=text, text=True, stdout=out, stderr=faults, timeout=PATIENCE, env=self.environment, check=False
             )
             out.seek(0)
             faults.seek(0)
-            said = [line for line in out.read().splitlines() if line.strip() and not line.startswith(CHATTER)]
-            if done.returncode and not keep_going:
-                raise HalError((faults.read() + " ".join(said)).strip()[:400])
-        return said
+            output = [line for line in out.read().splitlines() if line.strip() and not line.startswith(CHATTER)]
+            if process.returncode and not keep_going:
+                raise HalError((faults.read() + " ".join(output)).strip()[:400])
+        return output
 
     def get(self, *pins: str) -> list[float]:
         """Return the values of pins."""
-        said = self.run(*(f"getp {pin}" for pin in pins))
-        if len(said) != len(pins):
-            raise HalError(f"getp {' '.join(pins)}: {' '.join(said)}")
-        return [TRUTH[value] if value in TRUTH else float(value) for value in said]
+        output = self.run(*(f"getp {pin}" for pin in pins))
+        if len(output) != len(pins):
+            raise HalError(f"getp {' '.join(pins)}: {' '.join(output)}")
+        return [TRUTH[value] if value in TRUTH else float(value) for value in output]
 
     def components(self) -> list[str]:
         """Return the names of the loaded components, without those of halcmd."""
@@ -109,11 +109,11 @@ class Hal:
 
     def compile(self, component: Path) -> None:
         """Compile and install a component."""
-        done = subprocess.run(
+        process = subprocess.run(
             ["halcompile", "--install", component.name], cwd=component.parent, capture_output=True, text=True, check=False
         )
-        if done.returncode:
-            said = (done.stdout + done.stderr).strip()[-400:]
+        if process.returncode:
+            output = (process.stdout + process.stderr).strip()[-400:]
             raise MachineRefusedError(
-                "not_compiled", f"halcompile refused {component.name}: {said}", "Run it as root, or install the component before"
+                "not_compiled", f"halcompile refused {component.name}: {output}", "Run it as root, or install the component before"
             )

@@ -228,9 +228,9 @@ class LinuxCNC:
                 time.sleep(0.02)
                 self._sign_of_life()
             assert started.stderr is not None
-            said = started.stderr.read()
-            if started.returncode or "line" in said:
-                raise MachineRefusedError("streamer", f"halstreamer: {said.strip()[:200]}")
+            output = started.stderr.read()
+            if started.returncode or "line" in output:
+                raise MachineRefusedError("streamer", f"halstreamer: {output.strip()[:200]}")
         for _ in range(40):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
             if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
                 return
@@ -249,9 +249,9 @@ class LinuxCNC:
             time.sleep(POLL)
             self._sign_of_life()
             alive()
-            ok, why, empty = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why", f"{STREAMER}.empty")
+            ok, cause, empty = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why", f"{STREAMER}.empty")
             if not ok:
-                raise MachineStoppedError(STOPS[int(why) - 1])
+                raise MachineStoppedError(STOPS[int(cause) - 1])
             if empty:
                 return
         raise MachineRefusedError("no_end", "the motion did not end in three times its duration")
