@@ -60,6 +60,7 @@ COMMANDS = {
     "log_pulls": "log pulls.csv --axis pulls.toml",
     "log_problems": "log holes.csv --axis axis.toml",
     "demo": "demo --out demo",
+    "tune": "tune machine/machine.toml --out tuned",
 }
 BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
@@ -80,8 +81,8 @@ def printed(name: str) -> dict[str, Any]:
 
 def _run(line: str) -> tuple[int, str]:
     out = io.StringIO()
-    # A study and a fleet go on in their own folder instead of replacing it.
-    goes_on = line.startswith("study ") or "--each" in line
+    # A study, a fleet and a run on a machine go on in their own folder instead of replacing it.
+    goes_on = line.startswith(("study ", "tune ")) or "--each" in line
     folder = ["--force"] if ("--out" in line or "--write" in line) and not goes_on else []
     with redirect_stdout(out), redirect_stderr(io.StringIO()):
         code = main([*line.split(), *folder, "--json"])

@@ -111,6 +111,7 @@ def yard() -> Path:
         (folder / name).write_text(text)
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis_of_demo.toml")
     shutil.copyfile(logs.EXAMPLES / "bouc_wen" / "axis.toml", folder / "ringing.toml")
+    shutil.copytree(logs.EXAMPLES / "tune", folder / "machine")
     _write_loop(folder)
     late = simulated.late()
     _write_rows(folder / "late.csv", late)

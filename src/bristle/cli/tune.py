@@ -31,7 +31,7 @@ def tune(
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
-    """Tune the friction feedforward of a running axis: identify, load, prove the gain, and keep or undo it.
+    """Tune a running axis; keep the feedforward only if it helps.
 
     bristle backs up all values that it writes, checks that a small effort reaches the motor, records the user's motion,
     excites the axis within the limits of its axis file, identifies the friction, and raises the gain of the feedforward

@@ -46,9 +46,9 @@ def plan_rows(result: Tuning) -> list[tuple[str, ...]]:
     unit = unit_of("length", result.kind)
     rows = []
     for facts in result.facts.values():
-        travel = " to ".join(with_unit(end, unit) for end in facts["travel"]) if "travel" in facts else ""
-        seconds = f"{facts['seconds']:.0f} s" if "seconds" in facts else ""
-        rows.append((facts["title"], seconds, travel, ", ".join(facts.get("writes", ()))))
+        travel = " to ".join(with_unit(end, unit) for end in facts["travel"]) if facts["travel"] else ""
+        seconds = f"{facts['seconds']:.0f} s" if facts["seconds"] else ""
+        rows.append((facts["title"], seconds, travel, ", ".join(facts["writes"])))
     return rows
 
 

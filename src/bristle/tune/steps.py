@@ -18,8 +18,8 @@ from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, Machi
 from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
+CLEAR = 2.0  # an answer to a test effort, as a multiple of the scatter
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
-CLEAR = 4.0  # an answer to a test effort, in standard deviations of the noise at rest
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SETTLED = 0.25  # band of the settled error, as a share of the rms error without feedforward
@@ -63,34 +63,47 @@ def check(run: Run) -> None:
     """Arm the guard, measure the noise at rest, prove that a test effort reaches the motor, and that the guard trips."""
     run.arm()
     still = run.record("rest", run.rest(2.0))
-    answer = _answer(run, still)
-    run.set()
+    answer = _answer(run)
     _prove_guard(run, float(still.position[-1]))
     run.record("rest_after_check", run.rest(1.0))
     run.finish(noise_effort=rms(still.effort), noise_position=rms(still.position), **answer)
 
 
-def _answer(run: Run, still: Recording) -> dict[str, Any]:
+def _answer(run: Run) -> dict[str, Any]:
     """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
-    noise, count = CLEAR * rms(still.position), 0.75 * (run.axis.resolution or 0.0)
+    count, unrest = 0.5 * (run.axis.resolution or 0.0), False
     for share in OFFSETS:
         offset = share * run.limits.effort
-        run.set(offset=offset)
-        pushed = run.record("test_effort", run.rest(1.0))
-        run.set()
-        half = pushed.position.size // 2
-        moved = float(np.mean(pushed.position[half:]) - np.mean(still.position[half:]))
-        loop = float(np.mean(pushed.effort[half:]) - np.mean(still.effort[half:])) - offset
-        still = run.record("test_effort_off", run.rest(1.0))
-        # An integral action answers until the loop opposes the whole test effort.
-        if abs(moved) > max(noise, count) or abs(loop) > ANSWER * offset:
-            if moved < -max(noise, count) or not -1.0 - ANSWER < loop / offset < ANSWER:
-                raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+        (moved, loop), scatter = _pushed(run, offset)
+        moves = abs(moved) > max(count, CLEAR * scatter[0])
+        answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter[1]
+        if moves and moved < 0.0:
+            raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+        if moves or answers:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
+        unrest = unrest or scatter[0] > 2.0 * count
+    if unrest:
+        reason = "the axis does not rest: equal test efforts move it differently"
+        raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
     reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
     raise MachineRefusedError(
-        "no_effect", reason, "The effort does not reach the motor: check the mode of the drive, which must accept an effort"
+        "no_effect", reason, "The effort does not reach the motor: the drive must be in a mode that accepts an effort"
     )
+
+
+def _pushed(run: Run, offset: float) -> tuple[tuple[float, float], np.ndarray]:
+    """Return the change of position and loop by a test effort, from efforts to and fro, and the scatter of equal efforts."""
+    levels = []
+    for side in 3 * (1.0, -1.0):
+        run.set(offset=side * offset)
+        recording = run.record("test_effort", run.rest(0.5))
+        half = recording.position.size // 2
+        levels.append(np.array([np.mean(recording.position[half:]), np.mean(recording.effort[half:])]))
+    run.set()
+    # Friction has memory: the first pair differs from the loops behind it, which close.
+    ahead, back = np.array(levels[2::2]), np.array(levels[3::2])
+    moved, effort = (0.5 * np.mean(ahead - back, axis=0)).tolist()
+    return (moved, effort - offset), np.maximum(np.ptp(ahead, axis=0), np.ptp(back, axis=0))
 
 
 def _prove_guard(run: Run, position: float) -> None:

@@ -20,6 +20,7 @@ from bristle.tune.run import Options, Run
 from bristle.tune.steps import STEPS, Step
 
 SUMMARY = "summary.json"
+WRITING = ("check", "stages", "comparison", "verdict")  # steps that write on the machine
 
 
 @dataclass
@@ -231,9 +232,13 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
     stroke = run.limits.travel
     travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke}
     return {
-        step.name: {"title": step.title, "moves": step.moves}
-        | ({"seconds": round(seconds[step.name], 1), "travel": travel[step.name]} if step.name in seconds else {})
-        | ({"writes": writes} if step.name in ("check", "stages", "comparison", "verdict") else {})
+        step.name: {
+            "title": step.title,
+            "moves": step.moves,
+            "seconds": round(seconds.get(step.name, 0.0), 1),
+            "travel": travel.get(step.name),
+            "writes": writes if step.name in WRITING else [],
+        }
         for step in STEPS
     }
 
