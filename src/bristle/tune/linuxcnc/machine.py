@@ -223,14 +223,16 @@ class LinuxCNC:
         with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
             np.savetxt(file, positions, fmt="%.9f")
             file.flush()
-            started, end = self._hal.play(Path(file.name)), time.monotonic() + 60.0
-            while started.poll() is None and time.monotonic() < end:
-                time.sleep(0.02)
-                self._sign_of_life()
-            assert started.stderr is not None
-            output = started.stderr.read()
-            if started.returncode or "line" in output:
-                raise MachineRefusedError("streamer", f"halstreamer: {output.strip()[:200]}")
+            end = time.monotonic() + 60.0
+            with self._hal.play(Path(file.name)) as started:
+                while started.poll() is None and time.monotonic() < end:
+                    time.sleep(0.02)
+                    self._sign_of_life()
+                if started.returncode is None:
+                    started.kill()
+                _, faults = started.communicate()
+            if started.returncode or "line" in faults:
+                raise MachineRefusedError("streamer", f"halstreamer: {faults.strip()[:200]}")
         for _ in range(40):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
             if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
                 return

@@ -1,0 +1,1 @@
+"""Axes in LinuxCNC's HAL for tests and benchmarks of `bristle tune`, without hardware."""
