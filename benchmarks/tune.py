@@ -24,7 +24,7 @@ from bristle.report.compared import compare
 from bristle.tune import Tuning, tune
 from bristle.tune.journal import KILL_AFTER, Journal
 
-FIRST = 1000  # seeds from here on were not used to build the program
+FIRST = 3000  # seeds from here on were not used to build the program
 WINDOW = 0.1  # around a reversal [s]
 
 
