@@ -11,6 +11,7 @@ import json
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,11 +19,14 @@ from typing import Any
 import numpy as np
 from tests.tune.bench import KINDS, Bench, Motion, Plant, drawn
 from tests.tune.conftest import OPTIONS, begun
+from tests.tune.linuxcnc.session import axis as linuxcnc_axis
 from tests.tune.machine import BenchMachine, written
 
+from bristle.files import read_machine
 from bristle.report.compared import compare
-from bristle.tune import Tuning, tune
+from bristle.tune import MachineStoppedError, Tuning, tune
 from bristle.tune.journal import KILL_AFTER, Journal
+from bristle.tune.machines import connected
 
 FIRST = 3000  # seeds from here on were not used to build the program
 WINDOW = 0.1  # around a reversal [s]
@@ -32,8 +36,7 @@ def reversals(motion: Motion) -> np.ndarray:
     """Return the samples of a cycle at which the motion reverses."""
     side = np.sign(np.diff(motion.cycle, append=motion.cycle[0]))
     moving = np.flatnonzero(side)
-    turns = moving[np.flatnonzero(side[moving] != np.roll(side[moving], 1))]
-    return turns
+    return moving[np.flatnonzero(side[moving] != np.roll(side[moving], 1))]
 
 
 def errors(plant: Plant, motion: Motion, seed: int, feed: Callable[[np.ndarray], np.ndarray], gain: float, *, truth: bool = False) -> Any:
@@ -183,8 +186,60 @@ def _claimed(plant: Plant, motion: Motion, machine: BenchMachine, number: int) -
     return change.interval_percent, 100.0 * (after / before - 1.0)
 
 
+def linuxcnc(count: int = 20, first: int = 101) -> bool:
+    """Tune random axes in LinuxCNC's HAL; compare with the true friction of the plant, fed one cycle late through the same pins."""
+    rows, kept = [], 0
+    for seed in range(first, first + count):
+        begin = time.monotonic()
+        with tempfile.TemporaryDirectory() as folder, linuxcnc_axis(seed, Path(folder)) as (hal, file, cycle):
+            result = tune(file, Path(folder) / "out", move=True)
+            minutes = (time.monotonic() - begin) / 60.0
+            kind = KINDS[seed % 4] + ", two masses" * (seed % 3 == 0)
+            if result.outcome != "kept":
+                print(f"{seed} {kind}: {result.outcome}, {result.code}: {result.reason} ({minutes:.1f} min)", flush=True)
+                continue
+            kept += 1
+            machine, played = connected(read_machine(file)), 1e-3 * np.concatenate([np.zeros(500), np.tile(cycle, 8), np.zeros(500)])
+            errors_of: dict[str, tuple[float, float]] = {}
+            for side in ("before", "after", "truth"):
+                if side == "truth":
+                    feeder = next(pin for pin in hal.links()["bristle-feed"] if pin != "bristle-guard.feed")
+                    hal.run(f"unlinkp {feeder}", "unlinkp bristle-guard.feed", "net truth rplant.0.friction => bristle-guard.feed")
+                machine.set(gain={"before": 0.0, "after": result.facts["comparison"]["gain"], "truth": 1.0}[side])
+                try:
+                    errors_of[side] = _reversal_errors(machine.record(played, lambda: None).error[500:-500], cycle)
+                except MachineStoppedError as stopped:
+                    errors_of[side] = (np.nan, np.nan)
+                    print(f"{seed}: {side}: {stopped}")
+            machine.set()
+        (before, at_before), (after, at_after), (truth, _) = (errors_of[side] for side in ("before", "after", "truth"))
+        fall, share = 1.0 - at_after / at_before, (before - after) / (before - truth)
+        rows.append((fall, share, after / before))
+        print(
+            f"{seed} {kind}: {result.facts['identification']['model']}, gain {result.facts['comparison']['gain']:.2f}, "
+            f"rms {1e6 * before:.1f} "
+            f"to {1e6 * after:.1f} µm ({1e6 * truth:.1f}), behind reversals −{fall:.0%}, share {share:.0%}, {minutes:.1f} min",
+            flush=True,
+        )
+    table = np.array(rows)
+    print(f"kept {kept} of {count}; median behind reversals −{np.nanmedian(table[:, 0]):.0%} (goal −90 %)")
+    shares = table[:, 1]
+    print(
+        f"share of the reduction by the true friction: median {np.nanmedian(shares):.0%} (goal 90 %), {np.nanmean(shares >= 0.8):.0%} above 80 %"
+    )
+    return bool(np.nanmedian(table[:, 0]) >= 0.9 and np.nanmedian(shares) >= 0.9 and np.all(table[:, 2] < 1.0))
+
+
+def _reversal_errors(error: np.ndarray, cycle: np.ndarray) -> tuple[float, float]:
+    """Return rms of an error, and its mean peak within a tenth of a cycle behind a reversal, without its mean [m]."""
+    table = error.reshape(-1, cycle.size)[2:] - np.mean(error)
+    width = cycle.size // 10
+    peaks = [np.max(np.abs(np.roll(table, -at, axis=1)[:, :width]), axis=1) for at in reversals(Motion(cycle))]
+    return float(np.sqrt(np.mean(table**2))), float(np.mean(peaks))
+
+
 if __name__ == "__main__":
     name, *rest = sys.argv[1:]
-    ended = {"gain": gain, "kills": kills, "intervals": intervals}[name](*map(int, rest))
+    ended = {"gain": gain, "kills": kills, "intervals": intervals, "linuxcnc": linuxcnc}[name](*map(int, rest))
     print(json.dumps({name: ended}))
     sys.exit(0 if ended else 1)
