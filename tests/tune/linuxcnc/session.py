@@ -18,7 +18,7 @@ from tests.tune.machine import AXIS
 
 from bristle.tune.linuxcnc.hal import Hal
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[3] / "examples/linuxcnc"
 CLOCK = 10  # seconds of the axis in a second of the thread
 MACHINE = """schema = 1
 name = "x"
