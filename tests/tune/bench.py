@@ -153,6 +153,7 @@ class Guard:
     slew: float = 2.0
     gain: float = 0.0
     offset: float = 0.0
+    freezes_at: float = math.inf  # sample from which the encoder keeps its value
     reaches_motor: bool = True  # whether the drive applies the test effort and the feedforward
 
 
@@ -188,7 +189,7 @@ class Bench:
     def play(self, reference: np.ndarray, feed: np.ndarray, *, feed_is_truth: bool = False) -> tuple[np.ndarray, int, int]:
         """Return rows (position, effort, true position, friction, gain), their number, and the reason of the guard: 0 for none."""
         g = self.guard
-        limits = np.array([g.following_error, g.effort, g.low, g.high, g.slew, g.gain, g.offset, g.reaches_motor])
+        limits = np.array([g.following_error, g.effort, g.low, g.high, g.slew, g.gain, g.offset, g.reaches_motor, g.freezes_at])
         out = np.zeros((reference.size, 5))
         count, why = _play(
             self.plant.values(), limits, reference, feed, feed_is_truth, self.values, self.springs, self.limits, self.stiff, self.late,
@@ -212,7 +213,8 @@ def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, 
     kp, ki, kd, inertia, top, warm, heat = par[20:27]
     n, dt, friction = s.size, T / 50, 0.0
     for k in range(reference.size):
-        position = math.floor(x[0] / resolution + 0.5) * resolution
+        if k < guard[8] or k == 0:
+            position = math.floor(x[0] / resolution + 0.5) * resolution
         error = reference[k] - position
         velocity = (reference[k] - x[11]) / T
         acceleration = (velocity - x[12]) / T

@@ -22,7 +22,7 @@ class Faults:
     sign: float = 1.0
     ignores_effort: bool = False
     guard_fails: bool = False
-    encoder_fails_at: int | None = None  # number of the record
+    encoder_fails_at: int | None = None  # number of the motion
     stops_at: int | None = None
     feed_sign: float = 1.0
     feed_scale: float = 1.0
@@ -36,6 +36,7 @@ class BenchMachine:
         self.sample_time = bench.plant.sample_time
         self.feedforward: FrictionFeedforward | None = None
         self.records: list[str] = []
+        self.motions = 0
         self.kept = False
         self._written: dict[str, Any] = {"guard": None, "model": None, "gain": 0.0}
         if memory is not None and memory.exists():
@@ -74,19 +75,19 @@ class BenchMachine:
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
         alive()
         number = len(self.records)
+        self.motions += bool(np.ptp(reference))
         self.records.append(f"{reference.size}")
         feed = np.zeros(reference.size)
         if self.feedforward is not None:
             feed = self.faults.feed_sign * self.faults.feed_scale * self.feedforward.along(reference, self.sample_time)
+        self.bench.guard.freezes_at = reference.size // 2 if self.motions == self.faults.encoder_fails_at else np.inf
         rows, count, why = self.bench.play(reference, feed)
         if why and not self.faults.guard_fails:
             self._write(gain=0.0)
             raise MachineStoppedError(WHY[why], f"at sample {count}")
         if number == self.faults.stops_at:
             raise MachineStoppedError("operator", "the operator stopped the axis")
-        position, lost = rows[:, 0].copy(), self.faults.lost.get(str(number), 0)
-        if number == self.faults.encoder_fails_at:
-            position[count // 2 :] = position[count // 2]
+        position, lost = rows[:, 0], self.faults.lost.get(str(number), 0)
         keep = slice(0, count - lost)
         self.truth = rows
         return Recording(reference[:count][keep], position[keep], rows[keep, 1])

@@ -77,19 +77,21 @@ def _copied(finished, tmp_path):
 
 
 REFUSALS = {
-    "wrong_sign": Faults(sign=-1.0),
-    "no_effect": Faults(ignores_effort=True),
-    "guard_fails": Faults(guard_fails=True),
-    "lost_samples": Faults(lost={"6": 3}),
-    "operator": Faults(stops_at=4),
-    "worse": Faults(feed_sign=-1.0),
+    "reversed effort": ("wrong_sign", Faults(sign=-1.0)),
+    "drive ignores the effort": ("no_effect", Faults(ignores_effort=True)),
+    "guard that never trips": ("guard_fails", Faults(guard_fails=True)),
+    "lost samples": ("lost_samples", Faults(lost={"6": 3})),
+    "stopped by the operator": ("operator", Faults(stops_at=4)),
+    "feedforward of wrong sign": ("worse", Faults(feed_sign=-1.0)),
+    "encoder fails in a motion": ("worse", Faults(encoder_fails_at=4)),
 }
 
 
-@pytest.mark.parametrize("code", REFUSALS)
-def test_a_faulty_machine_is_refused_by_name_and_restored(identified, code):
+@pytest.mark.parametrize("fault", REFUSALS)
+def test_a_faulty_machine_is_refused_by_name_and_restored(identified, fault):
+    code, faults = REFUSALS[fault]
     make, folder = identified
-    machine = make(REFUSALS[code])
+    machine = make(faults)
     result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
     assert (result.outcome, result.code, result.restored) == ("restored", code, True), result.reason
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
