@@ -15,8 +15,16 @@ SEED, CYCLES = 4, 6
 OPTIONS = Options(models="dahl", duration=20.0)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_locks(tmp_path_factory):
+    """Keep the locks of machines in a folder of the session."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory):
+def finished(tmp_path_factory, own_locks):
     """Return machine, folder and result of a run that was kept."""
     folder = tmp_path_factory.mktemp("tuned")
     file, bench, _ = written(folder, SEED, CYCLES)
