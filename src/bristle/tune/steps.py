@@ -77,7 +77,8 @@ def _answer(run: Run) -> dict[str, Any]:
         (moved, loop), scatter = _pushed(run, offset)
         moves = abs(moved) > max(count, CLEAR * scatter[0])
         answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter[1]
-        if moves and moved < 0.0:
+        # An integral action that opposes the whole test effort may leave the axis on either side.
+        if moves and moved < 0.0 and not answers:
             raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
         if moves or answers:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
