@@ -147,11 +147,23 @@ class LinuxCNC:
             f"net {self._position} => {GUARD}.feedback {SAMPLER}.pin.1",
             f"net {self._effort} => {GUARD}.loop",
             f"net bristle-count {GUARD}.count => {SAMPLER}.pin.3",
-            f"addf {GUARD} {self._thread}",
-            f"addf {SAMPLER} {self._thread}",
+            *self._added(GUARD, SAMPLER),
             f"unlinkp {self._motor}",
             f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
         )
+
+    def _added(self, *functions: str) -> list[str]:
+        """Return the lines that add functions to the thread: behind the controller, before the amplifier if it is written behind."""
+        present = [name for name in self._hal.functions(self._thread) if name not in functions]
+        links = self._hal.links()
+        controller = next((pin.split(".")[0] for pin in links[self._effort] if pin != self._motor and pin.endswith("output")), "pid")
+        places = {
+            key: [at for at, name in enumerate(present) if name.split(".")[0] == key] for key in (controller, self._motor.split(".")[0])
+        }
+        behind = max(places[controller], default=len(present))
+        writers = [at for at in places[self._motor.split(".")[0]] if at > behind]
+        first = 1 + (min(writers) if writers else len(present))
+        return [f"addf {function} {self._thread} {first + at}" for at, function in enumerate(functions)]
 
     def _reset(self) -> None:
         """Clear a trip; the reset lasts from one call of halcmd to the next, which is longer than a cycle."""
@@ -180,7 +192,7 @@ class LinuxCNC:
             f"net {self._reference} => {pin}.reference",
             f"net bristle-feed {pin}.feed => {GUARD}.feed",
             *(f"delf {function} {self._thread}" for function in (GUARD, SAMPLER)),
-            *(f"addf {function} {self._thread}" for function in (pin, GUARD, SAMPLER)),
+            *self._added(pin, GUARD, SAMPLER),
         )
         self._model = name
 
