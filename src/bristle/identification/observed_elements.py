@@ -33,7 +33,8 @@ NEAR = 1.25  # times a threshold: nearer elements are merged with it
 BEYOND = 1.4  # times the largest: an additional threshold
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
 SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
-LEAST = 1e-100  # N or N*m: an element without force keeps its threshold
+LEAST = 1e-100  # N or N*m: a level above zero
+SOFTEST = 1e-8  # N/m or N*m/rad: an element without force keeps its threshold, and a stiffness that a model file allows
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
 
 
@@ -69,7 +70,7 @@ class SpreadModel(ListedModel):
 
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
-        levels = np.maximum([values[name] for name in self.names], LEAST)
+        levels = np.maximum([values[name] for name in self.names], SOFTEST * np.array(self.thresholds))
         total = float(np.sum(levels))
         return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
 

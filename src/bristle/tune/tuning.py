@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bristle.core import InputError, Kind, Progress
+from bristle.core import BristleError, InputError, Kind, Progress
 from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError
@@ -138,8 +138,8 @@ def _steps(run: Run) -> Tuning:
     try:
         for number, step in enumerate(STEPS):
             _do(run, step, number)
-    except (MachineRefusedError, MachineStoppedError) as error:
-        code = error.code if isinstance(error, MachineRefusedError) else error.reason
+    except BristleError as error:
+        code = error.code if isinstance(error, MachineRefusedError) else error.reason if isinstance(error, MachineStoppedError) else "input"
         reason = str(error)
         run.journal.write(run.step, "stopped", code=code, reason=reason)
         identical = _restore(run, reason)
