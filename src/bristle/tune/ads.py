@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core import MissingExtraError
 from bristle.tune.function_block import BLOCK, TYPES, FunctionBlock, Rows
+from bristle.tune.machine import MachineRefusedError
 
 PORT = 851  # of the first PLC runtime of TwinCAT 3
 
@@ -51,13 +52,17 @@ class Ads(FunctionBlock):
         sizes = {"block": 2 * BLOCK, "ring": 4 * self._ring, "row": 4}
         return kind * sizes[name] if name in sizes else kind
 
-    def _read(self, name: str) -> Any:
+    def _call(self, method: str, name: str, *values: Any) -> Any:
+        if not self._link.is_open:  # pyads returns None then
+            raise MachineRefusedError("connection", f"{name}: the connection is closed")
         with self._named(self._full(name)):
-            return self._link.read_by_name(self._full(name), self._type(name))
+            return getattr(self._link, method)(self._full(name), *values, self._type(name))
+
+    def _read(self, name: str) -> Any:
+        return self._call("read_by_name", name)
 
     def _write(self, name: str, value: Any) -> None:
-        with self._named(self._full(name)):
-            self._link.write_by_name(self._full(name), value, self._type(name))
+        self._call("write_by_name", name, value)
 
     def identity(self) -> Mapping[str, str]:
         """Return net id, runtime and function block."""

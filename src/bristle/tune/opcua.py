@@ -15,6 +15,7 @@ from bristle.tune.function_block import POLL, TYPES, FunctionBlock, Rows, fill
 from bristle.tune.machine import MachineRefusedError
 
 SERVER = {"product": 2262, "version": 2264}  # numeric node ids of the name and the version of a server
+QUEUE = 2.0  # time that the requested queue lasts: a server that publishes late loses no row [s]
 TOLERANCE = 0.05  # relative, of the interval of source time stamps
 
 
@@ -87,10 +88,10 @@ class OpcUa(FunctionBlock):
         self._check_time(np.array(stamps[1:]))  # the first value is older than the motion
 
     def _subscribed(self, receive: Callable[[Any], None]) -> int:
-        """Subscribe to the rows with a queue for two publishing intervals; refuse a shorter queue."""
+        """Subscribe to the rows; refuse a queue that is shorter than two publishing intervals."""
         ua, client, post = self._ua, self._link.aio_obj.uaclient, self._link.tloop.post
         interval = 1e3 * self.sample_time / self._clock
-        size = math.ceil(2e3 * self._publish / interval) + 1
+        size = math.ceil(1e3 * max(2.0 * self._publish, QUEUE) / interval) + 1
 
         async def publish(result: Any) -> None:
             for notification in result.NotificationMessage.NotificationData or ():
