@@ -175,6 +175,8 @@ class Unit:
     def _declare(self, declaration, way):
         initial = declaration.child_by_field_name("initial_value")
         for name in declaration.children_by_field_name("names"):
+            if not name.is_named:  # the comma between two names
+                continue
             key = words(name)
             if key in self.types or key == self.name:
                 raise StandardError(f"{self.name}: {key} is declared twice")

@@ -21,7 +21,19 @@ def _linuxcnc(file: MachineFile) -> Machine:
     return LinuxCNC.of(file)
 
 
-BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment, "linuxcnc": _linuxcnc}
+def _ads(file: MachineFile) -> Machine:
+    from bristle.tune.ads import Ads
+
+    return Ads.of(file)
+
+
+def _opcua(file: MachineFile) -> Machine:
+    from bristle.tune.opcua import OpcUa
+
+    return OpcUa.of(file)
+
+
+BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment, "linuxcnc": _linuxcnc, "ads": _ads, "opcua": _opcua}
 
 
 def connected(file: MachineFile) -> Machine:

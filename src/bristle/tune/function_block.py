@@ -1,0 +1,264 @@
+"""A machine whose controller runs the function block ``FB_BristleTune``: PLCs by ADS or OPC UA."""
+
+from __future__ import annotations
+
+import time
+import zlib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from bristle.core import InputError, did_you_mean
+from bristle.files import MachineFile
+from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
+
+BLOCK = 200  # rows of the motion that one transfer writes
+WRITTEN = {
+    "bool": ("armed", "keep", "clear", "start"),
+    "lreal": ("max_error", "max_effort", "low", "high", "gain", "offset", "ramp", "block"),
+    "dint": ("patience", "alive", "rows", "block_first", "block_rows"),
+    "lint": ("model",),
+}
+"""The allow list: variables of the function block that a run writes, by type."""
+OUTPUTS = {
+    "bool": ("ok", "playing"),
+    "lreal": ("gain_now", "ring", "row"),
+    "dint": ("cause", "motion_rows", "ring_rows"),
+    "lint": ("count",),
+}
+KINDS = {name: kind for kind, names in WRITTEN.items() for name in names}
+TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS
+TRIGGERS = ("clear", "start", "block_first", "block_rows")  # the function block resets them
+SLEW = 2.0  # of the gain [1/s]
+POLL = 0.01  # [s]
+Rows = Callable[[], np.ndarray]
+"""A function that returns the rows of count, set point, position and effort that are available, shape (row, 4)."""
+
+
+class FunctionBlock(ABC):
+    """An axis behind ``FB_BristleTune``; a derived class reads, writes and collects its variables.
+
+    Parameters
+    ----------
+    sample_time : float
+        Time of the axis between two calls of the function block [s].
+    prefix : str
+        Text before the name of each variable.
+    names : mapping
+        Full names of the variables whose names are not the prefix and their name in the function block.
+    unit : float
+        One machine unit [m or rad].
+    effort_unit : float
+        One unit of the effort [N or N*m].
+    patience : float
+        Time without a sign of the program, after which the function block removes the feedforward [s].
+    clock : float
+        Seconds of the axis in a second of the program, 1 on a real axis.
+    """
+
+    def __init__(
+        self,
+        *,
+        sample_time: float,
+        prefix: str = "",
+        names: Mapping[str, str] | None = None,
+        unit: float = 1e-3,
+        effort_unit: float = 1.0,
+        patience: float = 2.0,
+        clock: float = 1.0,
+    ) -> None:
+        self.sample_time, self._prefix, self._names = sample_time, prefix, dict(names or {})
+        self._unit, self._effort_unit, self._patience, self._clock = unit, effort_unit, patience, clock
+        self._feedforward: FrictionFeedforward | None = None
+        self._sent = np.empty((0, 2))
+
+    REQUIRED: ClassVar[dict[str, str]] = {}
+    """Settings without which there is no connection, with examples."""
+    _errors: tuple[type[Exception], ...] = ()
+
+    @classmethod
+    def of(cls, file: MachineFile) -> Self:
+        """Return the machine of a machine file."""
+        for key, example in cls.REQUIRED.items():
+            if not isinstance(file.settings.get(key), str):
+                raise InputError("is missing", path=f"settings.{key}", mend=f'Write {key} = "{example}" under [settings]')
+        for name in file.settings.get("names", {}):
+            if name not in TYPES:
+                raise InputError("is not a variable of FB_BristleTune", path="settings.names", value=name, mend=did_you_mean(name, TYPES))
+        try:
+            return cls(**file.settings)
+        except TypeError as error:
+            raise InputError(f"is not valid ({error})", path="settings") from None
+
+    @contextmanager
+    def _named(self, name: str) -> Iterator[None]:
+        """Return a context that raises errors of the connection as refusals with the name of the variable."""
+        try:
+            yield
+        except self._errors as error:
+            mend = "Check address, names and prefix; FB_BristleTune must run in the controller"
+            raise MachineRefusedError("connection", f"{name}: {error or type(error).__name__}", mend) from None
+
+    @abstractmethod
+    def _read(self, name: str) -> Any:
+        """Return the value of a variable."""
+
+    @abstractmethod
+    def _write(self, name: str, value: Any) -> None:
+        """Write a variable."""
+
+    @abstractmethod
+    def _recorded(self) -> AbstractContextManager[Rows]:
+        """Return a context of `Rows` during a motion."""
+
+    def _full(self, name: str) -> str:
+        return self._names.get(name, f"{self._prefix}{name}")
+
+    def writes(self) -> list[str]:
+        """Return the names of the variables that a run writes."""
+        return [self._full(name) for name in KINDS]
+
+    def state(self) -> State:
+        """Return the values of all variables that a run writes."""
+        return {name: self._read(name) for name in KINDS}
+
+    def arm(self, limits: Limits) -> None:
+        """Write the limits, at gain 0; refuse a function block that keeps the feedforward of another run."""
+        if self._read("keep"):
+            mend = "Remove it: bristle tune --undo FOLDER"
+            raise MachineRefusedError("kept", "the function block keeps the feedforward of an earlier run", mend)
+        low, high = sorted(value / self._unit for value in limits.travel)
+        values = {"gain": 0.0, "offset": 0.0, "max_error": limits.following_error / abs(self._unit), "low": low, "high": high}
+        values |= {"max_effort": limits.effort / abs(self._effort_unit), "ramp": SLEW * self.sample_time}
+        values |= {"patience": max(round(self._patience * self._clock / self.sample_time), 1)}
+        for name, value in values.items():
+            self._write(name, value)
+        self._sign_of_life()
+        self._write("armed", True)
+        self._clear()
+
+    def _clear(self) -> None:
+        """Clear a trip of the guard."""
+        self._sign_of_life()
+        self._write("clear", True)
+        self._until(lambda: not self._read("clear"), "the function block does not run: it does not reset the variable clear")
+
+    def load(self, feedforward: FrictionFeedforward) -> None:
+        """Take a feedforward at gain 0; each motion is written together with its feedforward."""
+        self._write("gain", 0.0)
+        self._write("model", zlib.crc32(feedforward.name.encode()))
+        self._feedforward = feedforward
+
+    def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
+        """Set gain and test effort."""
+        self._write("gain", float(gain))
+        self._write("offset", offset / self._effort_unit)
+
+    def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
+        """Play a reference in the function block and return its rows; refuse lost rows with their number."""
+        self._clear()
+        self._send(reference, alive)
+        before, table = int(self._read("count")), np.full((reference.size, 3), np.nan)
+        complete = False
+        try:
+            with self._recorded() as rows:
+                self._write("start", True)
+                self._collect(table, before, rows, alive)
+            complete = True
+        finally:
+            if not complete:  # the axis stops where it is
+                self._write("rows", 0)
+        lost = int(np.sum(np.isnan(table[:, 0])))
+        if lost:
+            raise MachineStoppedError("lost_samples", f"{lost} of {reference.size} rows are missing, by the counter")
+        return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
+
+    def _send(self, reference: np.ndarray, alive: Callable[[], None]) -> None:
+        """Write set points and feedforward in blocks, unless the function block contains them."""
+        capacity = int(self._read("motion_rows"))
+        if reference.size > capacity:
+            raise MachineRefusedError("too_long", f"a motion has {reference.size} samples, and the function block {capacity} rows")
+        feed = np.zeros(reference.size) if self._feedforward is None else self._feedforward.along(reference, self.sample_time)
+        motion = np.column_stack([reference / self._unit, feed / self._effort_unit])
+        if not np.array_equal(motion, self._sent):
+            self._write("rows", 0)
+            self._sent = np.empty((0, 2))
+            for first in range(0, len(motion), BLOCK):
+                self._transfer(first, motion[first : first + BLOCK])
+                alive()
+        self._write("rows", reference.size)
+        self._sent = motion
+
+    def _transfer(self, first: int, rows: np.ndarray) -> None:
+        values = np.zeros(2 * BLOCK)
+        values[: rows.size] = rows.ravel()
+        self._sign_of_life()
+        self._write("block", values.tolist())
+        self._write("block_first", first)
+        self._write("block_rows", len(rows))
+        self._until(lambda: self._read("block_rows") == 0, "the function block does not run: it does not take a block of the motion")
+
+    def _collect(self, table: np.ndarray, before: int, rows: Rows, alive: Callable[[], None]) -> None:
+        """Fill the table by the counter, until the motion has ended; raise if the guard trips."""
+        size, fetched, step = len(table), before, max(int(self._read("ring_rows")) // 4, 1)
+        end = time.monotonic() + 3.0 * size * self.sample_time / self._clock + 10.0
+        while time.monotonic() < end:
+            self._sign_of_life()
+            alive()
+            count = int(self._read("count"))
+            if not self._read("ok"):
+                raise MachineStoppedError(STOPS[int(self._read("cause")) - 1], f"at sample {count - before}")
+            if count - fetched >= step or count - before >= size:
+                fetched = count
+                fill(table, before, rows())
+            if count - before >= size:
+                self._drain(table, before, rows)
+                return
+            time.sleep(POLL)
+        raise MachineRefusedError("no_end", "the motion did not end in three times its duration")
+
+    def _drain(self, table: np.ndarray, before: int, rows: Rows) -> None:
+        """Fill the table from rows that are still on their way."""
+        fill(table, before, rows())
+
+    def _sign_of_life(self) -> None:
+        self._write("alive", (int(self._read("alive")) + 1) % 2**30)
+
+    def _until(self, reached: Callable[[], bool], reason: str, longest: float = 1.0) -> None:
+        """Wait for the function block."""
+        end = time.monotonic() + longest
+        while not reached():
+            if time.monotonic() > end:
+                raise MachineRefusedError("no_cycle", reason, "Call FB_BristleTune in each cycle")
+            time.sleep(1e-3)
+
+    def keep(self) -> None:
+        """Keep the feedforward with its motion when this program ends."""
+        self._write("keep", True)
+
+    def restore(self, state: State) -> None:
+        """Fade the feedforward, and write all variables back."""
+        if self._read("armed"):
+            for name in ("gain", "offset"):
+                self._write(name, 0.0)
+            self._sign_of_life()
+            reason = "the feedforward does not fade: the function block does not run"
+            self._until(lambda: self._read("gain_now") == 0.0, reason, 1.0 + 1.0 / (SLEW * self._clock))
+        self._write("armed", False)
+        self._write("clear", True)
+        self._until(lambda: not any(self._read(name) for name in TRIGGERS), "the function block does not reset its triggers")
+        for name in KINDS:
+            if name not in (*TRIGGERS, "armed"):
+                self._write(name, state[name])
+        self._write("armed", state["armed"])
+        self._feedforward, self._sent = None, np.empty((0, 2))
+
+
+def fill(table: np.ndarray, before: int, rows: np.ndarray) -> None:
+    """Put rows at their places by the counter."""
+    place = rows[:, 0].astype(np.int64) - before - 1
+    inside = (place >= 0) & (place < len(table))
+    table[place[inside]] = rows[inside, 1:]

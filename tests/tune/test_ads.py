@@ -1,0 +1,254 @@
+"""The machine `ads`, against pyads' own server: the Structured Text runs in C behind it."""
+
+import os
+import socket
+import struct
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER
+from tests.tune.machine import AXIS, MACHINE, written
+from tests.tune.plc import Plc, Task, compiled
+
+from bristle.core import InputError, MissingExtraError
+from bristle.files import read_machine
+from bristle.friction import coulomb
+from bristle.plants import inertia
+from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Options, tune, undo
+from bristle.tune.ads import Ads
+from bristle.tune.contract import check_machine
+
+pyads = pytest.importorskip("pyads", reason="pyads is not installed")
+testserver = pytest.importorskip("pyads.testserver", reason="pyads has no test server")
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
+ADDRESS = f"127.{1 + (os.getpid() >> 16 & 63)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}"  # pyads fixes the port
+WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
+PREFIX = "MAIN.tune."
+ADVANCE = 100  # cycles of the controller at each request
+
+
+class Controller(testserver.AdvancedHandler):
+    """The handler of pyads, with the variables of a controller that advances at each request."""
+
+    def __init__(self, plc: Plc) -> None:
+        super().__init__()
+        self.plc, self.advance = plc, ADVANCE
+        for name in plc.variables:
+            self.add_variable(Variable(plc, name))
+
+    def handle_request(self, request):
+        try:
+            return super().handle_request(request)
+        except KeyError:  # the server of pyads ends here; a controller answers "symbol not found"
+            return testserver.handler.AmsResponseData(struct.pack("<H", 5), request.ams_header.error_code, struct.pack("<II", 0x710, 0))
+        finally:
+            self.plc.cycles(self.advance)
+
+
+class Variable(testserver.PLCVariable):
+    """A variable of the function block."""
+
+    def __init__(self, plc: Plc, name: str) -> None:
+        self._plc, self._variable = plc, name
+        super().__init__(f"{PREFIX}{name}", plc.content(name), pyads.constants.ADST_VOID, "ANY")
+
+    value = property(lambda self: self._plc.content(self._variable), lambda self, content: None)
+
+    def write(self, value, request=None):
+        self._plc.put(self._variable, value)
+
+
+def _listens(port):
+    with socket.socket() as probe:
+        return probe.connect_ex((ADDRESS, port)) == 0
+
+
+@pytest.fixture(scope="module")
+def controller(tmp_path_factory):
+    handler = Controller(Plc(compiled(tmp_path_factory.mktemp("plc"))))
+    with testserver.AdsTestServer(handler, ADDRESS, logging=False) as server:
+        end = time.monotonic() + 5.0
+        while not _listens(server.port) and time.monotonic() < end:
+            time.sleep(0.01)  # the server listens from its own thread
+        yield handler
+
+
+@pytest.fixture
+def kind(controller):
+    """Return the class of machines on the controller, which starts anew."""
+    opened = []
+
+    class Example(Ads):
+        @classmethod
+        def example(cls):
+            for machine in opened:
+                machine.close()
+            controller.plc.restart()
+            controller.advance = ADVANCE
+            return cls.again()
+
+        @classmethod
+        def again(cls):
+            opened.append(cls(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, sample_time=1e-3, patience=1e3))
+            return opened[-1]
+
+    yield Example
+    for machine in opened:
+        machine.close()
+
+
+def stroke(rows=600, distance=1e-3):
+    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
+
+
+def test_the_machine_meets_the_contract(kind):
+    assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
+
+
+def test_each_row_is_that_of_the_axis(kind, controller):
+    machine = kind.example()
+    machine.arm(WIDE)
+    recording = machine.record(stroke(6000), lambda: None)
+    np.testing.assert_allclose(recording.reference, stroke(6000), atol=1e-15)
+    assert recording.position[-1] == pytest.approx(1e-3 * controller.plc.value("position"), abs=2e-6)
+    assert np.max(np.abs(recording.error)) < 5e-4
+
+
+def test_lost_rows_are_refused_with_their_number(kind, controller):
+    machine = kind.example()
+    machine.arm(WIDE)
+    motion = stroke(6000)
+
+    def late():
+        if controller.plc.value("count") > 1000:
+            controller.advance = 3000  # more than the ring of 4000 rows between two readings
+
+    with pytest.raises(MachineStoppedError, match=r"lost samples: \d+ of 6100 rows") as stopped:
+        machine.record(motion, late)
+    assert stopped.value.reason == "lost_samples"
+    assert 0 < int(stopped.value.detail.split()[0]) < 6100
+    assert controller.plc.value("rows") == 6100
+
+
+def test_the_feedforward_is_added_in_a_ramp_and_fades(kind, controller):
+    machine = kind.example()
+    machine.arm(WIDE)
+    machine.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
+    recordings = []
+    for gain in (0.0, 1.0):
+        machine.set(gain=gain)
+        recordings.append(machine.record(stroke(3000), lambda: None))
+    errors = [np.mean(np.abs(recording.error[1000:])) for recording in recordings]
+    assert errors[1] < 0.7 * errors[0]
+    for _ in range(40):
+        machine.state()
+    assert controller.plc.value("gain_now") == 0.0
+
+
+def test_an_exceeded_effort_is_named(kind):
+    machine = kind.example()
+    machine.arm(Limits(1e-3, 3.0, (-0.1, 0.1)))
+    with pytest.raises(MachineStoppedError, match="effort"):
+        machine.record(stroke(), lambda: None)
+
+
+def test_a_silent_program_loses_the_axis(kind, controller):
+    machine = kind.example()
+    machine.arm(WIDE)
+    machine.set(offset=2.0)
+    controller.plc.cycles(1_000_001)
+    assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
+    assert controller.plc.value("effort") == controller.plc.value("controller")
+
+
+def test_an_operator_stops_the_motion(kind, controller):
+    machine = kind.example()
+    machine.arm(WIDE)
+
+    def alive():
+        if controller.plc.value("count") > 100:
+            raise MachineStoppedError("operator")
+
+    with pytest.raises(MachineStoppedError, match="operator"):
+        machine.record(stroke(6000), alive)
+    machine.state()
+    assert not controller.plc.value("playing")
+    assert controller.plc.value("count") < 3000
+
+
+def test_a_kept_feedforward_is_undone_before_the_next_run(kind):
+    machine = kind.example()
+    before = machine.state()
+    machine.arm(WIDE)
+    machine.keep()
+    with pytest.raises(MachineRefusedError, match="--undo"):
+        machine.arm(WIDE)
+    machine.restore(before)
+    assert machine.state() == before
+    machine.arm(WIDE)
+
+
+def test_a_stopped_controller_is_named(kind, controller):
+    machine = kind.example()
+    controller.plc.runs = False
+    try:
+        with pytest.raises(MachineRefusedError, match="does not run"):
+            machine.arm(WIDE)
+    finally:
+        controller.plc.runs = True
+
+
+def test_a_wrong_prefix_is_refused_by_name(controller):
+    with pytest.raises(MachineRefusedError, match=r"MAIN\.other\.ring_rows"):
+        Ads(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix="MAIN.other.", sample_time=1e-3)
+
+
+def test_a_machine_file_states_net_id_and_prefix(tmp_path):
+
+    from bristle.tune.machines import connected
+
+    file = written(tmp_path, 4)[0]
+    file.write_text(file.read_text().replace('"bench.py"', '"ads"') + '[settings]\nnet_id = "1.2.3.4.1.1"\n')
+    with pytest.raises(InputError, match=r"settings\.prefix"):
+        connected(read_machine(file))
+
+
+def test_without_the_library_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyads", None)
+    with pytest.raises(MissingExtraError, match=r"bristle\[ads\]"):
+        Ads(net_id="1.2.3.4.1.1", prefix="MAIN.tune.", sample_time=1e-3)
+
+
+@pytest.mark.slow
+def test_a_minute_in_real_time_loses_no_row(kind, controller):
+    machine = kind.example()
+    machine._patience = 1e3
+    controller.advance = 0
+    with Task(controller.plc):
+        machine.arm(WIDE)
+        motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
+        recording = machine.record(motion, lambda: None)
+    np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
+
+
+@pytest.mark.slow
+def test_a_run_keeps_a_feedforward_and_undo_restores_the_controller(kind, controller, tmp_path):
+    machine = kind.example()
+    before = machine.state()
+    (tmp_path / "axis.toml").write_text(AXIS.format(limit=400.0, resolution=1e-8))
+    (tmp_path / "machine.toml").write_text(MACHINE.format(cycles=6))
+    cycle = 1e3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 1501)))
+    table = np.column_stack([1e-3 * np.arange(cycle.size), cycle])
+    np.savetxt(tmp_path / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
+    options = Options(models="dahl", duration=20.0)
+    result = tune(tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options)
+    assert result.outcome == "kept", result.reason
+    with pytest.raises(MachineRefusedError, match="closed"):
+        machine.state()
+    state = kind.again().state()
+    assert (state["keep"], state["gain"]) == (True, result.facts["comparison"]["gain"])
+    assert undo(tmp_path / "out", machine=kind.again()).outcome == "undone"
+    assert kind.again().state() == before
