@@ -33,8 +33,8 @@ NEAR = 1.25  # times a threshold: nearer elements are merged with it
 BEYOND = 1.4  # times the largest: an additional threshold
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
 SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
-LEAST = 1e-100  # N or N*m: a level above zero
-SOFTEST = 1e-8  # N/m or N*m/rad: an element without force keeps its threshold, and a stiffness that a model file allows
+LEAST = 1e-100  # N or N*m: an element without force keeps its threshold
+SOFTEST = 1e-8  # N/m or N*m/rad: an element without force has a stiffness that a model file allows
 STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
 
 
@@ -70,7 +70,7 @@ class SpreadModel(ListedModel):
 
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
-        levels = np.maximum([values[name] for name in self.names], SOFTEST * np.array(self.thresholds))
+        levels = np.maximum([values[name] for name in self.names], LEAST)
         total = float(np.sum(levels))
         return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
 
@@ -197,9 +197,9 @@ def gathered(inverse: InverseDynamics, solution: Solution) -> tuple[InverseDynam
     """Return a problem of levels at thresholds and its solution, converted to elements of the shape found."""
     component, inner = inverse.parameters.component, solution.space
     assert isinstance(component, SpreadModel)
-    lists = component.lists(solution.values)
-    view = shaped(component.inner, lists[ARRAYS[0]], lists[ARRAYS[1]])
     thresholds = component.thresholds
+    stiffness = np.maximum(component.lists(solution.values)[ARRAYS[0]], SOFTEST)
+    view = shaped(component.inner, stiffness, stiffness * thresholds)
     curve = tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist())
     low = np.where([name in component.names for name in inner.names], -np.inf, inner.low)
     space = SpreadSpace(inner.names, low, inner.high, linear=False, curve=curve, inner=inner, component=component)
