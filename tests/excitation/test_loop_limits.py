@@ -99,7 +99,7 @@ def test_without_a_controller_the_motion_stays_and_its_effort_decides():
 
 def test_a_motion_planned_again_for_its_loops_is_slower_too():
     stiff = replace(AXIS, controller=cascade(k_p=150.0, k_v=1e4, k_i=2e6), following_error_limit=0.9e-3)
-    slower = rehearsed(stiff, purposes="presliding,stribeck", duration="26 s")
+    slower = rehearsed(stiff, purposes="presliding,stribeck", duration="22 s")
     assert 0.4e-3 < slower.rehearsal.following_error <= 0.9e-3
     assert slower.limits.followed > 0.0
     assert [note for note in slower.notes if note.startswith("the amplitude of pre-sliding loops is at least")]
