@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import inf
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from tests.excitation.axes import STAGE
 
 from bristle.controllers import cascade
 from bristle.excitation import excite
+from bristle.excitation.excite import _in_time
 from bristle.friction import lugre
 from bristle.report.excitation import excitation_ruling
 
@@ -44,6 +46,8 @@ def test_a_motion_becomes_slower_until_the_following_error_is_within_its_limit(f
     assert 0.5 * limit < np.max(np.abs(log.reference.values - log.position.values)) <= limit
     fastest = [np.max(np.abs(result.motion.velocity)) for result in (slower, free)]
     assert 0.5 * share < fastest[0] / fastest[1] < share
+    of_velocity, of_acceleration = (getattr(slower.limits, name) / getattr(free.limits, name) for name in ("velocity", "acceleration"))
+    assert of_acceleration == pytest.approx(of_velocity, rel=0.05)
     assert slower.notes[:-1] == free.notes
     assert slower.notes[-1].startswith("bristle limited the motion to ")
     assert slower.notes[-1].endswith(WORDS)
@@ -104,3 +108,49 @@ def test_a_motion_planned_again_for_its_loops_is_slower_too():
     assert slower.limits.followed > 0.0
     assert [note for note in slower.notes if note.startswith("the amplitude of pre-sliding loops is at least")]
     assert slower.notes[-1].endswith(WORDS)
+
+
+@pytest.fixture
+def found(monkeypatch):
+    """Return a function that sets the ratios to the limits of one simulation after the other, for rehearsals that take no time."""
+
+    def set_to(*ratios, lag=0.0):
+        left = list(ratios)
+        lags = [lag, 0.0]
+        rehearsal = lambda *_, **__: SimpleNamespace(loop=True, lag=lags.pop(0))  # noqa: E731
+        monkeypatch.setitem(_in_time.__globals__, "rehearse", rehearsal)
+        monkeypatch.setitem(_in_time.__globals__, "exceeded", lambda *_: left.pop(0) if len(left) > 1 else left[0])
+
+    return set_to
+
+
+@pytest.mark.parametrize("name", ["velocity", "acceleration"])
+def test_an_unknown_limit_stays_unknown_in_slower_motion(found, name):
+    found({"following error": 2.0}, {})
+    result = rehearsed(replace(AXIS, following_error_limit=1.0, **{f"{name}_limit": None}), purposes="break-away")
+    assert getattr(result.limits, name) is None
+    assert result.exceeded == ()
+
+
+def test_an_axis_without_velocity_and_acceleration_cannot_be_slower(found):
+    found({"following error": 2.0}, {})
+    bare = replace(AXIS, following_error_limit=1.0, velocity_limit=None, acceleration_limit=None)
+    assert rehearsed(bare, purposes="break-away").exceeded == ("following error",)
+
+
+def test_slower_motion_with_an_unstable_loop_is_no_remedy(found):
+    found({"effort": 2.0}, None)
+    assert rehearsed(replace(AXIS, effort_limit=400.0)).exceeded == ("effort",)
+
+
+def test_an_unstable_loop_leaves_the_motion(found, free):
+    found(None)
+    result = rehearsed(replace(AXIS, effort_limit=400.0))
+    assert (result.exceeded, result.notes) == ((), free.notes)
+
+
+def test_a_motion_planned_again_for_its_loops_is_checked_again(found):
+    found({}, {"effort": 2.0}, lag=2e-6)
+    result = rehearsed(replace(AXIS, effort_limit=400.0), purposes="presliding", duration="16 s")
+    assert result.limits.followed == 2e-6
+    assert result.exceeded == ("effort",)
