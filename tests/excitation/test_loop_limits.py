@@ -11,6 +11,7 @@ from tests.excitation.axes import STAGE
 from bristle.controllers import cascade
 from bristle.excitation import excite
 from bristle.excitation.excite import _in_time
+from bristle.excitation.rehearsal import exceeded
 from bristle.friction import lugre
 from bristle.report.excitation import excitation_ruling
 
@@ -154,3 +155,8 @@ def test_a_motion_planned_again_for_its_loops_is_checked_again(found):
     result = rehearsed(replace(AXIS, effort_limit=400.0), purposes="presliding", duration="16 s")
     assert result.limits.followed == 2e-6
     assert result.exceeded == ("effort",)
+
+
+def test_an_unstable_loop_has_no_ratios_to_its_limits(free):
+    axis = replace(AXIS, controller=cascade(k_p=6e4, k_v=4e3), effort_limit=1.0)
+    assert exceeded(free.motion, axis, free.prior) is None
