@@ -113,6 +113,7 @@ def calls() -> dict[str, Call]:
                 "travel": 0.01,
                 "purposes": "presliding",
                 "model": None,
+                "log": None,
                 "rehearsed": False,
                 "draws": 0,
                 "allow_code": False,

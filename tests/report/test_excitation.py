@@ -42,14 +42,25 @@ def motion():
     )
 
 
-def excited(estimates=ESTIMATES, *, truth=TRUTH, rehearsed=True, limit=None, presliding=None, assumed=("M",), **changes):
+def excited(
+    estimates=ESTIMATES,
+    *,
+    truth=TRUTH,
+    rehearsed=True,
+    limit=None,
+    error_limit=None,
+    presliding=None,
+    assumed=("M",),
+    exceeded=(),
+    **changes,
+):
     best = Some(name="lugre", estimates=estimates, diagnostics=())
-    known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "loop": True, "friction": np.zeros(2)}
+    known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "following_error": 2e-5, "loop": True, "friction": np.zeros(2)}
     rehearsal = Some(identification=Some(best=best), **known | changes) if rehearsed else None
     limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
     prior = Some(assumed=assumed, friction=Some(name="dahl"))
-    axis = Some(name="stage", effort_limit=limit)
-    return Excitation(motion(), axis, limits, prior, ("a note",), rehearsal)
+    axis = Some(name="stage", effort_limit=limit, following_error_limit=error_limit)
+    return Excitation(motion(), axis, limits, prior, ("a note",), rehearsal, exceeded)
 
 
 def test_equal_pieces_share_a_row():
@@ -142,10 +153,18 @@ def test_reasons_against_a_motion_name_the_parameters():
         ({"presliding": 1e-6}, "usable", "Run it"),
         ({"presliding": 0.9e-6}, "with_care", "Run it, with care"),
         ({"rehearsed": False}, "with_care", "Run it, with care"),
+        ({"exceeded": ("following error",)}, "no", "Do not run it"),
+        ({"exceeded": ("effort",)}, "no", "Do not run it"),
+        ({"exceeded": ("following error",), "rehearsed": False}, "no", "Do not run it"),
     ],
 )
 def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level, words):
     assert excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
+
+
+def test_each_exceeded_limit_is_a_reason_against_a_motion():
+    both = excitation_ruling(excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9))
+    assert both.reasons == ("the effort exceeds the limit of the drive", "the following error exceeds the limit of the axis")
 
 
 def test_first_page_of_a_motion_lists_identifiable_parameters():
@@ -176,6 +195,8 @@ def test_summary_of_a_motion_has_its_numbers():
     assert [(item["begin"], item["reference"]) for item in summary["pieces"]] == [(0.0, "ramp"), (2.0, "ramp"), (4.0, "ramp")]
     assert summary["parameters"]["b"]["error_percent"] == pytest.approx(10.0)
     assert (summary["parameters"]["b"]["put_in"], summary["model"], summary["peak_effort"]) == (5.0, "lugre", 8.0)
+    assert summary["following_error"] == 2e-5
+    assert "following_error" not in excitation_summary(excited(loop=False), files={}, identify="x", provenance={})
     bare = excitation_summary(excited(rehearsed=False), files={}, identify="x", provenance={})
     assert (bare["parameters"], bare["diagnostics"], "model" in bare) == ({}, [], False)
 
@@ -212,12 +233,15 @@ def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
         ("Velocity", "200 mm/s"),
         ("Acceleration", "3 m/s² of 5 m/s² allowed"),
         ("Effort by the assumed model", "8 N of 20 N allowed"),
+        ("Following error in the loop", "20 µm"),
     ]
     basis = "One rehearsal, {}. Its encoder is that of the axis, and its friction scatters by 5 %."
     assert outlook.blocks[0] == basis.format("in the loop of its controller")
     assert outlook.blocks[1].rows
     assert assumptions.blocks[0].content == ("a note",)
     assert seen["expected"].size == 2
+    report.excitation_report(excited(error_limit=1e-4), identify="x")
+    assert seen["sections"][0].blocks[3].content[-1] == ("Following error in the loop", "20 µm of 100 µm allowed")
     report.excitation_report(excited(loop=False), identify="x")
     assert seen["sections"][1].blocks[0] == basis.format("along the motion, without a stable loop")
     assert seen["sections"][0].blocks[3].content[-1] == ("Effort by the assumed model", "8 N")

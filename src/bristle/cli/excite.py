@@ -5,12 +5,12 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import Output, toml_content
+from bristle.cli.options import Output, size_limit, toml_content
 
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 
-OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "purposes": "--for", "model": "--model"}
+OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "purposes": "--for", "model": "--model", "log": "--log"}
 
 
 def excite(
@@ -33,6 +33,9 @@ def excite(
     model: Annotated[
         Path | None, typer.Option("--model", metavar="MODEL.toml", help="Earlier model of the axis, for the simulation of the motion.")
     ] = None,
+    log: Annotated[
+        Path | None, typer.Option("--log", metavar="LOG", help="Earlier log of the axis, from which bristle identifies such a model.")
+    ] = None,
 ) -> None:
     """Design the motion to record on an axis, within its limits.
 
@@ -42,13 +45,15 @@ def excite(
     Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """
     from bristle.core import InputError
+    from bristle.files import read_log
     from bristle.report.excitation import FILES, designed_motion, outlook_table, piece_table
 
     axis_file, options = toml_content(axis), {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
     model_file, out = toml_content(model), output.out
-    with output.opened("designing", [axis, model]) as (folder, report):
+    with output.opened("designing", [axis, model, log]) as (folder, report):
         try:
-            motion = designed_motion(axis_file, command=output.command, model_file=model_file, progress=report, **options)
+            recorded = None if log is None else read_log(log, axis_file, size_limit=size_limit())
+            motion = designed_motion(axis_file, command=output.command, model_file=model_file, log=recorded, progress=report, **options)
         except InputError as error:
             raise error.at(path=OPTIONS.get(error.path, error.path)) from None
         following = motion.next_command(str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml")))

@@ -17,14 +17,16 @@ from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
 from bristle.excitation.limits import MotionLimits, Prior, limits_of, prior_of
 from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of, moves_of
-from bristle.excitation.purposes import PURPOSES
-from bristle.excitation.rehearsal import Rehearsal, rehearse
+from bristle.excitation.purposes import PURPOSES, closing
+from bristle.excitation.rehearsal import Rehearsal, exceeded, rehearse
 from bristle.files.arguments import AXIS
 from bristle.files.motion import gcode_of, moves_table, write_motion
+from bristle.identification import identify
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
+SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
@@ -49,6 +51,8 @@ class Excitation:
         Omitted parts of the motion and assumptions, with reasons.
     rehearsal : Rehearsal or None
         The simulation of the motion on the prior, and the identification of the simulated log.
+    exceeded : tuple of str
+        Quantities beyond their limits in the simulated loop: ``"effort"``, ``"following error"``.
     """
 
     motion: ExcitationMotion
@@ -57,6 +61,7 @@ class Excitation:
     prior: Prior
     notes: tuple[str, ...]
     rehearsal: Rehearsal | None = None
+    exceeded: tuple[str, ...] = ()
 
     @property
     def purposes(self) -> list[tuple[str, str]]:
@@ -92,6 +97,7 @@ def excite(
     start: float | str | None = None,
     purposes: Sequence[str] | str | None = None,
     model: Any = None,
+    log: Any = None,
     rehearsed: bool = True,
     draws: int = 100,
     allow_code: bool = False,
@@ -114,6 +120,8 @@ def excite(
     model : Model, (Model, Model) or path-like, optional
         An earlier model: the friction, a pair of plant and friction, or a model file. By default, bristle derives a model
         from the limits.
+    log : Log, path-like or table of columns, optional
+        An earlier log of the axis, from which bristle identifies such a model (``dahl``, by inverse dynamics).
     rehearsed : bool
         Whether to simulate the motion on this model and to identify the simulated log.
     draws : int
@@ -136,7 +144,8 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    seconds, mechanism = 60.0 if duration is None else duration, _mechanism(model, axis, allow_code)
+    seconds = 60.0 if duration is None else duration
+    mechanism = _mechanism(model, axis, allow_code) if log is None else _identified(log, model, axis)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
@@ -157,16 +166,7 @@ def excite(
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
     plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)
     excitation = plan(limits_of(axis, prior, sample_time, distance, begin))
-    if not rehearsed:
-        return excitation
-    try:
-        rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
-        followed = _for_the_loop(excitation, rehearsal, plan)
-        if followed is not None:
-            excitation, rehearsal = followed, rehearse(followed.motion, axis, prior, draws=draws, progress=progress)
-        return replace(excitation, rehearsal=rehearsal)
-    except InputError as reason:
-        return replace(excitation, notes=(*excitation.notes, f"the rehearsal failed: {reason}"))
+    return _rehearsed(excitation, plan, draws=draws, progress=progress) if rehearsed else excitation
 
 
 def _planned(
@@ -199,6 +199,61 @@ def _planned(
     return Excitation(motion, axis, limits, prior, tuple(notes))
 
 
+def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation], *, draws: int, progress: Progress | None) -> Excitation:
+    """Return a motion with its rehearsal, planned again if the loop of the controller cannot run it."""
+    axis, prior, limits = excitation.axis, excitation.prior, excitation.limits
+    rehearsal, failed = None, ()
+    try:
+        excitation = _within_the_loop(excitation, plan)
+        rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+        followed = _for_the_loop(excitation, rehearsal, plan)
+        if followed is not None:
+            excitation, rehearsal = _within_the_loop(followed, plan), None
+            rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+    except InputError as reason:
+        failed = (f"the rehearsal failed: {reason}",)
+    return replace(excitation, rehearsal=rehearsal, notes=(*excitation.notes, *_reductions(excitation, limits), *failed))
+
+
+def _within_the_loop(excitation: Excitation, plan: Callable[[MotionLimits], Excitation]) -> Excitation:
+    """Return a motion that keeps the limits of effort and following error in the simulated loop, slower if necessary."""
+    axis, slower = excitation.axis, excitation
+    if axis.controller is None or (axis.effort_limit is None and axis.following_error_limit is None):
+        return excitation
+    first = ratios = exceeded(excitation.motion, axis, excitation.prior)
+    for _ in range(SLOWER_MOST):
+        if not (ratios and (slower.limits.velocity or slower.limits.acceleration)):
+            break
+        limits, share = slower.limits, SLOWER / max(ratios.values())
+        velocity, acceleration = (share * float(np.max(np.abs(signal))) for signal in (slower.motion.velocity, slower.motion.acceleration))
+        limits = replace(limits, velocity=limits.velocity and velocity, acceleration=limits.acceleration and acceleration)
+        try:
+            slower = plan(limits)
+            ratios = exceeded(slower.motion, axis, slower.prior)
+        except InputError:  # slower motion needs more time, or does not exist
+            break
+    if ratios == {} or not first:
+        return slower
+    return replace(excitation, exceeded=tuple(first))
+
+
+def _reductions(excitation: Excitation, limits: MotionLimits) -> list[str]:
+    """Return a note on the limits of effort and following error, if a motion is slower than other limits allow or exceeds them."""
+    if excitation.exceeded:
+        names = " and ".join(excitation.exceeded)
+        reason = (
+            "no slower motion of this duration respects the limits of the axis. Raise the limits or the duration, or tune the controller"
+        )
+        return [f"the rehearsal exceeds the limit of {names}, and {reason}"]
+    pairs = (
+        (excitation.limits.velocity, limits.velocity, "length/time"),
+        (excitation.limits.acceleration, limits.acceleration, "length/time^2"),
+    )
+    reduced = [limits.in_unit(value, of) for value, before, of in pairs if value is not None and value != before]
+    reason = "because faster motion exceeds the limit of effort or following error in the rehearsal"
+    return [f"bristle limited the motion to {' and '.join(reduced)}, {reason}"] if reduced else []
+
+
 def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
     """Return a motion without the loops that the controller cannot follow; None if it follows, or none would remain."""
     smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
@@ -215,7 +270,7 @@ def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
-    """Return plant and friction, as far as known."""
+    """Return plant and friction of an earlier model, as far as known."""
     plant = None
     if model is None:
         return None, None
@@ -230,6 +285,17 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     if friction.kind != axis.kind:
         raise InputError(f"is for a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
     return plant, friction
+
+
+def _identified(log: Any, model: Any, axis: Axis) -> tuple[Model | None, Model]:
+    """Return plant and friction of a log of the axis; no plant if the log does not determine its mass."""
+    if model is not None:
+        raise InputError(
+            "cannot be combined with model", path="log", mend="Leave out log or model: each gives an earlier model of the axis"
+        )
+    best = identify(log, "dahl", axis=replace(axis, method="inverse_dynamics"), draws=0).best
+    is_known = best.inertia is not None and best.inertia.status in ("identified", "held")
+    return best.plant if is_known else None, best.friction
 
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
@@ -286,4 +352,5 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
         share_left -= purpose.share
         left = max(left, SHORTEST)
         pieces += added
-    return sorted(pieces, key=lambda piece: chosen.index(piece.purpose))
+    pieces.sort(key=lambda piece: chosen.index(piece.purpose))
+    return [*pieces, *closing(limits, pieces)]

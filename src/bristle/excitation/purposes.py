@@ -7,7 +7,7 @@ and fro at constant velocities, from creeping to the largest velocity.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,9 @@ SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 
 CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
+
+RETURN = 1.0  # duration of the move back to the start [s]
+ROUNDING = 1e-9  # of all amplitudes: smaller distances from the start are rounding
 
 
 class Purpose(NamedTuple):
@@ -137,6 +140,17 @@ def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
         kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.reach), jerk=limits.jerk
     )
     return ExcitationPiece("break-away", "break-away ramp", reference, 2.0 * REST, speed, side * distance)
+
+
+def closing(limits: MotionLimits, pieces: Sequence[ExcitationPiece]) -> list[ExcitationPiece]:
+    """Return the piece from the end of other pieces back to their start; an empty list if they end at their start."""
+    distance = -sum(piece.end for piece in pieces)
+    if abs(distance) <= ROUNDING * sum(abs(piece.amplitude) for piece in pieces):
+        return []
+    speed = min(abs(distance) / RETURN, limits.fastest)
+    acceleration = limits.corner(speed, abs(distance))
+    reference = s_curve(kind=limits.kind, distance=distance, velocity=speed, acceleration=acceleration, jerk=limits.jerk)
+    return [ExcitationPiece(pieces[-1].purpose, "return to the start", reference, REST, speed, distance)]
 
 
 def _no_stribeck(limits: MotionLimits) -> str:

@@ -51,6 +51,29 @@ class Rehearsal:
     truth: dict[str, float]
     loop: bool
 
+    @property
+    def following_error(self) -> float:
+        """Largest following error [m or rad]."""
+        return following_error_of(self.log)
+
+
+def following_error_of(log: Log) -> float:
+    """Return the largest following error of a log with a reference [m or rad]."""
+    assert log.reference is not None
+    return float(np.max(np.abs(log.reference.values - log.position.values)))
+
+
+def exceeded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> dict[str, float] | None:
+    """Return the ratios of effort and following error to their limits, if above 1; None without a stable loop."""
+    log, _, loop = recorded(motion, axis, prior)
+    assert log.effort is not None
+    demands = {
+        "effort": (float(np.max(np.abs(log.effort.values))), axis.effort_limit),
+        "following error": (following_error_of(log), axis.following_error_limit),
+    }
+    ratios = {name: value / limit for name, (value, limit) in demands.items() if limit is not None and value > limit}
+    return ratios if loop else None
+
 
 def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
     """Simulate a motion on the prior with scatter, noise and counts of the encoder, and identify the simulated log."""
@@ -121,16 +144,19 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     # The controller is tuned to the mass of its axis: with a guessed mass, its loop is meaningless.
     if axis.controller is None or not prior.mass_known:
         return None
+    controller, most = axis.controller, axis.effort_limit or math.inf
+    # Saturation would hide a demand beyond the limit.
+    if controller.values.get("limit", 0.0) >= most:
+        controller = controller.with_values(limit=math.inf)
     trace = run_closed_loop(
         prior.plant,
         prior.friction,
-        axis.controller,
+        controller,
         encoder(kind=axis.kind, resolution=axis.resolution or 0.0),
         np.stack((motion.position, motion.velocity, motion.acceleration, np.zeros_like(motion.time))),
         motion.sample_time,
         steps=8,
         disturbance=disturbance,
-        limit=axis.effort_limit or math.inf,
         x=float(motion.position[0]),
     )
     if trace.status is Status.NOT_FINITE:

@@ -10,6 +10,7 @@ from bristle.core import Content, number, scale_of, unit_of, with_unit
 from bristle.excitation import Excitation, excite
 from bristle.files import Results, origins_of_code, provenance
 from bristle.identification import Estimate
+from bristle.logs import Log
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
@@ -18,6 +19,7 @@ from bristle.report.results import write_report
 from bristle.report.table import Table, capital, fixed, length_text, span_text
 
 WIDE = 100.0  # half-width of an interval that does not identify a parameter [%]
+EXCEEDED = {"effort": "the effort exceeds the limit of the drive", "following error": "the following error exceeds the limit of the axis"}
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 """Names of the files of a motion, by their content."""
 
@@ -29,12 +31,13 @@ class DesignedMotion(NamedTuple):
     axis_file: Content
     model_file: Content | None
     command: str
+    log: Log | None = None
 
     @property
     def provenance(self) -> dict[str, str]:
         """Versions, files, checksums."""
         code = origins_of_code([self.excitation.prior.friction.component])
-        return provenance(self.command, axis=self.axis_file, model=self.model_file, code=code)
+        return provenance(self.command, axis=self.axis_file, model=self.model_file, log=self.log, code=code)
 
     def next_command(self, axis: str) -> str:
         """Return the command that identifies the log of the motion, with the axis file of this name."""
@@ -60,9 +63,11 @@ class DesignedMotion(NamedTuple):
         write_report(folder, page, self.summary(FILES, identify))
 
 
-def designed_motion(axis_file: Content, *, command: str, model_file: Content | None = None, **options: Any) -> DesignedMotion:
+def designed_motion(
+    axis_file: Content, *, command: str, model_file: Content | None = None, log: Log | None = None, **options: Any
+) -> DesignedMotion:
     """Return the motion to run on an axis."""
-    return DesignedMotion(excite(axis_file, model=model_file, **options), axis_file, model_file, command)
+    return DesignedMotion(excite(axis_file, model=model_file, log=log, **options), axis_file, model_file, command, log)
 
 
 def excitation_report(excitation: Excitation, *, identify: str, **options: Any) -> str:
@@ -72,6 +77,9 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
     if rehearsal is not None:
         effort = ("effort by the assumed model", rehearsal.peak_effort, excitation.axis.effort_limit)
         demands.append((*effort, unit_of("force", excitation.motion.kind)))
+        if rehearsal.loop:
+            error = ("following error in the loop", rehearsal.following_error, excitation.axis.following_error_limit)
+            demands.append((*error, unit_of("length", excitation.motion.kind)))
         loop = "in the loop of its controller" if rehearsal.loop else "along the motion, without a stable loop"
         basis = f"One rehearsal, {loop}. Its encoder is that of the axis, and its friction scatters by 5 %."
     limits = [
@@ -200,6 +208,8 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
         return data
     best = rehearsal.identification.best
     data |= {"model": best.name, "peak_effort": rehearsal.peak_effort, "diagnostics": as_data(best.diagnostics)}
+    if rehearsal.loop:
+        data["following_error"] = rehearsal.following_error
     data["parameters"] = {
         estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
         | {
@@ -215,8 +225,13 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
 def excitation_ruling(excitation: Excitation) -> Ruling:
     """Return the verdict on a motion, with its reasons."""
     rehearsal, limit, presliding = excitation.rehearsal, excitation.axis.effort_limit, excitation.limits.presliding
+    exceeded = set(excitation.exceeded)
+    if limit is not None and rehearsal is not None and rehearsal.peak_effort > limit:
+        exceeded.add("effort")
+    against = [words for name, words in EXCEEDED.items() if name in exceeded]
     if rehearsal is None:
-        return Ruling("with_care", "Run it, with care", ("the motion was not rehearsed",))
+        reasons = (*against, "the motion was not rehearsed")
+        return Ruling("no", "Do not run it", reasons) if against else Ruling("with_care", "Run it, with care", reasons)
     sought = _sought(excitation)
     groups = (
         ("not identified: {}", [estimate for estimate in sought if estimate.status in ("unidentifiable", "at_edge")]),
@@ -227,8 +242,8 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
     if presliding is not None and rehearsal.lag > presliding:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
         reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only within {lag}")
-    if limit is not None and rehearsal.peak_effort > limit:
-        return Ruling("no", "Do not run it", ("the effort exceeds the limit of the drive", *reasons))
+    if against:
+        return Ruling("no", "Do not run it", (*against, *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
 
 

@@ -145,21 +145,10 @@ def before(run: Run) -> None:
 def excitation(run: Run) -> None:
     """Plan the excitation on a first model of the recorded motion, within the limits, and record it."""
     axis, start = run.axis, float(run.file.cycle[0])
-    first = identify(run.log("before"), "dahl", axis=replace(axis, method="inverse_dynamics"), draws=0)
-    motion = excite(axis, duration=run.options.duration, start=start, model=(first.plant, first.model), rehearsed=False, draws=0).motion
-    recording = run.record("excitation", _led_back(run, motion.position))
-    run.finish(duration=recording.position.size * run.sample_time, error=rms(recording.error))
-
-
-def _led_back(run: Run, position: np.ndarray) -> np.ndarray:
-    """Return a motion between rests that ends at its start."""
-    assert run.axis.velocity_limit is not None
-    assert run.axis.acceleration_limit is not None
-    gap = float(run.file.cycle[0] - position[-1])
-    slowest = max(np.pi * abs(gap) / run.axis.velocity_limit, np.pi * np.sqrt(abs(gap) / run.axis.acceleration_limit), 0.1)
-    share = 0.5 * (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, int(np.ceil(slowest / run.sample_time)))))
+    motion = excite(axis, duration=run.options.duration, start=start, log=run.log("before"), rehearsed=False, draws=0).motion
     rest = run.rest(REST)
-    return np.concatenate([rest, position, position[-1] + gap * share, rest])
+    recording = run.record("excitation", np.concatenate([rest, motion.position, rest]))
+    run.finish(duration=recording.position.size * run.sample_time, error=rms(recording.error))
 
 
 def identification(run: Run) -> None:

@@ -1,0 +1,65 @@
+"""An earlier log of the axis in place of an earlier model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.excitation.axes import STAGE
+
+from bristle.core import InputError
+from bristle.excitation import excite
+from bristle.excitation.limits import prior_of
+from bristle.excitation.rehearsal import recorded
+from bristle.friction import lugre
+
+TRUTH = lugre(F_C=60.0, F_S=60.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=0.0)
+KNOWN = replace(STAGE, resolution=1e-8)
+UNKNOWN = replace(KNOWN, mass=None, presliding=None)
+
+
+def log_of(**options):
+    """Return a log of the true axis."""
+    motion = excite(KNOWN, model=TRUTH, rehearsed=False, **options).motion
+    return recorded(motion, KNOWN, prior_of(KNOWN, None, TRUTH))[0]
+
+
+@pytest.fixture(scope="module")
+def log():
+    """A log of loops and of slides."""
+    return log_of(duration="24 s", purposes="presliding,stribeck")
+
+
+def test_a_log_gives_mass_friction_level_and_presliding_distance(log):
+    bare = excite(UNKNOWN, rehearsed=False)
+    result = excite(UNKNOWN, log=log, rehearsed=False)
+    assert {piece.purpose for piece in bare.motion.pieces} == {"stribeck"}
+    assert {"presliding", "stribeck"} <= {piece.purpose for piece in result.motion.pieces}
+    assert result.prior.plant.values["M"] == pytest.approx(28.0, rel=0.05)
+    assert result.prior.friction.values["F_C"] == pytest.approx(60.0, rel=0.1)
+    assert result.prior.presliding == pytest.approx(prior_of(KNOWN, None, TRUTH).presliding, rel=0.5)
+    assert result.prior.mass_known
+    assert result.prior.assumed == ()
+
+
+def test_a_log_acts_as_the_model_that_it_gives(log):
+    by_log = excite(UNKNOWN, log=log, rehearsed=False)
+    by_model = excite(UNKNOWN, model=(by_log.prior.plant, by_log.prior.friction), rehearsed=False)
+    assert by_log.prior.friction.name == "dahl"
+    assert np.array_equal(by_log.motion.position, by_model.motion.position)
+
+
+def test_a_known_mass_stays(log):
+    assert excite(replace(KNOWN, mass=30.0), log=log, rehearsed=False).prior.plant.values["M"] == pytest.approx(30.0)
+
+
+def test_a_log_without_acceleration_leaves_the_mass_to_the_limits():
+    slow = log_of(duration="16 s", purposes="presliding")
+    result = excite(UNKNOWN, log=slow, rehearsed=False)
+    assert not result.prior.mass_known
+    assert result.prior.plant.values["M"] == pytest.approx(prior_of(UNKNOWN).plant.values["M"])
+    assert result.prior.assumed[0].startswith("mass of")
+
+
+def test_a_log_and_a_model_are_refused_together(log):
+    with pytest.raises(InputError, match=r"^log: cannot be combined with model\. Leave out log or model"):
+        excite(UNKNOWN, log=log, model=TRUTH, rehearsed=False)
