@@ -227,5 +227,5 @@ def _reversal_errors(error: np.ndarray, cycle: np.ndarray) -> tuple[float, float
 if __name__ == "__main__":
     name, *rest = sys.argv[1:]
     ended = {"gain": gain, "kills": kills, "intervals": intervals, "linuxcnc": linuxcnc}[name](*map(int, rest))
-    print(json.dumps({name: ended}))
+    print(json.dumps({name: bool(ended)}))
     sys.exit(0 if ended else 1)
