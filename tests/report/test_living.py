@@ -278,7 +278,7 @@ UNFOLD = "document.querySelectorAll('.unfold').forEach((button) => button.click(
 BOX = "(({ x, y, width, height }) => [x, y, width, height])(document.querySelector('#figure-%s svg').getBoundingClientRect())"
 PATHS = "[...document.querySelectorAll('#figure-%s [data-curve] path')].map((path) => path.getAttribute('d')).join()"
 WHEEL = "new WheelEvent('wheel', { deltaY: -400, ctrlKey: %s, cancelable: true, clientX: %f, clientY: %f })"
-VIEW = "plots.get('velocity').panels[0].view.x"
+VIEW = "plots.get('velocity').panels[0].x.view"
 
 
 @pytest.mark.slow
@@ -339,7 +339,7 @@ def test_the_strip_selects_the_part_of_the_large_picture(file, tmp_path):
         for kind, place in (("mousePressed", first), ("mouseMoved", second), ("mouseReleased", second)):
             tab.call("Input.dispatchMouseEvent", type=kind, x=place, **mouse)
         low, high_end, span = tab.run(
-            "(([main, strip]) => [main.valueAt(main.left), main.valueAt(main.right), strip.facts.x.ends])(plots.get('gain').panels)"
+            "(([main, strip]) => [main.x.valueAt(main.left), main.x.valueAt(main.right), strip.facts.x.ends])(plots.get('gain').panels)"
         )
         wanted = [span[0] + share * (span[1] - span[0]) for share in (0.2, 0.5)]
         assert [low, high_end] == pytest.approx(wanted, abs=0.02 * (span[1] - span[0]))

@@ -87,7 +87,6 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("beside", "comparison.friction"),
         Place("courses", "comparison.comparison"),
     ),
-    "tune": (),
     "excitation": (Place("front", "motion.motion"), Place("beside", "motion.expected")),
     "study": (Place("front", "many_runs.distribution"), Place("beside", "bars.influence"), Place("spread", "many_runs.spread")),
     "fleet": (

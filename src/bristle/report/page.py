@@ -191,9 +191,9 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
     """Return the figures of a kind of report by section, and a remark on each figure that failed."""
     from bristle.figures.on_reports import REPORTS
 
-    pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS[kind]}
+    pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS.get(kind, ())}
     remarks: list[Markup] = []
-    for place in REPORTS[kind]:
+    for place in REPORTS.get(kind, ()):
         try:
             if not place.is_taken(facts):
                 continue
