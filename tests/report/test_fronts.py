@@ -189,7 +189,7 @@ def motion(estimates, *, peak=100.0, lag=0.0, truth=None):
     best = Some(name="lugre", estimates=[Some(name=name, status=status, interval_percent=half) for name, status, half in estimates])
     rehearsal = Some(identification=Some(best=best), truth=truth or {}, peak_effort=peak, lag=lag, loop=True)
     kept = Some(effort_limit=500.0, name="stage")
-    return Some(rehearsal=rehearsal, axis=kept, limits=Some(presliding=7e-6), motion=Some(kind="translational"))
+    return Some(rehearsal=rehearsal, exceeded=(), axis=kept, limits=Some(presliding=7e-6), motion=Some(kind="translational"))
 
 
 @pytest.mark.parametrize(

@@ -208,8 +208,7 @@ def excitation_summary(excitation: Excitation, *, files: Mapping[str, str], iden
         return data
     best = rehearsal.identification.best
     data |= {"model": best.name, "peak_effort": rehearsal.peak_effort, "diagnostics": as_data(best.diagnostics)}
-    if rehearsal.loop:
-        data["following_error"] = rehearsal.following_error
+    data["following_error"] = rehearsal.following_error if rehearsal.loop else None
     data["parameters"] = {
         estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
         | {
