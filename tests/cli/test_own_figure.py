@@ -156,7 +156,7 @@ def test_a_fault_in_a_built_in_figure_omits_it_and_is_a_fault(bristle, place, mo
     monkeypatch.setattr(f"{module}.{name}", broken)
     result = bristle(*PREDICT, "--format", "csv", "--json")
     assert result.code == 70
-    figure = "fit.PREDICTION" if format_ == "drawn" else "prediction"
+    figure = "fit.prediction" if format_ == "drawn" else "prediction"
     assert f"{figure} is not {format_}: ZeroDivisionError: of ours" in result.err
     assert result.data["provenance"]
     Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
