@@ -8,7 +8,6 @@ python -m benchmarks.tune intervals [COUNT]   claimed intervals of a change whos
 from __future__ import annotations
 
 import json
-import os
 import sys
 import tempfile
 import time
@@ -18,14 +17,14 @@ from typing import Any
 
 import numpy as np
 from tests.tune.bench import KINDS, Bench, Motion, Plant, drawn
-from tests.tune.conftest import OPTIONS, begun
+from tests.tune.conftest import OPTIONS, begun, killed
 from tests.tune.linuxcnc.session import axis as linuxcnc_axis
 from tests.tune.machine import BenchMachine, written
 
 from bristle.files import read_machine
 from bristle.report.compared import compare
 from bristle.tune import MachineStoppedError, Tuning, tune
-from bristle.tune.journal import KILL_AFTER, Journal
+from bristle.tune.journal import Journal
 from bristle.tune.machines import connected
 
 FIRST = 3000  # seeds from here on were not used to build the program
@@ -114,20 +113,18 @@ def kills(count: int = 200) -> bool:
             make, place = begun(base, target)
             untouched = dict(make().state())
             first = len(Journal(place / "out").entries)
-            entry_of_kill = str(generator.integers(first, last))
-            child = os.fork()
-            if child == 0:
-                os.environ[KILL_AFTER] = entry_of_kill
-                tune(place / "machine.toml", place / "out", move=True, machine=make(), options=OPTIONS)
-                os._exit(0)
-            _, status = os.waitpid(child, 0)
+            entry_of_kill = int(generator.integers(first, last))
+            was_killed = killed(
+                entry_of_kill,
+                lambda place=place, make=make: tune(place / "machine.toml", place / "out", move=True, machine=make(), options=OPTIONS),
+            )
             machine = make()
             tune(place / "machine.toml", place / "out", machine=machine, options=OPTIONS)
             entry = Journal(place / "out").last("restored")
             same = dict(machine.state()) == untouched and (entry is None or entry["identical"])
             restored += same
-            if os.WIFSIGNALED(status) is False or not same:
-                print(f"{number}: {'not killed' if not os.WIFSIGNALED(status) else 'not restored'}", flush=True)
+            if not was_killed or not same:
+                print(f"{number}: {'not restored' if was_killed else 'not killed'}", flush=True)
     print(f"restored {restored} of {count} killed runs (goal: all)")
     return restored == count
 

@@ -1,7 +1,9 @@
 """A finished run on the bench, once a session, and its beginning as the start of other runs."""
 
 import json
+import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,7 +11,7 @@ from tests.tune.bench import Bench
 from tests.tune.machine import BenchMachine, Faults, written
 
 from bristle.tune import Options, tune
-from bristle.tune.journal import NAME
+from bristle.tune.journal import NAME, Journal
 
 SEED, CYCLES = 4, 6
 OPTIONS = Options(models="dahl", duration=20.0)
@@ -36,6 +38,27 @@ def finished(tmp_path_factory, own_locks):
 def identified(finished, tmp_path):
     """Return a function that makes a machine with faults, and the files of a run that was interrupted behind its identification."""
     return begun(finished[1], tmp_path)
+
+
+def killed(entry: int, act: Callable[[], object]) -> bool:
+    """Do something in another process, which is killed behind an entry of its journal; return whether it was."""
+    child = os.fork()
+    if child == 0:
+        write = Journal.write
+
+        def fatal(journal, *names, **facts):
+            written_entry = write(journal, *names, **facts)
+            if written_entry["n"] == entry:
+                os.kill(os.getpid(), 9)
+            return written_entry
+
+        Journal.write = fatal
+        try:
+            act()
+        finally:
+            os._exit(1)
+    _, status = os.waitpid(child, 0)
+    return os.WIFSIGNALED(status) and os.WTERMSIG(status) == 9
 
 
 def begun(folder: Path, target: Path):

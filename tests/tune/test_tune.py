@@ -1,16 +1,16 @@
 """A run on an axis that is simulated without bristle: kept if better, restored in every other case."""
 
-import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.tune.bench import Bench, Motion, drawn
-from tests.tune.conftest import OPTIONS, SEED
+from tests.tune.conftest import OPTIONS, SEED, killed
 from tests.tune.machine import BenchMachine, Faults, written
 
 from bristle.core import InputError
-from bristle.tune import tune, undo
-from bristle.tune.journal import KILL_AFTER, Journal
+from bristle.tune import MachineRefusedError, tune, undo
+from bristle.tune.journal import NAME, Journal
 
 
 def rms(motion: Motion, feed, *, gain: float, truth: bool = False) -> float:
@@ -109,13 +109,7 @@ def test_a_killed_run_is_restored_at_the_next_start(identified, place):
     make, folder = identified
     before = len(Journal(folder / "out").entries)
     entry = before + int(place * 20)
-    child = os.fork()
-    if child == 0:
-        os.environ[KILL_AFTER] = str(entry)
-        tune(folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS)
-        os._exit(1)
-    _, status = os.waitpid(child, 0)
-    assert os.WTERMSIG(status) == 9
+    assert killed(entry, lambda: tune(folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS))
     machine = make()
     tune(folder / "machine.toml", folder / "out", machine=machine, options=OPTIONS)
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
@@ -161,3 +155,46 @@ def test_a_changed_machine_is_refused(identified):
     machine.bench.seed = 99
     result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
     assert result.code == "identity_changed"
+
+
+def test_a_finished_run_is_undone_before_the_next_one(finished, tmp_path):
+    make, folder = _copied(finished, tmp_path)
+    journal = (finished[1] / "out" / NAME).read_text()
+    (folder / "out" / NAME).write_text(journal)
+    before = make().state()
+    with pytest.raises(InputError, match=r"finished run.*--undo"):
+        tune(folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS)
+    with pytest.raises(InputError, match="keeps the feedforward of a run in another folder"):
+        tune(folder / "machine.toml", folder / "other", move=True, machine=make(), options=OPTIONS)
+    assert make().state() == before
+
+
+def test_a_run_does_not_go_on_with_other_options(identified):
+    make, folder = identified
+    machine = make()
+    with pytest.raises(InputError, match=r"models: differs .* found 'lugre', allowed dahl"):
+        tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=replace(OPTIONS, models="lugre"))
+    assert machine.records == []
+
+
+def test_a_run_does_not_go_on_if_the_machine_cannot_be_restored(identified):
+    class Stuck(BenchMachine):
+        def restore(self, state):
+            self._write(gain=0.5)
+
+    make, folder = identified
+    machine = Stuck(make().bench, memory=folder / "memory.json")
+    with pytest.raises(MachineRefusedError, match="differs from its backup"):
+        tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    assert machine.records == []
+    assert Journal(folder / "out").last("restored")["different"] == {"gain": [0.0, 0.5]}
+
+
+def test_progress_rises_by_planned_time_to_the_end(identified):
+    make, folder = identified
+    shares = []
+    tune(
+        folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS, progress=lambda share, _: shares.append(share)
+    )
+    assert shares == sorted(shares)
+    assert 0.9 < shares[-1] <= 1.0

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import Json, Quiet, folder_named, print_json
+from bristle.cli.options import AllowCode, Json, Quiet, folder_named, print_json
 from bristle.cli.terminal import NO, complain, progress, show
 
 EXAMPLE = """Example:
@@ -28,6 +28,7 @@ def tune(
     model: Annotated[
         str, typer.Option("--model", metavar="NAME[,NAME...]", help="Friction models to identify.")
     ] = "lugre,dahl,maxwell_slip",
+    allow_code: AllowCode = False,
     as_json: Json = False,
     quiet: Quiet = False,
 ) -> int:
@@ -51,7 +52,9 @@ def tune(
         raise InputError("is needed", path="MACHINE.toml and --out DIR", mend="Write bristle tune machine.toml --out tuned --move")
     else:
         with progress("tuning", quiet=quiet) as report:
-            result = package.tune(machine, out, move=move and not dry_run, options=package.Options(models=model), progress=report)
+            result = package.tune(
+                machine, out, move=move and not dry_run, options=package.Options(models=model), allow_code=allow_code, progress=report
+            )
     if as_json:
         print_json(result.as_data())
     elif result.outcome == "planned":

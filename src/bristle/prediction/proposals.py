@@ -41,7 +41,7 @@ def proposals_of(fit: Fit, axis: Axis) -> list[ProposedLine]:
 
 
 def first_gain(fit: Fit) -> float:
-    """Return the gain at which a feedforward of the model is safe to try; 0 if it could double the friction force.
+    """Return the gain at which a feedforward of the model is safe to try; 0 if the model explains less than half of the friction.
 
     A feedforward at gain :math:`g` leaves :math:`(1 - g) F + g e` of the friction force :math:`F`, with the model error
     :math:`e`. Parameters need not be identified for that.

@@ -12,7 +12,6 @@ from typing import Any
 from bristle.core import InputError
 
 NAME = "journal.jsonl"
-KILL_AFTER = "BRISTLE_TUNE_KILL_AFTER"  # for tests: number of the entry behind which the process kills itself
 
 
 class Journal:
@@ -43,8 +42,6 @@ class Journal:
             os.fsync(file.fileno())
         self._last = _hash(line)
         self.entries.append(entry)
-        if os.environ.get(KILL_AFTER) == str(entry["n"]):
-            os.kill(os.getpid(), 9)
         return entry
 
     def with_events(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
@@ -58,8 +55,16 @@ class Journal:
     @property
     def has_written(self) -> bool:
         """Whether the machine may differ from its state before the run."""
+        return self._stands("write")
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the machine keeps the feedforward of this run."""
+        return self._stands("kept")
+
+    def _stands(self, event: str) -> bool:
         last = self.last("write", "restored", "kept")
-        return last is not None and last["event"] == "write"
+        return last is not None and last["event"] == event
 
 
 def _read(path: Path) -> tuple[list[dict[str, Any]], str]:

@@ -32,6 +32,8 @@ class MachineStoppedError(BristleError):
         Value and limit.
     """
 
+    exit_code = 1
+
     def __init__(self, reason: str, detail: str = "") -> None:
         super().__init__(f"{reason.replace('_', ' ')}{': ' if detail else ''}{detail}")
         self.reason, self.detail = reason, detail
@@ -39,6 +41,8 @@ class MachineStoppedError(BristleError):
 
 class MachineRefusedError(BristleError):
     """A machine cannot be tuned, with the name of the cause and the remedy."""
+
+    exit_code = 1
 
     def __init__(self, code: str, message: str, mend: str = "") -> None:
         super().__init__(f"{message}. {mend}" if mend else message)

@@ -36,14 +36,14 @@ def _opcua(file: MachineFile) -> Machine:
 BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment, "linuxcnc": _linuxcnc, "ads": _ads, "opcua": _opcua}
 
 
-def connected(file: MachineFile) -> Machine:
+def connected(file: MachineFile, *, allow_code: bool = False) -> Machine:
     """Return the machine of a machine file, connected; code of the user needs permission."""
     if file.machine in BUILT_IN:
         return BUILT_IN[file.machine](file)
     if not file.machine.endswith(".py"):
         allowed = f"{', '.join(BUILT_IN)}, or a Python file"
         raise InputError("is not a machine", path="machine", value=file.machine, allowed=allowed, mend=did_you_mean(file.machine, BUILT_IN))
-    content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=False)
+    content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=allow_code)
     try:
         return load_machine_file(content)(**file.settings)
     except TypeError as error:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bristle.core import number, unit_of, with_unit
-from bristle.report.cards import Card, Step
+from bristle.report.cards import Step
 from bristle.report.comparison import comparison_report
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
-    from bristle.comparison import Comparison
     from bristle.tune.run import Run
     from bristle.tune.tuning import Tuning
 
@@ -52,7 +51,7 @@ def plan_rows(result: Tuning) -> list[tuple[str, ...]]:
     return rows
 
 
-def tune_report(run: Run, result: Tuning, compared: Comparison | None, **options: Any) -> str:
+def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     """Return the report of a run as an HTML page; options as of `report_page`."""
     is_kept = result.outcome == "kept"
     ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored", (result.reason,))
@@ -63,10 +62,10 @@ def tune_report(run: Run, result: Tuning, compared: Comparison | None, **options
         Section("model", "The model", [Block("facts", _model(result), ("The identified feedforward",))], "Steps"),
     ]
     heading = f"{run.file.name}: {'tuned' if is_kept else 'not tuned'}"
-    if compared is not None:
+    if run.compared is not None:
         changed = {"heading": heading, "ruling": ruling, "next": following}
-        return comparison_report(compared, name=run.file.name, further=sections, changed=changed, **options)
-    front = Front(heading, about(run.file.machine), ruling, title=result.reason, cards=_cards(result), next=following)
+        return comparison_report(run.compared, name=run.file.name, further=sections, changed=changed, **options)
+    front = Front(heading, about(run.file.machine), ruling, title=result.reason, next=following)
     return report_page("tune", {"run": run}, front, sections, **options)
 
 
@@ -89,10 +88,6 @@ def _steps(result: Tuning) -> list[tuple[str, ...]]:
 def _model(result: Tuning) -> list[tuple[str, str]]:
     facts = result.facts.get("identification", {})
     return [(key.replace("_", " ").capitalize(), _text(value)) for key, value in facts.items() if _is_short(value)]
-
-
-def _cards(result: Tuning) -> list[Card]:
-    return [Card(name.replace("_", " ").capitalize(), "done") for name in list(result.facts)[-3:]]
 
 
 def _is_short(value: Any) -> bool:

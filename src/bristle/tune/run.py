@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from bristle.files import MachineFile, write_log
 from bristle.logs import Log, read_log
 from bristle.tune.journal import Journal
 from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
+
+if TYPE_CHECKING:
+    from bristle.report.compared import Compared
 
 MODELS = "lugre,dahl,maxwell_slip"
 REST = 1.0  # before and after each motion [s]
@@ -31,7 +35,7 @@ class Options:
 
 @dataclass
 class Run:
-    """A run on a machine, with its folder."""
+    """A run on a machine, with its folder, and the played and planned time of the present step [s]."""
 
     file: MachineFile
     machine: Machine
@@ -42,6 +46,9 @@ class Run:
     step: str = ""
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
     feedforward: FrictionFeedforward | None = None
+    compared: Compared | None = None
+    played: float = 0.0
+    planned: float = 1.0
 
     @property
     def axis(self) -> Axis:
@@ -62,10 +69,10 @@ class Run:
         assert axis.effort_limit is not None
         return Limits(axis.following_error_limit, axis.effort_limit, axis.stroke)
 
-    def tell(self, text: str, share: float = 0.0) -> None:
-        """Report the progress of the present step."""
+    def tell(self, text: str, seconds: float = 0.0) -> None:
+        """Report the progress of the present step, `seconds` after the begin of a record."""
         if self.progress is not None:
-            self.progress(share, text)
+            self.progress(min((self.played + seconds) / self.planned, 1.0), text)
 
     def write(self, name: str, act: Callable[[], None], **facts: Any) -> None:
         """Do a write on the machine, which the journal contains before it happens."""
@@ -98,8 +105,10 @@ class Run:
     def record(self, name: str, reference: np.ndarray, *, skip: int | None = None) -> Recording:
         """Play a reference, keep the record as a file, and return it; with `skip`, the file has only the cycles behind the first ones."""
         seconds = reference.size * self.sample_time
-        self.tell(f"recording {name.replace('_', ' ')}, {seconds:.0f} s")
-        recording = self.machine.record(reference, lambda: None)
+        text, begin = f"recording {name.replace('_', ' ')}, {seconds:.0f} s", time.monotonic()
+        self.tell(text)
+        recording = self.machine.record(reference, lambda: self.tell(text, min(time.monotonic() - begin, seconds)))
+        self.played += seconds
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
         if lengths != {reference.size}:
             raise MachineStoppedError("lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name} are missing")
@@ -121,10 +130,6 @@ class Run:
     def log(self, name: str) -> Log:
         """Return a record as a log."""
         return read_log(self.folder / RECORDS / f"{name}.csv", self.axis)
-
-    def sides(self) -> list[list[Log]]:
-        """Return the logs before and after, of the comparison."""
-        return [[self.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
 
     def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""

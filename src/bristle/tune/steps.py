@@ -250,7 +250,8 @@ def comparison(run: Run) -> None:
         records[name] = run.record(name, motion, skip=RUN_IN)
     run.set()
     sides = [[records[f"{side}_{number}"] for number in (1, 2)] for side in ("before", "after")]
-    compared = compare(*run.sides(), axis=run.axis)
+    logs = [[run.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
+    run.compared = compared = compare(*logs, axis=run.axis)
     ratios = {
         "noise at rest": _ratio(
             *([_at_rest(run, recording) for recording in side] for side in sides), least=QUIET * rms(sides[0][0].effort)

@@ -20,6 +20,8 @@ from bristle.tune.run import Options, Run
 from bristle.tune.steps import STEPS, Step
 
 SUMMARY = "summary.json"
+COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
+ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
 WRITING = ("check", "stages", "comparison", "verdict")  # steps that write on the machine
 
 
@@ -70,6 +72,7 @@ def tune(
     options: Options | None = None,
     progress: Progress | None = None,
     machine: Machine | None = None,
+    allow_code: bool = False,
 ) -> Tuning:
     """Tune the friction feedforward of a running axis; keep it if the following error is lower, restore the machine otherwise.
 
@@ -87,6 +90,8 @@ def tune(
         Called with the share of the work done and the current task.
     machine : Machine, optional
         A connected machine, in place of the machine of the file.
+    allow_code : bool
+        Whether a Python file with the machine may run without earlier permission.
 
     Returns
     -------
@@ -102,12 +107,15 @@ def tune(
     path = Path(folder).absolute()
     if path.exists() and any(path.iterdir()) and not (path / NAME).exists():
         raise InputError("contains files that are not of a run of tune", path=str(path), mend="Name a new folder")
-    with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
+    with _only_run(described, path), contextlib.closing(machine or connected(described, allow_code=allow_code)) as used:
         path.mkdir(parents=True, exist_ok=True)
         run = Run(described, used, path, Journal(path), options or Options(), progress)
-        _same_file(run)
+        _same_request(run)
+        if run.journal.is_kept:
+            mend = f"Restore the machine first: bristle tune --undo {path}"
+            raise InputError("is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend)
         if run.journal.has_written:
-            _restore(run, "a run that was interrupted")
+            _put_back(run, "a run that was interrupted")
         if not move:
             return Tuning(path, "planned", facts=_planned(run), kind=described.axis.kind)
         outcome = _steps(run)
@@ -125,10 +133,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
     described = read_machine(begun["file"])
     with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
         run = Run(described, used, path, journal)
-        if not _restore(run, "undo"):
-            raise MachineRefusedError(
-                "not_restored", "the machine differs from its backup", f"The backup is in {journal.path}, entry backup"
-            )
+        _put_back(run, "undo")
     return Tuning(path, "undone")
 
 
@@ -152,15 +157,11 @@ def _steps(run: Run) -> Tuning:
 
 def _write(run: Run, outcome: Tuning) -> None:
     """Write summary and report."""
-    from bristle.report.compared import compare
     from bristle.tune.report import tune_report
 
-    source = provenance(f"bristle tune {run.file.source.name} --out {run.folder.name} --move", machine=run.file.content)
-    compared = compare(*run.sides(), axis=run.axis) if "comparison" in outcome.facts else None
-    page = tune_report(
-        run, outcome, compared, command=f"bristle tune {run.file.source.name} --out {run.folder.name} --move", provenance=source
-    )
-    write_whole(run.folder / "report.html", page)
+    command = f"bristle tune {run.file.source.name} --out {run.folder.name} --move"
+    source = provenance(command, machine=run.file.content)
+    write_whole(run.folder / "report.html", tune_report(run, outcome, command=command, provenance=source))
     write_whole(run.folder / SUMMARY, as_json(outcome.as_data() | {"provenance": source}))
 
 
@@ -171,10 +172,13 @@ def _do(run: Run, step: Step, number: int) -> None:
     if step.resumes and entry is not None:
         run.facts[step.name] = entry["facts"]
         return
-    run.journal.write(step.name, "begun", file=str(run.file.source), sha256=_checksum(run.file))
+    run.journal.write(step.name, "begun", file=str(run.file.source), sha256=_checksum(run.file), options=vars(run.options))
     inner = run.progress
     if inner is not None:
-        run.progress = lambda share, text: inner((number + share) / len(STEPS), f"{step.title}: {text}")
+        planned = [facts["seconds"] or COMPUTES for facts in _planned(run).values()]
+        begin, share_of_step = sum(planned[:number]) / sum(planned), planned[number] / sum(planned)
+        run.progress = lambda share, text: inner(begin + share * share_of_step, f"{step.title}: {text}" if text else step.title)
+        run.played, run.planned = 0.0, planned[number]
         run.progress(0.0, "")
     try:
         step.act(run)
@@ -196,6 +200,13 @@ def _restore(run: Run, cause: str) -> bool:
     return identical
 
 
+def _put_back(run: Run, cause: str) -> None:
+    """Restore the machine; refuse to go on if it does not read back as before."""
+    if not _restore(run, cause):
+        mend = f"The backup is in {run.journal.path}, entry backup"
+        raise MachineRefusedError("not_restored", "the machine differs from its backup", mend)
+
+
 def _differences(state: dict[str, Any], present: dict[str, Any], path: str = "") -> dict[str, list[Any]]:
     """Return each entry that differs, before and now."""
     different: dict[str, list[Any]] = {}
@@ -208,12 +219,17 @@ def _differences(state: dict[str, Any], present: dict[str, Any], path: str = "")
     return different
 
 
-def _same_file(run: Run) -> None:
-    """Refuse to resume a run with another machine file."""
+def _same_request(run: Run) -> None:
+    """Refuse to resume a run with another machine file or other options."""
     begun = run.journal.last("begun")
-    if begun is not None and begun["sha256"] != _checksum(run.file):
-        mend = "Name a new folder, or restore the file. bristle tune --undo restores the machine"
+    if begun is None:
+        return
+    mend = f"Name a new folder, or go on as begun. bristle tune --undo {run.folder} restores the machine"
+    if begun["sha256"] != _checksum(run.file):
         raise InputError("changed since the run began", path=str(run.file.source), mend=mend)
+    for name, value in vars(run.options).items():
+        if begun["options"][name] != value:
+            raise InputError("differs from the run in this folder", path=name, value=value, allowed=str(begun["options"][name]), mend=mend)
 
 
 def _planned(run: Run) -> dict[str, dict[str, Any]]:
@@ -246,7 +262,9 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
 @contextlib.contextmanager
 def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
     """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
-    key = hashlib.sha256(f"{file.machine} {file.source}".encode()).hexdigest()[:16]
+    # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
+    own = ("linuxcnc",) if file.machine == "linuxcnc" else [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source]
+    key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
     path = state_folder("tune") / f"{key}.lock"
     with path.open("a+b") as opened:
         try:
@@ -257,9 +275,11 @@ def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
             ) from None
         opened.seek(0)
         earlier = Path(opened.read().decode(errors="replace").strip() or folder)
-        if earlier != folder and (earlier / NAME).exists() and Journal(earlier).has_written:
+        journal = Journal(earlier) if earlier != folder and (earlier / NAME).exists() else None
+        if journal is not None and (journal.has_written or journal.is_kept):
+            reason = "was left by an interrupted run" if journal.has_written else "keeps the feedforward of a run"
             mend = f"Restore the machine first: bristle tune --undo {earlier}"
-            raise InputError("was left by an interrupted run in another folder", path=str(file.source), value=str(earlier), mend=mend)
+            raise InputError(f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend)
         opened.truncate(0)
         opened.write(str(folder).encode())
         opened.flush()

@@ -1,13 +1,13 @@
 """`bristle tune` in LinuxCNC's HAL: an axis tuned and restored, and restored after kills."""
 
-import os
 import time
 
 import pytest
+from tests.tune.conftest import killed
 from tests.tune.linuxcnc.session import axis
 
 from bristle.tune import Options, tune, undo
-from bristle.tune.journal import KILL_AFTER, Journal
+from bristle.tune.journal import Journal
 
 pytestmark = pytest.mark.slow
 SEED = 105
@@ -30,12 +30,8 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
     with axis(SEED, tmp_path) as (hal, file, _):
         links, functions = hal.links(), hal.functions("servo")
         for entry in (5, 12, 17):
-            child = os.fork()
-            if child == 0:
-                os.environ[KILL_AFTER] = str(len(Journal(tmp_path / "out").entries) + entry)
-                tune(file, tmp_path / "out", move=True, options=OPTIONS)
-                os._exit(1)
-            assert os.WTERMSIG(os.waitpid(child, 0)[1]) == 9
+            last = len(Journal(tmp_path / "out").entries)
+            assert killed(last + entry, lambda: tune(file, tmp_path / "out", move=True, options=OPTIONS))
             if "bristle_guard" in hal.components():
                 time.sleep(1.0)  # ten seconds of the axis
                 assert hal.get("bristle-guard.gain-now")[0] == 0.0

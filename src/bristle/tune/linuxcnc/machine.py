@@ -28,6 +28,7 @@ KEYS = {
     "thread": "thread of the controller",
 }
 POLL = 0.1  # [s]
+SLOWEST = 20.0  # over the whole travel, on the way to the start of a motion [s]
 LATEST = 5000  # rows of the sampler before the motion
 
 
@@ -68,6 +69,7 @@ class LinuxCNC:
         self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
         self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
         self._hal, self._alive, self._model = Hal(), 0, ""
+        self._is_armed, self._speed = False, 0.0
 
     @classmethod
     def of(cls, file: MachineFile) -> LinuxCNC:
@@ -126,19 +128,24 @@ class LinuxCNC:
             f"setp {GUARD}.gain 0",
             f"setp {GUARD}.offset 0",
         ]
-        if "bristle_guard" not in hal.components():
+        self._speed = (high - low) / self._unit / SLOWEST
+        if not self._is_armed and "bristle_guard" in hal.components():
+            raise MachineRefusedError("kept", "HAL contains the guard of an earlier run", "Remove it: bristle tune --undo FOLDER")
+        if not self._is_armed:
             self._insert()
         hal.run(*settings)
         self._reset()
 
     def _insert(self) -> None:
         hal = self._hal
-        if not list(Path("/usr/lib/linuxcnc/modules").glob("bristle_guard.so")):
+        try:
+            hal.run("loadrt bristle_guard")
+        except HalError:  # not compiled yet
             with tempfile.TemporaryDirectory() as folder, as_file(files("bristle.tune.linuxcnc") / "bristle_guard.comp") as source:
                 hal.compile(Path(shutil.copy(source, folder)))
+            hal.run("loadrt bristle_guard")
         patience = int(2.0 / self.sample_time * self._clock)
         hal.run(
-            "loadrt bristle_guard",
             f"loadrt sampler depth={DEPTH} cfg=fffu",
             f"setp {SAMPLER}.enable 0",
             f"setp {GUARD}.clock {self._clock:.9g}",
@@ -151,6 +158,7 @@ class LinuxCNC:
             f"unlinkp {self._motor}",
             f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
         )
+        self._is_armed = True
 
     def _added(self, *functions: str) -> list[str]:
         """Return the lines that add functions to the thread: behind the controller, before the amplifier if it is written behind."""
@@ -209,26 +217,44 @@ class LinuxCNC:
 
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
         """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
-        hal, rows = self._hal, reference.size
+        hal = self._hal
+        self._empty()
+        played = np.concatenate([self._way_to(reference[0] / self._unit), reference / self._unit])
+        rows = played.size
         if rows >= DEPTH - 10:
             raise MachineRefusedError("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
-        self._empty()
-        hal.run(f"setp {STREAMER}.enable 0")
         self._reset()
         overruns = hal.get(f"{SAMPLER}.overruns")[0]
-        self._fill(reference / self._unit)
+        self._fill(played)
         hal.run(f"setp {SAMPLER}.enable 1", f"setp {STREAMER}.enable 1")
         try:
             self._wait(rows, alive)
         finally:
             hal.run(f"setp {SAMPLER}.enable 0", f"setp {STREAMER}.enable 0")
-        table = self._table(reference / self._unit, hal.get(f"{SAMPLER}.overruns")[0] - overruns)
+        table = self._table(played, hal.get(f"{SAMPLER}.overruns")[0] - overruns)[rows - reference.size :]
         return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
 
     def _empty(self) -> None:
-        left = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
+        """Empty the rings of sampler and streamer, in which an interrupted motion leaves rows; the set point stays."""
+        hal, pin = self._hal, f"{STREAMER}.pin.0"
+        left = int(hal.get(f"{SAMPLER}.curr-depth")[0])
         if left:
-            self._hal.sampled(left)
+            hal.sampled(left)
+        hal.run(f"setp {STREAMER}.enable 0")
+        if hal.get(f"{STREAMER}.curr-depth")[0] <= 1.0:  # after its ring has wrapped, HAL counts one row too few
+            return
+        hal.run(f"unlinkp {pin}", f"setp {STREAMER}.enable 1")
+        while not hal.get(f"{STREAMER}.empty")[0]:
+            time.sleep(POLL)
+            self._sign_of_life()
+        hal.run(f"setp {STREAMER}.enable 0", f"net {self._reference} {pin}")
+
+    def _way_to(self, start: float) -> np.ndarray:
+        """Return the set points from the present one to the start of a motion; without rows if the axis is there."""
+        present = self._hal.get(f"{GUARD}.reference")[0]
+        seconds = abs(start - present) / self._speed
+        rows = int(np.ceil(max(seconds, 1.0) / self.sample_time)) if seconds > 1e-6 else 0
+        return start + 0.5 * (present - start) * (1.0 + np.cos(np.pi * np.arange(rows) / max(rows, 1)))
 
     def _fill(self, positions: np.ndarray) -> None:
         """Fill the ring of the streamer with a motion; halstreamer skips a bad line and a last line without an end."""
@@ -308,17 +334,14 @@ class LinuxCNC:
                 except HalError:
                     break
                 time.sleep(0.05)
-        signal = next((name for name, pins in state["links"].items() if self._motor in pins), None)
         added = [function for function in hal.functions(thread) if function not in state["functions"]]
-        back = (
-            []
-            if signal is None or self._motor in hal.links().get(signal, [])
-            else [f"unlinkp {self._motor}", f"net {signal} => {self._motor}"]
-        )
+        present = hal.links()
+        missing = [(signal, pin) for signal, pins in state["links"].items() for pin in pins if pin not in present.get(signal, [])]
+        back = [line for signal, pin in missing for line in (f"unlinkp {pin}", f"net {signal} {pin}")]
         hal.run(f"setp {SAMPLER}.enable 0", *back, *(f"delf {function} {thread}" for function in added), keep_going=True)
         loaded = [name for name in (*own, "sampler") if name in components and name not in state["components"]]
         hal.run(*(f"unloadrt {name}" for name in loaded), *(f"delsig {name}" for name in SIGNALS), keep_going=True)
-        self._model = ""
+        self._model, self._is_armed = "", False
 
     def close(self) -> None:
         """Do nothing: the guard fades the feedforward if no run continues."""
