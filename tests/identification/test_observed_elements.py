@@ -9,7 +9,7 @@ import pytest
 import bristle as br
 from bristle.core import Axis
 from bristle.friction import gms, maxwell_slip
-from bristle.identification import observed_elements, observed_fit
+from bristle.identification import ladder, observed_elements, observed_fit
 from bristle.identification.fixed_shape import TOTAL, shaped
 from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
 from bristle.identification.parameter_space import ParameterSpace
@@ -43,7 +43,27 @@ def columns():
 
 
 @pytest.fixture(scope="module")
-def fits(columns):
+def spied():
+    """Arguments of functions that the fits call, by name."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def fits(columns, spied):
+    def spy(name, function):
+        def called(*arguments):
+            spied.setdefault(name, arguments)
+            return function(*arguments)
+
+        return called
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(observed_fit, "gathered", spy("gathered", observed_elements.gathered))
+        patch.setattr(ladder, "sandwich", spy("sandwich", ladder.sandwich))
+        return _fits(columns)
+
+
+def _fits(columns):
     methods = ("inverse_dynamics", "prediction_error")
     return [br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), method=one, blocks=0, draws=20).best for one in methods]
 
@@ -57,6 +77,27 @@ def errors_of(fit):
 def test_an_observer_finds_the_virgin_curve_behind_a_coarse_encoder(fits):
     assert np.max(np.abs(errors_of(fits[1]))) < 0.04
     assert errors_of(fits[0]).tolist() != errors_of(fits[1]).tolist()
+
+
+def test_an_element_without_force_is_in_the_range_of_a_model_file(fits, spied):
+    inverse, solution = spied["gathered"]
+    names = inverse.parameters.component.names
+    silent = names[len(names) // 2]
+    theta = np.where([name == silent for name in solution.space.names], 0.0, solution.theta)
+    problem, without = observed_elements.gathered(inverse, replace(solution, theta=theta))
+    view = problem.parameters.component
+    lists = view.lists(without.values)
+    assert np.min(lists["k_i"]) == pytest.approx(observed_elements.SOFTEST)
+    maxwell_slip(F_C=lists["F_C"], k_i=lists["k_i"], nu_i=lists["nu_i"], sigma_2=1.0)
+
+
+def test_variances_of_nearly_redundant_parameters_are_not_negative(fits, spied):
+    (rung,) = spied["sandwich"]
+    jacobian = rung.solution.jacobian.copy()
+    jacobian[:, 1] = jacobian[:, 0] * (1.0 + 1e-4 * np.random.default_rng(1).standard_normal(len(jacobian)))
+    matrix = ladder.sandwich(rung._replace(solution=replace(rung.solution, jacobian=jacobian)))
+    assert np.all(np.diag(matrix) >= 0.0)
+    assert np.min(np.linalg.eigvalsh(matrix)) >= -1e-12 * np.max(np.linalg.eigvalsh(matrix))
 
 
 def test_intervals_contain_level_and_curve(fits):

@@ -109,9 +109,6 @@ def read_machine(path: Readable) -> MachineFile:
             if channel not in axis.columns:
                 raise InputError("is needed for the records of a run", path=f"{entry.axis}: columns.{channel}")
         cycle, sample_time = _cycle(source.parent / entry.motion.file, axis)
-        if axis.sample_time is not None and abs(sample_time - axis.sample_time) > 1e-6 * sample_time:
-            value, allowed = f"{sample_time:g} s", f"the sample time of the axis, {axis.sample_time:g} s"
-            raise InputError("has another sample time", path="motion.file", value=value, allowed=allowed)
     settings = {**entry.settings, "sample_time": sample_time}
     return MachineFile(source, content, entry.name, entry.machine, settings, axis, cycle, entry.motion.cycles, entry.effort_ratio)
 
