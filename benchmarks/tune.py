@@ -205,7 +205,7 @@ def linuxcnc(count: int = 20, first: int = 101) -> bool:
             f"to {1e6 * after:.1f} µm ({1e6 * truth:.1f}), behind reversals −{fall:.0%}, share {share:.0%}, {minutes:.1f} min",
             flush=True,
         )
-    table = np.array(rows)
+    table = np.array(rows).reshape(-1, 3)
     print(f"kept {kept} of {count}; median behind reversals −{np.nanmedian(table[:, 0]):.0%} (goal −90 %)")
     shares = table[:, 1]
     most = np.nanmean(shares >= 0.8)

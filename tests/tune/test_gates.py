@@ -163,3 +163,43 @@ def test_friction_over_position_is_no_cogging():
 @pytest.mark.parametrize(("error", "gain"), [(49.0, 0.25), (51.0, 0.0)])
 def test_the_first_gain_needs_a_model_that_explains_half_of_the_friction(error, gain):
     assert first_gain(fit(error=error)) == gain
+
+
+class Pushed(Scripted):
+    """A machine at rest that answers test efforts: along the effort, by its integral action, or with motions of its own."""
+
+    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0):
+        super().__init__(bench)
+        self.stiffness, self.integral, self.wander = stiffness, integral, wander
+        self.random = np.random.default_rng(3)
+
+    def set(self, *, gain=0.0, offset=0.0):
+        self.offset = offset
+
+    def record(self, reference, alive):
+        still = np.ones(reference.size)
+        position = self.offset / self.stiffness + self.wander * self.random.standard_normal()
+        return Recording(reference, position * still, (1.0 - self.integral) * self.offset * still)
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ({"stiffness": 1e7}, ""),
+        ({"stiffness": 1e7, "wander": 1e-7}, ""),
+        ({"integral": 0.9}, ""),
+        ({"stiffness": -1e7}, "wrong_sign"),
+        ({}, "no_effect"),
+        ({"wander": 1e-4}, "hunts"),
+    ],
+)
+def test_an_answer_to_a_test_effort_is_that_of_the_axis(tmp_path, answer, code):
+    file, bench, _ = written(tmp_path, 4, 6)
+    run = Run(read_machine(file), Pushed(bench, **answer), tmp_path, Journal(tmp_path), Options())
+    if not code:
+        found = steps._answer(run)
+        assert found["test_effort"] <= 0.04 * run.limits.effort
+    else:
+        with pytest.raises(MachineRefusedError) as refused:
+            steps._answer(run)
+        assert refused.value.code == code

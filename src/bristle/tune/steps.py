@@ -18,7 +18,8 @@ from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, Machi
 from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
-CLEAR = 2.0  # an answer to a test effort, as a multiple of the scatter
+CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
+EVEN = 0.4  # smallest of the steps by equal test efforts, as a share of the largest
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
@@ -71,18 +72,20 @@ def check(run: Run) -> None:
 
 def _answer(run: Run) -> dict[str, Any]:
     """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
-    count, unrest = 0.5 * (run.axis.resolution or 0.0), False
+    count, unrest = run.axis.resolution or 0.0, False
     for share in OFFSETS:
         offset = share * run.limits.effort
-        (moved, loop), scatter = _pushed(run, offset)
-        moves = abs(moved) > max(count, CLEAR * scatter[0])
-        answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter[1]
+        steps, loop, scatter = _pushed(run, offset)
+        moved = 0.5 * float(np.mean(steps))
+        # Equal steps to and fro are an answer; an axis that does not rest makes other steps.
+        moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(np.abs(steps))
+        answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter
         # An integral action that opposes the whole test effort may leave the axis on either side.
         if moves and moved < 0.0 and not answers:
             raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
         if moves or answers:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
-        unrest = unrest or scatter[0] > 2.0 * count
+        unrest = unrest or bool(np.ptp(steps) > 4.0 * count)
     if unrest:
         reason = "the axis does not rest: equal test efforts move it differently"
         raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
@@ -92,19 +95,20 @@ def _answer(run: Run) -> dict[str, Any]:
     )
 
 
-def _pushed(run: Run, offset: float) -> tuple[tuple[float, float], np.ndarray]:
-    """Return the change of position and loop by a test effort, from efforts to and fro, and the scatter of equal efforts."""
+def _pushed(run: Run, offset: float) -> tuple[np.ndarray, float, float]:
+    """Return the steps of position by test efforts to and fro, the answer of the loop to one, and the scatter of this answer."""
     levels = []
     for side in 3 * (1.0, -1.0):
         run.set(offset=side * offset)
         recording = run.record("test_effort", run.rest(0.5))
         half = recording.position.size // 2
-        levels.append(np.array([np.mean(recording.position[half:]), np.mean(recording.effort[half:])]))
+        levels.append((np.mean(recording.position[half:]), np.mean(recording.effort[half:])))
     run.set()
-    # Friction has memory: the first pair differs from the loops behind it, which close.
-    ahead, back = np.array(levels[2::2]), np.array(levels[3::2])
-    moved, effort = (0.5 * np.mean(ahead - back, axis=0)).tolist()
-    return (moved, effort - offset), np.maximum(np.ptp(ahead, axis=0), np.ptp(back, axis=0))
+    # Friction has memory: the first effort differs from the loops behind it, which close.
+    position, effort = np.array(levels[1:]).T
+    ahead, back = effort[1::2], effort[2::2]
+    scatter = max(float(np.ptp(ahead)), float(np.ptp(back)))
+    return np.diff(position) * (1.0, -1.0, 1.0, -1.0), 0.5 * float(np.mean(ahead) - np.mean(back)) - offset, scatter
 
 
 def _prove_guard(run: Run, position: float) -> None:

@@ -252,9 +252,10 @@ class LinuxCNC:
     def _way_to(self, start: float) -> np.ndarray:
         """Return the set points from the present one to the start of a motion; without rows if the axis is there."""
         present = self._hal.get(f"{GUARD}.reference")[0]
-        seconds = abs(start - present) / self._speed
-        rows = int(np.ceil(max(seconds, 1.0) / self.sample_time)) if seconds > 1e-6 else 0
-        return start + 0.5 * (present - start) * (1.0 + np.cos(np.pi * np.arange(rows) / max(rows, 1)))
+        if abs(start - present) < 1e-9:
+            return np.empty(0)
+        rows = int(np.ceil(max(abs(start - present) / self._speed, 1.0) / self.sample_time))
+        return start + 0.5 * (present - start) * (1.0 + np.cos(np.pi * np.arange(rows) / rows))
 
     def _fill(self, positions: np.ndarray) -> None:
         """Fill the ring of the streamer with a motion; halstreamer skips a bad line and a last line without an end."""
