@@ -95,7 +95,10 @@ def test_a_faulty_machine_is_refused_by_name_and_restored(identified, fault):
     result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
     assert (result.outcome, result.code, result.restored) == ("restored", code, True), result.reason
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
-    assert result.reason in (folder / "out/report.html").read_text()
+    page = (folder / "out/report.html").read_text()
+    assert result.reason[1:] in page
+    assert "bristle tune machine.toml --out out --move" in page
+    assert "--undo" not in page
 
 
 def test_lost_samples_are_counted(identified):

@@ -8,11 +8,15 @@ from bristle.core import number, unit_of, with_unit
 from bristle.report.cards import Step
 from bristle.report.comparison import comparison_report
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
-from bristle.report.table import Table
+from bristle.report.table import Table, capital
 
 if TYPE_CHECKING:
+    from bristle.core import Kind
     from bristle.tune.run import Run
     from bristle.tune.tuning import Tuning
+
+
+QUANTITIES = {"following_error": "length", "travel": "length", "effort": "force", "offset": "force", "lead": "time"}
 
 
 def sentences_of(result: Tuning) -> list[str]:
@@ -25,13 +29,14 @@ def sentences_of(result: Tuning) -> list[str]:
         lines.append(f"Kept, at gain {result.facts['comparison']['gain']:.3g}.")
     else:
         state = "Restored" if result.restored else "NOT RESTORED: the machine differs from its backup"
-        lines.append(f"{state}. {result.reason}.")
+        lines.append(f"{state}. {capital(result.reason)}{'' if result.reason.endswith('.') else '.'}")
     if change is not None:
         before, after = (with_unit(change[side], change["unit"]) for side in ("before", "after"))
         ends = [number(float(end), digits=3) for end in change["interval_percent"] or ()]
         interval = f" (95 % interval {' to '.join(ends)} %)" if ends else ""
         lines.append(f"Following error, rms: {before} before, {after} after, {number(change['change_percent'], digits=3)} %{interval}.")
-    lines.append(f"Undo: {undo_command(result)}")
+    if _is_changed(result):
+        lines.append(f"Undo: {undo_command(result)}")
     return lines
 
 
@@ -54,8 +59,10 @@ def plan_rows(result: Tuning) -> list[tuple[str, ...]]:
 def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     """Return the report of a run as an HTML page; options as of `report_page`."""
     is_kept = result.outcome == "kept"
-    ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored", (result.reason,))
+    ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored")
     following = Step("Keep it, or undo it:" if is_kept else "Undo again:", undo_command(result))
+    if not _is_changed(result):
+        following = Step("Mend the cause, and run again:", options["command"])
     sections = [
         Section("written", "Values written", [Table("Values written", ("Step", "Write", "Value"), _writes(run))], "Written"),
         Section("steps", "Steps", [Table("Steps", ("Step", "Result"), _steps(result))], "Steps"),
@@ -63,9 +70,10 @@ def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     ]
     heading = f"{run.file.name}: {'tuned' if is_kept else 'not tuned'}"
     if run.compared is not None:
-        changed = {"heading": heading, "ruling": ruling, "next": following}
+        reasons = () if is_kept else (result.reason,)
+        changed = {"heading": heading, "ruling": ruling._replace(reasons=reasons), "next": following}
         return comparison_report(run.compared, name=run.file.name, further=sections, changed=changed, **options)
-    front = Front(heading, about(run.file.machine), ruling, title=result.reason, next=following)
+    front = Front(heading, about(run.file.machine), ruling, title=capital(result.reason), next=following)
     return report_page("tune", {"run": run}, front, sections, **options)
 
 
@@ -74,7 +82,8 @@ def _writes(run: Run) -> list[tuple[str, ...]]:
     for entry in run.journal.entries:
         if entry["event"] == "write":
             values = {key: value for key, value in entry.items() if key not in ("n", "step", "event", "what", "previous")}
-            rows.append((entry["step"], entry["what"], ", ".join(f"{key} {_text(value)}" for key, value in values.items())))
+            texts = (f"{key.replace('_', ' ')} {_text(value, key, run.axis.kind)}" for key, value in values.items())
+            rows.append((entry["step"], entry["what"], ", ".join(texts)))
     return rows
 
 
@@ -94,7 +103,15 @@ def _is_short(value: Any) -> bool:
     return isinstance(value, (str, int, float, bool))
 
 
-def _text(value: Any) -> str:
+def _is_changed(result: Tuning) -> bool:
+    """Return whether the machine differs from its state before the run."""
+    return result.outcome == "kept" or not result.restored
+
+
+def _text(value: Any, key: str = "", kind: Kind = "translational") -> str:
+    """Return a value as text, with the unit of its name."""
+    if isinstance(value, (list, tuple)):
+        return " to ".join(_text(part, key, kind) for part in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return " to ".join(map(_text, value)) if isinstance(value, (list, tuple)) else str(value)
-    return number(float(value), digits=3)
+        return str(value)
+    return with_unit(float(value), unit_of(QUANTITIES[key], kind)) if key in QUANTITIES else number(float(value), digits=3)

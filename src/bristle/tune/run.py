@@ -111,9 +111,11 @@ class Run:
         self.played += seconds
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
         if lengths != {reference.size}:
-            raise MachineStoppedError("lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name} are missing")
+            raise MachineStoppedError(
+                "lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name.replace('_', ' ')} are missing"
+            )
         if not all(np.all(np.isfinite(signal)) for signal in (recording.position, recording.effort)):
-            raise MachineStoppedError("lost_samples", f"{name} contains values that are not finite")
+            raise MachineStoppedError("lost_samples", f"{name.replace('_', ' ')} contains values that are not finite")
         if not np.allclose(recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6):
             worst = float(np.max(np.abs(recording.reference - reference)))
             mend = "Check the scale of the reference"
