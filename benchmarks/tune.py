@@ -3,11 +3,14 @@
 python -m benchmarks.tune gain [COUNT]        random axes from log to kept feedforward
 python -m benchmarks.tune kills [COUNT]       runs killed at a random entry of the journal
 python -m benchmarks.tune intervals [COUNT]   claimed intervals of a change whose long-run value is known
+python -m benchmarks.tune linuxcnc [COUNT [FIRST]]   random axes in LinuxCNC's HAL
+python -m benchmarks.tune hal_kills [EACH]    runs in LinuxCNC's HAL killed behind each line of the journal, or each EACHth
 """
 
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 import tempfile
 import time
@@ -23,12 +26,14 @@ from tests.tune.machine import BenchMachine, written
 
 from bristle.files import read_machine
 from bristle.report.compared import compare
-from bristle.tune import MachineStoppedError, Tuning, tune
+from bristle.tune import MachineStoppedError, Tuning, tune, undo
 from bristle.tune.journal import Journal
+from bristle.tune.linuxcnc.hal import Hal
 from bristle.tune.machines import connected
 
 FIRST = 3000  # seeds from here on were not used to build the program
 WINDOW = 0.1  # around a reversal [s]
+PATIENCE = 2.5  # of the guard in HAL, with its ramp [s]
 
 
 def reversals(motion: Motion) -> np.ndarray:
@@ -213,6 +218,59 @@ def linuxcnc(count: int = 20, first: int = 101) -> bool:
     return bool(np.nanmedian(table[:, 0]) >= 0.9 and np.nanmedian(shares) >= 0.9 and np.all(table[:, 2] < 1.0))
 
 
+def hal_kills(each: int = 1) -> bool:
+    """Kill runs in LinuxCNC's HAL behind each line of the journal of a whole run.
+
+    The guard must remove the feedforward within its patience and its ramp, and the next start must restore the machine.
+    """
+    fates = []
+    with tempfile.TemporaryDirectory() as folder:
+        base = Path(folder) / "base"
+        with linuxcnc_axis(105, base) as (hal, file, _):
+            machine = connected(read_machine(file))
+            untouched = _as_read(machine.state())
+            result = tune(file, base / "out", move=True, options=OPTIONS)
+            entries = Journal(base / "out").entries
+            undone = undo(base / "out").outcome == "undone" and _as_read(machine.state()) == untouched
+            print(f"a whole run: {result.outcome}, {len(entries)} lines, undone to the bit: {undone}", flush=True)
+            identified = next(entry["n"] for entry in entries if entry["step"] == "identification" and entry["event"] == "done")
+            for line in range(0, len(entries), each):
+                target = Path(folder) / f"{line}"
+                target.mkdir()
+                if line > identified:
+                    begun(base, target)
+                else:
+                    for name in ("axis.toml", "machine.toml", "motion.csv"):
+                        shutil.copy(base / name, target / name)
+                step = entries[line]["step"]
+                place = step, sum(entry["step"] == step for entry in entries[:line])
+                was_killed = killed(place, lambda target=target: tune(target / "machine.toml", target / "out", move=True, options=OPTIONS))
+                gain, seconds = _faded(hal)
+                tune(target / "machine.toml", target / "out", options=OPTIONS)
+                same = _as_read(machine.state()) == untouched
+                fates.append(was_killed and same and seconds <= PATIENCE)
+                words = " ".join(str(entries[line].get(key, "")) for key in ("step", "event", "what", "gain"))
+                print(f"line {line} ({words}): gain {gain:.2f} at the kill, 0 after {seconds:.1f} s, restored {same}", flush=True)
+    print(f"gain 0 within {PATIENCE:.1f} s and restored: {sum(fates)} of {len(fates)} (goal: all)")
+    return undone and all(fates)
+
+
+def _faded(hal: Hal) -> tuple[float, float]:
+    """Return the gain in the guard behind a kill, and the time until it is 0 [s]."""
+    begin, gain, first = time.monotonic(), 0.0, None
+    while "bristle_guard" in hal.components():
+        gain = hal.get("bristle-guard.gain-now")[0]
+        first = gain if first is None else first
+        if gain == 0.0 or time.monotonic() - begin > 2.0 * PATIENCE:
+            break
+        time.sleep(0.02)
+    return first or 0.0, time.monotonic() - begin
+
+
+def _as_read(state: Any) -> Any:
+    return json.loads(json.dumps(dict(state)))
+
+
 def _reversal_errors(error: np.ndarray, cycle: np.ndarray) -> tuple[float, float]:
     """Return rms of an error, and its mean peak within a tenth of a cycle behind a reversal, without its mean [m]."""
     table = error.reshape(-1, cycle.size)[2:] - np.mean(error)
@@ -223,6 +281,6 @@ def _reversal_errors(error: np.ndarray, cycle: np.ndarray) -> tuple[float, float
 
 if __name__ == "__main__":
     name, *rest = sys.argv[1:]
-    ended = {"gain": gain, "kills": kills, "intervals": intervals, "linuxcnc": linuxcnc}[name](*map(int, rest))
+    ended = {"gain": gain, "kills": kills, "intervals": intervals, "linuxcnc": linuxcnc, "hal_kills": hal_kills}[name](*map(int, rest))
     print(json.dumps({name: bool(ended)}))
     sys.exit(0 if ended else 1)

@@ -40,15 +40,20 @@ def identified(finished, tmp_path):
     return begun(finished[1], tmp_path)
 
 
-def killed(entry: int, act: Callable[[], object]) -> bool:
-    """Do something in another process, which is killed behind an entry of its journal; return whether it was."""
+def killed(entry: int | tuple[str, int], act: Callable[[], object]) -> bool:
+    """Do something in another process, which is killed behind an entry of its journal; return whether it was.
+
+    The entry is a number, or a step and the number of an entry that this process writes in this step.
+    """
     child = os.fork()
     if child == 0:
-        write = Journal.write
+        write, steps = Journal.write, []
 
         def fatal(journal, *names, **facts):
             written_entry = write(journal, *names, **facts)
-            if written_entry["n"] == entry:
+            place = (written_entry["step"], steps.count(written_entry["step"]))
+            steps.append(written_entry["step"])
+            if entry in (written_entry["n"], place):
                 os.kill(os.getpid(), 9)
             return written_entry
 

@@ -70,6 +70,22 @@ def test_an_axis_whose_effort_rises_at_once_is_refused(prepared):
     assert refused.value.code == "no_gain"
 
 
+def test_the_ladder_of_gains_ends_where_the_error_is_larger(prepared):
+    run = prepared(error=lambda gain: 1e-4 * (1.0 - gain if gain < 0.4 else 1.6))
+    steps.stages(run)
+    assert run.facts["stages"]["gain"] == 0.25
+    with pytest.raises(MachineRefusedError, match=r"at gain 0\.25 the following error is 110%") as refused:
+        steps.stages(prepared(error=lambda gain: 1e-4 * (1.0 + 0.4 * gain)))
+    assert refused.value.code == "worse"
+
+
+def test_an_effort_that_does_negative_work_is_refused(prepared):
+    run = prepared(effort=lambda _: -10.0)
+    with pytest.raises(MachineRefusedError, match="negative work") as refused:
+        steps.warm_up(run)
+    assert refused.value.code == "wrong_sign"
+
+
 def test_an_axis_that_hunts_with_the_feedforward_is_refused(prepared):
     with pytest.raises(MachineRefusedError) as refused:
         steps.stages(prepared(noise=lambda gain: 0.01 if gain < 0.4 else 1.0))
@@ -168,8 +184,9 @@ def test_the_first_gain_needs_a_model_that_explains_half_of_the_friction(error, 
 class Pushed(Scripted):
     """A machine at rest that answers test efforts: along the effort, by its integral action, or with motions of its own."""
 
-    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0):
+    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0):
         super().__init__(bench)
+        self.overshoots = overshoots
         self.stiffness, self.integral, self.wander = stiffness, integral, wander
         self.random = np.random.default_rng(3)
 
@@ -178,8 +195,10 @@ class Pushed(Scripted):
 
     def record(self, reference, alive):
         still = np.ones(reference.size)
-        position = self.offset / self.stiffness + self.wander * self.random.standard_normal()
-        return Recording(reference, position * still, (1.0 - self.integral) * self.offset * still)
+        # The integral action may reverse the net effort of a small test effort.
+        net = -1.0 if abs(self.offset) < self.overshoots else 1.0 - self.integral
+        position = np.sign(net) * self.offset / self.stiffness + self.wander * self.random.standard_normal()
+        return Recording(reference, position * still, net * self.offset * still)
 
 
 @pytest.mark.parametrize(
@@ -188,6 +207,8 @@ class Pushed(Scripted):
         ({"stiffness": 1e7}, ""),
         ({"stiffness": 1e7, "wander": 1e-7}, ""),
         ({"integral": 0.9}, ""),
+        ({"stiffness": 1e7, "overshoots": 2.0}, ""),
+        ({"stiffness": 1e7, "overshoots": 2e6}, "wrong_sign"),
         ({"stiffness": -1e7}, "wrong_sign"),
         ({}, "no_effect"),
         ({"wander": 1e-4}, "hunts"),

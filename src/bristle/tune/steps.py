@@ -17,7 +17,7 @@ from bristle.report.judgement import judged
 from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording
 from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
 
-OFFSETS = (0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
+OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
 EVEN = 0.4  # smallest of the steps by equal test efforts, as a share of the largest
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
@@ -72,7 +72,7 @@ def check(run: Run) -> None:
 
 def _answer(run: Run) -> dict[str, Any]:
     """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
-    count, unrest = run.axis.resolution or 0.0, False
+    count, unrest, backward = run.axis.resolution or 0.0, False, 0
     for share in OFFSETS:
         offset = share * run.limits.effort
         steps, loop, scatter = _pushed(run, offset)
@@ -80,8 +80,11 @@ def _answer(run: Run) -> dict[str, Any]:
         # Equal steps to and fro are an answer; an axis that does not rest makes other steps.
         moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(np.abs(steps))
         answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter
-        # An integral action that opposes the whole test effort may leave the axis on either side.
+        # An integral action that opposes the test effort may leave the axis on either side: a second effort must agree.
         if moves and moved < 0.0 and not answers:
+            backward += 1
+            if backward < 2 and share < OFFSETS[-1]:
+                continue
             raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
         if moves or answers:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
@@ -126,10 +129,13 @@ def _prove_guard(run: Run, position: float) -> None:
 
 
 def warm_up(run: Run) -> None:
-    """Repeat the motion until two pairs of cycles agree."""
+    """Repeat the motion until two pairs of cycles agree; refuse an effort that does negative work, which friction cannot."""
     pairs: list[tuple[float, float]] = []
     while len(pairs) < WARM_UP:
         recording = run.record("warm_up", run.motion(2))
+        if np.sum(cycles_of(run, recording.effort) * cycles_of(run, np.gradient(recording.position))) < 0.0:
+            reason = "the effort acts against the motion: it does negative work in each cycle"
+            raise MachineRefusedError("wrong_sign", reason, "Reverse the sign of the effort")
         pairs.append((rms(recording.effort), rms(recording.error)))
         if len(pairs) > 1 and all(abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)):
             break
@@ -192,8 +198,12 @@ def stages(run: Run) -> None:
     """Load the feedforward at gain 0, raise the gain in stages, and stop where the axis hunts or errs more."""
     run.load(_feedforward(run))
     table: list[dict[str, float]] = []
+    worse: dict[str, float] | None = None
     for gain in GAINS:
         stage = _stage(run, gain, table)
+        if table and stage["error"] > WORSE * table[0]["error"]:
+            worse = stage
+            break
         most = (run.file.effort_ratio - SPARE) * table[0]["effort"] if table else np.inf
         if stage["effort"] > most:
             # The effort rises with the gain: the safe gain keeps the effort of the loop within its limit.
@@ -205,6 +215,9 @@ def stages(run: Run) -> None:
     allowed = [stage for stage in table if stage["effort"] <= run.file.effort_ratio * table[0]["effort"]]
     best = min(allowed, key=lambda stage: stage["error"])
     run.set()
+    if best["gain"] < GAINS[1] and worse:
+        ratio = worse["error"] / table[0]["error"]
+        raise MachineRefusedError("worse", f"at gain {worse['gain']:g} the following error is {ratio:.0%} of that without it")
     if best["gain"] < GAINS[1]:
         raise MachineRefusedError(
             "no_gain", "no gain of the feedforward reduces the following error without a larger effort", "Allow it: effort_ratio = 1.2"
@@ -213,7 +226,7 @@ def stages(run: Run) -> None:
 
 
 def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, float]:
-    """Record a gain; refuse it where the axis hunts or errs more than at gain 0."""
+    """Record a gain; refuse it where the axis hunts."""
     run.set(gain=gain)
     recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
     now = {
@@ -225,10 +238,6 @@ def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, fl
     first = table[0] if table else now
     if now["noise"] > NOISIER * first["noise"] + QUIET * first["effort"]:
         raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
-    if now["error"] > WORSE * first["error"]:
-        raise MachineRefusedError(
-            "worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it"
-        )
     return now
 
 
