@@ -20,12 +20,12 @@ REALTIME = "/usr/lib/linuxcnc/realtime"
 NOBODY = "65534"
 PATIENCE = 60.0  # [s]
 PERIOD = 1_000_000  # [ns]
-# What HAL gives a component: pins that are pointers, parameters, and the period of the thread.
+# What HAL gives a component: volatile pins and parameters, and the period of the thread. It calls the function by its address.
 HAL = """
 #include <stddef.h>
 struct instance {{ {fields} }};
 {macros}
-#define FUNCTION(name) static void step(struct instance *self, long period)
+#define FUNCTION(name) static __attribute__((noinline)) void step(struct instance *self, long period)
 """
 RUN = """
 void start(struct instance *self) {{ {defaults} }}
@@ -104,7 +104,7 @@ class Component:
     def __init__(self, files, folder, *, more=()):
         text = text_of(files, ".comp")
         self._pins = DECLARED.findall(text)
-        types = {"float": "double", "bit": "unsigned char"}
+        types = {"float": "volatile double", "bit": "volatile unsigned char"}
         fields = " ".join(f"{types[kind]} {name};" for _, kind, name, _ in self._pins)
         # A pin without parentheses or with an operator in front is no name of C, as with halcompile.
         macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)

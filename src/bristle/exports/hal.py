@@ -169,7 +169,8 @@ def _facts(request: Request, friction: Subject, place: Place | None, settings: S
     c = CFiles(friction, replace(request, axis=None), STEPS)
     if place is not None:
         constants = "\n" + constant_text("place", place, struct_type(place), c.new_printer(), "place")
-    facts = c.facts() | {"device": "static "}
+    # Inlined into the function of the component, the step lacks registers: lugre needs 13 ns more.
+    facts = c.facts() | {"device": "static __attribute__((noinline)) "}
     facts |= {"data": facts["data"] + constants}
     code = "".join(rendered(part, facts) for part in ("c/structure.h", "c/head.c", "c/steps.c"))
     presets = {"scale": settings.position.si, "effort-scale": settings.effort.si, "lead": settings.lead, "limit": 0}

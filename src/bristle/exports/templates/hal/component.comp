@@ -40,19 +40,20 @@ FUNCTION(_) {
         rate = 1.0 / t;
     }
     const double v = (x - last_x) * rate, a = (v - last_v) * rate;
-    const double bounded = lead < lead_max ? lead : lead_max, l = bounded > 0.0 ? bounded : 0.0;
+    const double asked = lead, longest = lead_max, bounded = asked < longest ? asked : longest, l = bounded > 0.0 ? bounded : 0.0;
     const double ahead = x + v * l + 0.5 * a * l * l;
     const double effort = {{ name }}_force(&contact, ahead, t){{ effort_of_place }};
     if (is_finite(a)) {
         last_x = x;
         last_v = v;
     }
-    fault = contact.flags != 0 || !is_finite(effort);
-    const double wish = fault || !(gain > 0.0) ? 0.0 : gain < 1.0 ? gain : 1.0, most = slew * t;
-    const double rise = wish - gain_now;
-    gain_now = rise > most ? gain_now + most : rise < -most ? gain_now - most : wish;
-    const double fed = gain_now * effort / effort_scale;
+    const bool faulty = contact.flags != 0 || !is_finite(effort);
+    const double share = gain, wish = faulty || !(share > 0.0) ? 0.0 : share < 1.0 ? share : 1.0, most = slew * t;
+    const double before = gain_now, rise = wish - before, now = rise > most ? before + most : rise < -most ? before - most : wish;
+    const double fed = now * effort / effort_scale, bound = limit;
+    fault = faulty;
+    gain_now = now;
     if (is_finite(fed)) {
-        feed = limit > 0.0 && fed > limit ? limit : limit > 0.0 && fed < -limit ? -limit : fed;
+        feed = bound > 0.0 && fed > bound ? bound : bound > 0.0 && fed < -bound ? -bound : fed;
     }
 }

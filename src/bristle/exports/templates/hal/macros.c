@@ -2,7 +2,7 @@
 #ifdef __clang__
 #pragma STDC FP_CONTRACT OFF
 #else
-#pragma GCC optimize("O2", "fp-contract=off")
+#pragma GCC optimize("O3", "fp-contract=off")
 #endif
 {% for macro in macros %}#pragma push_macro("{{ macro }}")
 #undef {{ macro }}
