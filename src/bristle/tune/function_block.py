@@ -7,6 +7,7 @@ import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -30,9 +31,10 @@ OUTPUTS = {
     "lint": ("count",),
 }
 KINDS = {name: kind for kind, names in WRITTEN.items() for name in names}
-TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS
+TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS | {"save": "bool", "saved": "bool"}
 TRIGGERS = ("clear", "start", "block_first", "block_rows")  # the function block resets them
 SLEW = 2.0  # of the gain [1/s]
+STORING = 15.0  # longest time in which the controller writes its non-volatile memory [s]
 POLL = 0.01  # [s]
 Rows = Callable[[], np.ndarray]
 """A function that returns the rows of count, set point, position and effort that are available, shape (row, 4)."""
@@ -127,7 +129,7 @@ class FunctionBlock(ABC):
 
     def arm(self, limits: Limits) -> None:
         """Write the limits, at gain 0; refuse a function block that keeps the feedforward of another run."""
-        if self._read("keep"):
+        if self._read("keep") or self._read("saved"):
             mend = "Remove it: bristle tune --undo FOLDER"
             raise MachineRefusedError("kept", "the function block keeps the feedforward of an earlier run", mend)
         low, high = sorted(value / self._unit for value in limits.travel)
@@ -227,17 +229,45 @@ class FunctionBlock(ABC):
     def _sign_of_life(self) -> None:
         self._write("alive", (int(self._read("alive")) + 1) % 2**30)
 
-    def _until(self, reached: Callable[[], bool], reason: str, longest: float = 1.0) -> None:
+    def _until(self, reached: Callable[[], bool], reason: str, longest: float = 1.0, mend: str = "Call FB_BristleTune in each cycle") -> None:
         """Wait for the function block."""
         end = time.monotonic() + longest
         while not reached():
             if time.monotonic() > end:
-                raise MachineRefusedError("no_cycle", reason, "Call FB_BristleTune in each cycle")
+                raise MachineRefusedError("no_cycle", reason, mend)
             time.sleep(1e-3)
 
     def keep(self) -> None:
         """Keep the feedforward with its motion when this program ends."""
         self._write("keep", True)
+
+    loads = ""
+    """The function block itself loads what it saved."""
+
+    def saved(self) -> Mapping[str, str]:
+        """Return the checksum of the model whose feedforward is in force after a restart."""
+        return {self._full("saved"): str(self._read("model")) if self._read("saved") else ""}
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Have the controller write the persistent variables, which contain feedforward and motion."""
+        try:
+            self._store(True)
+        except MachineRefusedError:
+            for name in ("saved", "save"):
+                self._write(name, False)
+            raise
+        return {self._full("saved"): str(self._read("model"))}
+
+    def unsave(self) -> None:
+        """Have the controller write the persistent variables of the restored function block."""
+        self._store(False)
+
+    def _store(self, saved: bool) -> None:
+        self._write("saved", saved)
+        self._write("save", True)
+        reason = "the program of the controller does not report that the persistent variables are stored"
+        mend = "Connect store and stored of the function block, as the head of FB_BristleTune.st shows"
+        self._until(lambda: not self._read("save"), reason, STORING, mend)
 
     def restore(self, state: State) -> None:
         """Fade the feedforward, and write all variables back."""

@@ -187,3 +187,25 @@ class Machine(Protocol):
     def close(self) -> None:
         """Disconnect."""
         ...
+
+
+@runtime_checkable
+class SavingMachine(Machine, Protocol):
+    """A machine with non-volatile memory, in which `bristle tune --save` keeps a feedforward over a restart of its controller."""
+
+    @property
+    def loads(self) -> str:
+        """What the user has to do so that the controller loads the saved feedforward at its start, as a sentence; may be empty."""
+        ...
+
+    def saved(self) -> Mapping[str, str]:
+        """Return value or hash of each place in the memory; an empty text where nothing is saved."""
+        ...
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Save the present feedforward, of the run in a folder; return what `saved` has to return from now on."""
+        ...
+
+    def unsave(self) -> None:
+        """Remove what `save` wrote, also if it was interrupted."""
+        ...
