@@ -229,7 +229,9 @@ class FunctionBlock(ABC):
     def _sign_of_life(self) -> None:
         self._write("alive", (int(self._read("alive")) + 1) % 2**30)
 
-    def _until(self, reached: Callable[[], bool], reason: str, longest: float = 1.0, mend: str = "Call FB_BristleTune in each cycle") -> None:
+    def _until(
+        self, reached: Callable[[], bool], reason: str, longest: float = 1.0, mend: str = "Call FB_BristleTune in each cycle"
+    ) -> None:
         """Wait for the function block."""
         end = time.monotonic() + longest
         while not reached():

@@ -203,7 +203,7 @@ class SavingMachine(Machine, Protocol):
         ...
 
     def save(self, folder: Path) -> Mapping[str, str]:
-        """Save the present feedforward, of the run in a folder; return what `saved` has to return from now on."""
+        """Save the present feedforward, whose model is in a folder of results; return what `saved` has to return from now on."""
         ...
 
     def unsave(self) -> None:

@@ -1,29 +1,65 @@
 """`bristle tune` in LinuxCNC's HAL: an axis tuned and restored, and restored after kills."""
 
+import json
+import subprocess
 import time
+from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.tune.conftest import killed
-from tests.tune.linuxcnc.session import axis
+from tests.tune.linuxcnc.session import axis, start
 
-from bristle.tune import Options, tune, undo
+from bristle.files import read_machine
+from bristle.tune import Limits, MachineRefusedError, Options, save, tune, undo
 from bristle.tune.journal import Journal
+from bristle.tune.linuxcnc.saved import guard_source
+from bristle.tune.machines import connected
+from bristle.tune.run import rms
 
 pytestmark = pytest.mark.slow
 SEED = 105
+WIDE = Limits(6e-3, 1e4, (-1.0, 1.0))
 OPTIONS = Options(models="dahl", duration=20.0)
 
 
 def test_an_axis_is_tuned_and_restored(tmp_path):
-    with axis(SEED, tmp_path) as (hal, file, _):
+    with axis(SEED, tmp_path) as (hal, file, cycle):
         links, functions = hal.links(), hal.functions("servo")
         result = tune(file, tmp_path / "out", move=True, options=OPTIONS)
         assert result.outcome == "kept", result.reason
         assert result.change_percent is not None
         assert result.change_percent < -50.0
         assert hal.get("bristle-guard.gain-now")[0] == pytest.approx(result.facts["comparison"]["gain"], abs=1e-6)
+        _saved_and_restarted(hal, file, cycle)
         assert undo(tmp_path / "out").outcome == "undone"
         assert (hal.links(), hal.functions("servo")) == (links, functions)
+        assert list((tmp_path / "config").iterdir()) == []
+
+
+def _saved_and_restarted(hal, file, cycle):
+    """Save the kept feedforward, restart HAL, load the saved file, and compare."""
+    out, saved, motion = file.parent / "out", file.parent / "config/bristle.hal", 1e-3 * np.tile(cycle, 4)
+    machine = connected(read_machine(file))
+    with_feedforward, state = machine.record(motion, lambda: None), machine.state()
+    result = save(out)
+    assert str(saved) in result.facts["save"]["places"]
+    assert f"HALFILE = {saved}" in result.facts["save"]["loads"]
+    gain = hal.get("bristle-guard.gain-now")
+    start(hal, SEED)
+    machine = connected(read_machine(file))
+    assert machine.state() != state
+    with pytest.raises(MachineRefusedError, match="not as the run left it: state: links: "):
+        save(out)
+    hal.run(*saved.read_text().splitlines())
+    time.sleep(0.5)
+    assert machine.state() == json.loads(json.dumps(state))
+    assert hal.get("bristle-guard.gain-now") == gain
+    assert save(out).facts == result.facts
+    again = machine.record(motion, lambda: None)
+    size = cycle.size
+    assert rms(again.error[size:]) == pytest.approx(rms(with_feedforward.error[size:]), rel=0.05)
+    np.testing.assert_allclose(again.effort[size:], with_feedforward.effort[size:], atol=0.1 * np.max(np.abs(again.effort)))
 
 
 def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
@@ -39,3 +75,38 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
             assert (hal.links(), hal.functions("servo")) == (links, functions)
             last = Journal(tmp_path / "out").last("restored")
             assert last is None or last["identical"], last
+
+
+OLD = """component bristle_guard "a guard of an earlier bristle";
+pin in float gain;
+function _ fp;
+option singleton yes;
+license "BSD";
+;;
+FUNCTION(_) {}
+"""
+
+
+def test_the_guard_of_another_version_is_replaced_or_refused_by_name(tmp_path):
+    with axis(SEED, tmp_path) as (hal, file, _):
+        before = connected(read_machine(file)).state()
+        for old in (OLD, guard_source().replace("version = ", "version = 1")):
+            hal.install("bristle_guard", old)
+            machine = connected(read_machine(file))
+            with pytest.MonkeyPatch.context() as patch:
+                patch.setattr("bristle.tune.linuxcnc.hal.subprocess.run", _without_rights)
+                with pytest.raises(MachineRefusedError, match=r"(?s)of another version of bristle: .*Permission denied") as refused:
+                    machine.arm(WIDE)
+            assert refused.value.code == "old_guard"
+            machine.arm(WIDE)
+            assert hal.get("bristle-guard.max-error") == [6.0]
+            machine.restore(before)
+            assert machine.state() == before
+
+
+def _without_rights(command, run=subprocess.run, **options):
+    """Run halcompile as a user without rights."""
+    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if command[0] == "halcompile" else []
+    if nobody:
+        Path(options["cwd"]).chmod(0o777)
+    return run([*nobody, *command], **options)

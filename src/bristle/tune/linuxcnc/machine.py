@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from importlib.resources import as_file, files
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +14,12 @@ import numpy as np
 from bristle.core import InputError
 from bristle.files import MachineFile
 from bristle.tune.linuxcnc.hal import Hal, HalError
+from bristle.tune.linuxcnc.saved import guard_source, hal_lines, model_source, places, write_marked
 from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
 
 GUARD, SAMPLER, STREAMER = "bristle-guard", "sampler.0", "streamer.0"
 DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
+LOAD_SAMPLER = f"loadrt sampler depth={DEPTH} cfg=fffu"
 SIGNALS = ("bristle-total", "bristle-feed", "bristle-count")
 KEYS = {
     "reference": "signal of the set point",
@@ -27,6 +28,7 @@ KEYS = {
     "motor": "pin of the amplifier",
     "thread": "thread of the controller",
 }
+# halcmd prints seven digits. bristle writes as many, so that a value reads back as it is.
 POLL = 0.1  # [s]
 SLOWEST = 20.0  # over the whole travel, on the way to the start of a motion [s]
 LATEST = 5000  # rows of the sampler before the motion
@@ -51,6 +53,8 @@ class LinuxCNC:
         One unit of the effort [N or N*m].
     clock : float
         Seconds of the axis in a second of the thread, 1 on a real axis.
+    save : str
+        HAL file that `save` writes, relative to the machine file; empty without.
     """
 
     def __init__(
@@ -65,9 +69,11 @@ class LinuxCNC:
         unit: float = 1e-3,
         effort_unit: float = 1.0,
         clock: float = 1.0,
+        save: str = "",
     ) -> None:
         self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
         self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
+        self._save = save
         self._hal, self._alive, self._model = Hal(), 0, ""
         self._is_armed, self._speed = False, 0.0
 
@@ -77,8 +83,11 @@ class LinuxCNC:
         for key, meaning in KEYS.items():
             if not isinstance(file.settings.get(key), str):
                 raise InputError(f"is missing: the {meaning}", path=f"settings.{key}", mend=f'Write {key} = "NAME" under [settings]')
+        settings = dict(file.settings)
+        if "save" in settings:
+            settings["save"] = str(file.source.parent.absolute() / str(settings["save"]))
         try:
-            return cls(**file.settings)
+            return cls(**settings)
         except TypeError as error:
             raise InputError(f"is not valid ({error})", path="settings") from None
 
@@ -107,9 +116,9 @@ class LinuxCNC:
         return [self._motor, "bristle_guard", "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
 
     def state(self) -> State:
-        """Return all links, parameters of the controller, functions of the thread and components."""
+        """Return all links, parameters of controller, guard and model, functions of the thread and components."""
         components = self._hal.components()
-        own = [name for name in components if name.startswith("pid")]
+        own = [name.replace("_", "-") for name in components if name.startswith(("pid", "bristle_"))]
         return {
             "links": self._hal.links(),
             "parameters": self._hal.value_of_parameters(own),
@@ -122,9 +131,9 @@ class LinuxCNC:
         hal = self._hal
         low, high = limits.travel
         values = {"max-error": limits.following_error, "low": low, "high": high}
-        settings = [f"setp {GUARD}.{name} {value / self._unit:.9g}" for name, value in values.items()]
+        settings = [f"setp {GUARD}.{name} {value / self._unit:.7g}" for name, value in values.items()]
         settings += [
-            f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.9g}",
+            f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.7g}",
             f"setp {GUARD}.gain 0",
             f"setp {GUARD}.offset 0",
         ]
@@ -137,18 +146,13 @@ class LinuxCNC:
         self._reset()
 
     def _insert(self) -> None:
+        self._load_guard()
         hal = self._hal
-        try:
-            hal.run("loadrt bristle_guard")
-        except HalError:  # not compiled yet
-            with tempfile.TemporaryDirectory() as folder, as_file(files("bristle.tune.linuxcnc") / "bristle_guard.comp") as source:
-                hal.compile(Path(shutil.copy(source, folder)))
-            hal.run("loadrt bristle_guard")
         patience = int(2.0 / self.sample_time * self._clock)
         hal.run(
-            f"loadrt sampler depth={DEPTH} cfg=fffu",
+            LOAD_SAMPLER,
             f"setp {SAMPLER}.enable 0",
-            f"setp {GUARD}.clock {self._clock:.9g}",
+            f"setp {GUARD}.clock {self._clock:.7g}",
             f"setp {GUARD}.patience {patience}",
             f"net {self._reference} => {GUARD}.reference {SAMPLER}.pin.0",
             f"net {self._position} => {GUARD}.feedback {SAMPLER}.pin.1",
@@ -159,6 +163,29 @@ class LinuxCNC:
             f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
         )
         self._is_armed = True
+
+    def _load_guard(self) -> None:
+        """Load the guard; install that of this bristle if it is missing or of another version."""
+        hal, source = self._hal, guard_source()
+
+        def version() -> str:
+            hal.run("loadrt bristle_guard")
+            return f"version = {hal.get(f'{GUARD}.version')[0]:.0f} "
+
+        with contextlib.suppress(HalError):  # not installed yet, or of a bristle whose guard had no version
+            if version() in source:
+                return
+        is_old = "bristle_guard" in hal.components()
+        hal.run("unloadrt bristle_guard", keep_going=True)
+        try:
+            hal.install("bristle_guard", source)
+        except MachineRefusedError as refused:
+            if not is_old:
+                raise
+            raise MachineRefusedError("old_guard", f"the installed guard is that of another version of bristle: {refused}") from None
+        if version() not in source:
+            mend = "Remove bristle_guard.so from the folders of modules of LinuxCNC"
+            raise MachineRefusedError("old_guard", "HAL still loads the guard of another version of bristle", mend)
 
     def _added(self, *functions: str) -> list[str]:
         """Return the lines that add functions to the thread: behind the controller, before the amplifier if it is written behind."""
@@ -181,14 +208,8 @@ class LinuxCNC:
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Compile and load the component of the model, at gain 0 of the guard."""
-        from bristle.report.exported import export_model_file
-
         name, hal = feedforward.name, self._hal
-        exported = export_model_file(feedforward.folder / "model.toml", "hal", command="bristle tune", name=name)
-        with tempfile.TemporaryDirectory() as folder:
-            component = Path(folder) / f"{name}.comp"
-            component.write_text(str(exported.product.files[component.name]), encoding="utf-8")
-            hal.compile(component)
+        hal.install(name, model_source(feedforward.folder, name))
         pin, earlier = name.replace("_", "-"), self._model
         self._unload(earlier)
         values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
@@ -196,7 +217,7 @@ class LinuxCNC:
         hal.run(
             f"setp {GUARD}.gain 0",
             f"loadrt {name}",
-            *(f"setp {pin}.{key} {value:.9g}" for key, value in values.items()),
+            *(f"setp {pin}.{key} {value:.7g}" for key, value in values.items()),
             f"net {self._reference} => {pin}.reference",
             f"net bristle-feed {pin}.feed => {GUARD}.feed",
             *(f"delf {function} {self._thread}" for function in (GUARD, SAMPLER)),
@@ -213,7 +234,7 @@ class LinuxCNC:
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
-        self._hal.run(f"setp {GUARD}.gain {gain:.9g}", f"setp {GUARD}.offset {offset / self._effort_unit:.9g}")
+        self._hal.run(f"setp {GUARD}.gain {gain:.7g}", f"setp {GUARD}.offset {offset / self._effort_unit:.7g}")
 
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
         """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
@@ -320,6 +341,37 @@ class LinuxCNC:
     def keep(self) -> None:
         """Keep the feedforward when this program ends."""
         self._hal.run(f"setp {GUARD}.keep 1")
+
+    @property
+    def loads(self) -> str:
+        """The line that loads the saved file."""
+        return f"Write this line behind the other lines of its kind under [HAL] in the .ini of LinuxCNC: HALFILE = {self._file}"
+
+    @property
+    def _file(self) -> Path:
+        """The HAL file of a saved feedforward."""
+        if not self._save:
+            mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
+            raise MachineRefusedError("no_memory", "HAL has no non-volatile memory, and the machine file names no HAL file for it", mend)
+        return Path(self._save)
+
+    def saved(self) -> Mapping[str, str]:
+        """Return the hashes of the saved HAL file and of the sources of its components."""
+        return places(self._file)
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Write a HAL file that rebuilds guard, model and sampler as they are, and the sources of the components beside it."""
+        lines = hal_lines(self._hal, self._thread, self._motor, LOAD_SAMPLER)
+        names = [line.split()[1] for line in lines if line.startswith("loadrt bristle_")]
+        texts = {name: guard_source() if name == "bristle_guard" else model_source(folder, name) for name in names}
+        head = f"# {self.loads}\n# A trip of the guard lasts until bristle-guard.reset is true, for example after homing.\n"
+        sources = {self._file.with_name(f"{name}.comp"): text for name, text in texts.items()}
+        return write_marked({self._file: head + "\n".join(lines) + "\n"} | sources)
+
+    def unsave(self) -> None:
+        """Remove these files."""
+        for path in self.saved():
+            Path(path).unlink(missing_ok=True)
 
     def restore(self, state: State) -> None:
         """Remove guard, model and sampler, and connect the amplifier to the controller again."""
