@@ -209,12 +209,30 @@ def kept_one(kind):
     return machine, before
 
 
+def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(kind, controller):
+    machine, _ = kept_one(kind)
+    controller.plc.put("keep", b"\0")
+    controller.plc.cycles(1_000_001)
+    assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
+    machine.keep()
+    assert controller.plc.value("ok")
+    machine._write("max_effort", 0.0)
+    with pytest.raises(MachineStoppedError) as stopped:
+        machine.keep()
+    assert stopped.value.reason == "effort"
+
+
 def test_a_kept_feedforward_is_gone_after_a_restart(kind, controller):
     machine, _ = kept_one(kind)
     for name in PERSISTENT:  # a controller that stores at any time, without a command
         controller.plc.stored[name] = controller.plc.content(name)
     state = kind.restarted(machine).state()
-    assert (state["armed"], state["keep"], state["gain"], state["rows"]) == (False, False, 0.0, 0)
+    assert (state["armed"], state["keep"]) == (False, False)
+    controller.advance = 0
+    controller.plc.put("again", b"\1")
+    controller.plc.cycles(400)
+    controller.plc.put("again", b"\0")
+    assert (controller.plc.value("playing"), controller.plc.value("gain_now")) == (False, 0.0)
 
 
 def test_a_saved_feedforward_plays_after_a_restart_as_before(kind, controller):

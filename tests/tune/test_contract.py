@@ -17,7 +17,8 @@ class Rig(ExperimentMachine):
 
     @classmethod
     def example(cls):
-        return cls.of(read_machine(RIG))
+        settings = read_machine(RIG).settings
+        return cls(**settings | {"file": str(RIG.with_name(settings["file"]))})
 
 
 class Saving(Example):

@@ -5,15 +5,7 @@ from typing import TYPE_CHECKING
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.tune.machine import (
-        FrictionFeedforward,
-        Limits,
-        Machine,
-        MachineRefusedError,
-        MachineStoppedError,
-        Recording,
-        SavingMachine,
-    )
+    from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
     from bristle.tune.run import Options
     from bristle.tune.tuning import Tuning, save, tune, undo
 

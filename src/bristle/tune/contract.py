@@ -119,18 +119,14 @@ def saves(machine: Any) -> Fact:
     """Check that a saved feedforward is in force after a restart of the controller, and a removed one is not."""
     if not hasattr(machine, "save"):
         return Fact("no non-volatile memory", applies=False)
-    instance = machine.example()
-    before = _plain(instance)
-    instance.arm(WIDE)
+    before, instance = _plain(machine.example()), _armed(machine, WIDE)
     instance.load(FEEDFORWARD)
     instance.set(gain=0.5)
     instance.keep()
-    kept = _plain(instance)
-    if any(instance.saved().values()):
-        raise UnmetError("the memory contains a feedforward before it is saved", "Return an empty text for an empty place")
+    kept, empty = _plain(instance), not any(instance.saved().values())
     written = dict(instance.save(Path()))
     instance = machine.restarted(instance)
-    if _plain(instance) != kept or dict(instance.saved()) != written or not all(written.values()):
+    if not empty or _plain(instance) != kept or dict(instance.saved()) != written or not all(written.values()):
         raise UnmetError("state or memory after a restart differ from those that were saved", "Save all of the state, and read it back")
     instance.restore(before)
     instance.unsave()

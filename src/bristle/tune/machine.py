@@ -191,12 +191,10 @@ class Machine(Protocol):
 
 @runtime_checkable
 class SavingMachine(Machine, Protocol):
-    """A machine with non-volatile memory, in which `bristle tune --save` keeps a feedforward over a restart of its controller."""
+    """A machine with non-volatile memory, in which `bristle tune --save` keeps a feedforward over a restart of its controller.
 
-    @property
-    def loads(self) -> str:
-        """What the user has to do so that the controller loads the saved feedforward at its start, as a sentence; may be empty."""
-        ...
+    Its attribute `loads`, if it exists, is a sentence: what the user does so that the controller loads the feedforward at its start.
+    """
 
     def saved(self) -> Mapping[str, str]:
         """Return value or hash of each place in the memory; an empty text where nothing is saved."""

@@ -129,7 +129,12 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
         try:
             _put_back(run, "undo")
         finally:
-            _remove(run)
+            if run.journal.is_saved and isinstance(run.machine, SavingMachine):
+                run.machine.unsave()
+                left = [place for place, content in run.machine.saved().items() if content]
+                if left:
+                    raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
+                run.journal.write("save", "removed")
     return Tuning(run.folder, "undone")
 
 
@@ -139,8 +144,7 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
     Raises
     ------
     MachineRefusedError
-        If the machine has no non-volatile memory, if the run was not kept, if the machine changed since, or if the memory does not
-        read back as written.
+        If the machine has no such memory, the run was not kept, the machine changed since, or the memory does not read back as written.
     """
     with _reopened(folder, machine) as run:
         journal, used = run.journal, run.machine
@@ -162,7 +166,7 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
             mend = f"Remove it: bristle tune --undo {run.folder}"
             raise MachineRefusedError("not_saved", f"the memory differs from what was written: {', '.join(places)}", mend)
         journal.write("save", "saved", places=places)
-    return Tuning(run.folder, "saved", facts={"save": {"places": places, "loads": used.loads}})
+    return Tuning(run.folder, "saved", facts={"save": {"places": places, "loads": getattr(used, "loads", "")}})
 
 
 @contextlib.contextmanager
@@ -176,16 +180,6 @@ def _reopened(folder: str | os.PathLike[str], machine: Machine | None) -> Iterat
     described = read_machine(begun["file"])
     with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
         yield Run(described, used, path, journal)
-
-
-def _remove(run: Run) -> None:
-    """Remove the feedforward of a run from the non-volatile memory."""
-    if run.journal.is_saved and isinstance(run.machine, SavingMachine):
-        run.machine.unsave()
-        left = [place for place, content in run.machine.saved().items() if content]
-        if left:
-            raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
-        run.journal.write("save", "removed")
 
 
 def _steps(run: Run) -> Tuning:

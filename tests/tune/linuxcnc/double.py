@@ -25,7 +25,7 @@ class Hal:
 
     def __init__(self, installed=None):
         self.installed = {} if installed is None else installed
-        self.loaded, self.values, self.ways, self.linked, self.order = [], {}, {}, {}, []
+        self.prefixes, self.loaded, self.values, self.ways, self.linked, self.order = {}, [], {}, {}, {}, []
         self.run(*AXIS)
 
     def install(self, name, source):
@@ -42,18 +42,22 @@ class Hal:
                     raise HalError(f"{line}: {error}") from None
         return []
 
-    def loadrt(self, name, *_):
+    def loadrt(self, name, *options):
         if name in self.loaded:
             raise ValueError("duplicate component")
         prefix, source = MODULES[name] if name in MODULES else (name.replace("_", "-"), self.installed[name])
+        prefix = next((option.removeprefix("names=") for option in options if option.startswith("names=")), prefix)
+        if f"component {name} " not in source and name not in MODULES:
+            raise ValueError("is another component")
         self.loaded.append(name)
+        self.prefixes[name] = prefix
         for way, pin, value in DECLARED.findall(source.split("\n;;\n")[0]):
             self.values[f"{prefix}.{pin.replace('_', '-')}"] = float(value or 0)
             self.ways[f"{prefix}.{pin.replace('_', '-')}"] = way
 
     def unloadrt(self, name):
         self.loaded.remove(name)
-        prefix = f"{MODULES[name][0] if name in MODULES else name.replace('_', '-')}."
+        prefix = f"{self.prefixes[name]}."
         self.order = [function for function in self.order if not f"{function}.".startswith(prefix)]
         for pin in [pin for pin in self.values if pin.startswith(prefix)]:
             del self.values[pin], self.ways[pin]
@@ -63,6 +67,8 @@ class Hal:
         if pin not in self.values or pin in self.linked or self.ways[pin] not in ("pin in", "param rw"):
             raise ValueError("cannot be set")
         self.values[pin] = float(value)
+        if pin == "bristle-guard.reset" and self.values[pin]:
+            self.values["bristle-guard.ok"] = float(not self.values["bristle-guard.why"])
 
     def net(self, signal, *pins):
         for pin in pins:

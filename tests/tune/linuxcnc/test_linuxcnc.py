@@ -13,7 +13,7 @@ from tests.tune.linuxcnc.session import axis, start
 from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, Options, save, tune, undo
 from bristle.tune.journal import Journal
-from bristle.tune.linuxcnc.saved import guard_source
+from bristle.tune.linuxcnc.saved import guard, source_of
 from bristle.tune.machines import connected
 from bristle.tune.run import rms
 
@@ -30,6 +30,7 @@ def test_an_axis_is_tuned_and_restored(tmp_path):
         assert result.outcome == "kept", result.reason
         assert result.change_percent is not None
         assert result.change_percent < -50.0
+        time.sleep(0.5)
         assert hal.get("bristle-guard.gain-now")[0] == pytest.approx(result.facts["comparison"]["gain"], abs=1e-6)
         _saved_and_restarted(hal, file, cycle)
         assert undo(tmp_path / "out").outcome == "undone"
@@ -68,7 +69,7 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
         for entry in (5, 12, 17):
             last = len(Journal(tmp_path / "out").entries)
             assert killed(last + entry, lambda: tune(file, tmp_path / "out", move=True, options=OPTIONS))
-            if "bristle_guard" in hal.components():
+            if guard() in hal.components():
                 time.sleep(1.0)  # ten seconds of the axis
                 assert hal.get("bristle-guard.gain-now")[0] == 0.0
             tune(file, tmp_path / "out", options=OPTIONS)
@@ -77,31 +78,22 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
             assert last is None or last["identical"], last
 
 
-OLD = """component bristle_guard "a guard of an earlier bristle";
-pin in float gain;
-function _ fp;
-option singleton yes;
-license "BSD";
-;;
-FUNCTION(_) {}
-"""
-
-
-def test_the_guard_of_another_version_is_replaced_or_refused_by_name(tmp_path):
+def test_the_guard_of_another_version_is_not_loaded_and_without_rights_refused_by_name(tmp_path):
     with axis(SEED, tmp_path) as (hal, file, _):
-        before = connected(read_machine(file)).state()
-        for old in (OLD, guard_source().replace("version = ", "version = 1")):
-            hal.install("bristle_guard", old)
-            machine = connected(read_machine(file))
-            with pytest.MonkeyPatch.context() as patch:
-                patch.setattr("bristle.tune.linuxcnc.hal.subprocess.run", _without_rights)
-                with pytest.raises(MachineRefusedError, match=r"(?s)of another version of bristle: .*Permission denied") as refused:
-                    machine.arm(WIDE)
-            assert refused.value.code == "old_guard"
-            machine.arm(WIDE)
-            assert hal.get("bristle-guard.max-error") == [6.0]
-            machine.restore(before)
-            assert machine.state() == before
+        source = source_of(guard(), Path())
+        hal.install("bristle_guard", source.replace(f"component {guard()} ", "component bristle_guard ").replace("low)", "high)"))
+        machine = connected(read_machine(file))
+        before = machine.state()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("bristle.tune.linuxcnc.hal.subprocess.run", _without_rights)
+            with pytest.raises(MachineRefusedError, match=rf"(?s){guard()}\.comp.*Permission denied.*Run it as root"):
+                machine.arm(WIDE)
+        assert machine.state() == before
+        machine.arm(WIDE)
+        assert guard() in hal.components()
+        assert hal.get("bristle-guard.max-error") == [6.0]
+        machine.restore(before)
+        assert machine.state() == before
 
 
 def _without_rights(command, run=subprocess.run, **options):

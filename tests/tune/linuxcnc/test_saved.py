@@ -1,22 +1,25 @@
 """A feedforward saved beside the configuration of LinuxCNC, and the version of the guard, on a HAL in memory."""
 
-import re
-import zlib
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
 from tests.tune.linuxcnc import double
 
-from bristle.core import BristleError
 from bristle.files import write_model
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError
-from bristle.tune.linuxcnc import LinuxCNC
-from bristle.tune.linuxcnc.saved import guard_source
+from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError
+from bristle.tune.linuxcnc.machine import LinuxCNC
+from bristle.tune.linuxcnc.saved import guard, source_of
 
 WIDE = Limits(6e-3, 1e4, (-1.0 / 3.0, 1.0))
 SIGNALS = {"reference": "ref", "position": "pos", "effort": "eff", "motor": "rplant.0.effort", "thread": "servo"}
 NAME = "bristle_1f2e3d4c"
+
+
+def guard_text():
+    return (files("bristle.tune.linuxcnc") / "bristle_guard.comp").read_text()
 
 
 @pytest.fixture
@@ -95,47 +98,60 @@ def test_a_machine_file_without_the_key_is_refused_by_name(hal):
     assert refused.value.code == "no_memory"
 
 
-def test_the_version_of_the_guard_is_the_hash_of_its_source():
-    version = re.search(r"version = (\d+) ", guard_source())[1]
-    assert int(version) == zlib.crc32(guard_source().replace(version, "0").encode()) // 2
+def changed_guard():
+    return guard_text().replace("slew = 2.0", "slew = 3.0")
 
 
-OLD = {"without a version": "pin in float gain\n;;\n", "of another version": guard_source().replace("version = ", "version = 1")}
-
-
-@pytest.mark.parametrize("old", OLD)
-def test_the_guard_of_another_version_is_replaced(hal, old):
-    hal.installed["bristle_guard"] = OLD[old]
+def test_the_guard_of_another_version_is_not_loaded(hal, monkeypatch):
+    old, source = guard(), source_of(guard(), Path())
+    hal.installed[old] = source
     machine = LinuxCNC(sample_time=1e-3, **SIGNALS)
+    before = machine.state()
     machine.arm(WIDE)
-    assert hal.installed["bristle_guard"] == guard_source()
-    assert hal.values["bristle-guard.low"] == -333.3333
+    assert (hal.values["bristle-guard.slew"], list(hal.installed)) == (2.0, [old])
+    machine.restore(before)
+    monkeypatch.setattr("bristle.tune.linuxcnc.saved._guard_text", changed_guard)
+    LinuxCNC(sample_time=1e-3, **SIGNALS).arm(WIDE)
+    assert (hal.values["bristle-guard.slew"], hal.values["bristle-guard.low"]) == (3.0, -333.3333)
+    assert hal.installed == {old: source, guard(): source_of(guard(), Path())}
+    assert guard() != old
 
 
 def test_the_guard_of_this_version_is_not_compiled_again(hal, monkeypatch):
-    hal.installed["bristle_guard"] = guard_source()
+    hal.installed[guard()] = source_of(guard(), Path())
     monkeypatch.setattr(hal, "install", None)
     LinuxCNC(sample_time=1e-3, **SIGNALS).arm(WIDE)
 
 
-@pytest.mark.parametrize(("old", "code"), [(OLD["of another version"], "old_guard"), (None, "not_compiled")])
-def test_a_guard_that_cannot_be_installed_is_refused_by_name(hal, monkeypatch, old, code):
+def test_a_guard_that_cannot_be_installed_is_refused_by_name(hal, monkeypatch):
     def refused(name, source):
-        raise MachineRefusedError("not_compiled", "halcompile refused it", "Run it as root")
+        raise MachineRefusedError("not_compiled", f"halcompile refused {name}", "Run it as root")
 
     monkeypatch.setattr(hal, "install", refused)
-    hal.installed |= {} if old is None else {"bristle_guard": old}
+    hal.installed["bristle_guard"] = guard_text()  # of a bristle whose guard had no version
     machine = LinuxCNC(sample_time=1e-3, **SIGNALS)
     before = machine.state()
-    with pytest.raises(BristleError, match=r"Run it as root") as error:
+    with pytest.raises(MachineRefusedError, match=f"halcompile refused {guard()}. Run it as root"):
         machine.arm(WIDE)
-    assert error.value.code == code
     machine.restore(before)
     assert machine.state() == before
 
 
-def test_a_guard_that_stays_old_is_refused_by_name(hal, monkeypatch):
-    hal.installed["bristle_guard"] = OLD["of another version"]
-    monkeypatch.setattr(hal, "install", lambda name, source: None)
-    with pytest.raises(MachineRefusedError, match="still loads the guard of another version"):
-        LinuxCNC(sample_time=1e-3, **SIGNALS).arm(WIDE)
+def test_the_guard_of_another_version_is_not_saved_under_its_name(kept, monkeypatch):
+    machine, file, results, _ = kept
+    monkeypatch.setattr("bristle.tune.linuxcnc.saved._guard_text", changed_guard)
+    with pytest.raises(MachineRefusedError, match="guard of another version of bristle") as refused:
+        machine.save(results)
+    assert (refused.value.code, list(file.parent.glob("bristle*"))) == ("old_guard", [])
+
+
+@pytest.mark.parametrize(("cause", "reason"), [(0, ""), (2, "effort")])
+def test_a_guard_that_tripped_before_the_feedforward_is_kept_is_cleared_or_named(kept, hal, cause, reason):
+    hal.values |= {"bristle-guard.ok": 0.0, "bristle-guard.why": float(cause)}
+    if not reason:
+        kept[0].keep()
+        assert (hal.values["bristle-guard.ok"], hal.values["bristle-guard.reset"]) == (1.0, 0.0)
+    else:
+        with pytest.raises(MachineStoppedError) as stopped:
+            kept[0].keep()
+        assert stopped.value.reason == reason

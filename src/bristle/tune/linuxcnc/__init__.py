@@ -2,4 +2,4 @@
 
 from bristle.tune.linuxcnc.machine import LinuxCNC
 
-__all__ = ["LinuxCNC"]
+MACHINE = LinuxCNC

@@ -117,5 +117,5 @@ class Hal:
         if process.returncode:
             output = (process.stdout + process.stderr).strip()[-400:]
             raise MachineRefusedError(
-                "not_compiled", f"halcompile refused {component.name}: {output}", "Run it as root, or install the component before"
+                "not_compiled", f"halcompile refused {component.name}: {output}", "Run it as root, or allow this user to write the modules of LinuxCNC"
             )

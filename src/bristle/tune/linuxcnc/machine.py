@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import tempfile
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
-from bristle.core import InputError
-from bristle.files import MachineFile
 from bristle.tune.linuxcnc.hal import Hal, HalError
-from bristle.tune.linuxcnc.saved import guard_source, hal_lines, model_source, places, write_marked
+from bristle.tune.linuxcnc.saved import GUARD, guard, hal_lines, places, prefix_of, source_of, write_marked
 from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
 
-GUARD, SAMPLER, STREAMER = "bristle-guard", "sampler.0", "streamer.0"
+SAMPLER, STREAMER = "sampler.0", "streamer.0"
 DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
 LOAD_SAMPLER = f"loadrt sampler depth={DEPTH} cfg=fffu"
 SIGNALS = ("bristle-total", "bristle-feed", "bristle-count")
-KEYS = {
-    "reference": "signal of the set point",
-    "position": "signal of the measured position",
-    "effort": "signal of the output of the controller",
-    "motor": "pin of the amplifier",
-    "thread": "thread of the controller",
-}
 # halcmd prints seven digits. bristle writes as many, so that a value reads back as it is.
 POLL = 0.1  # [s]
 SLOWEST = 20.0  # over the whole travel, on the way to the start of a motion [s]
@@ -35,61 +26,35 @@ LATEST = 5000  # rows of the sampler before the motion
 
 
 class LinuxCNC:
-    """One axis: the guard stands between the output of the controller and the amplifier.
+    """One axis: the guard stands between the output of the controller and the amplifier."""
 
-    Parameters
-    ----------
-    sample_time : float
-        Time of the axis between two cycles [s].
-    reference, position, effort : str
-        Signals of set point, measured position and output of the controller.
-    motor : str
-        Pin of the amplifier.
-    thread : str
-        Thread of the controller.
-    unit : float
-        One machine unit [m or rad].
-    effort_unit : float
-        One unit of the effort [N or N*m].
-    clock : float
-        Seconds of the axis in a second of the thread, 1 on a real axis.
-    save : str
-        HAL file that `save` writes, relative to the machine file; empty without.
-    """
+    REQUIRED: ClassVar = {
+        "reference": (": the signal of the set point", "NAME"),
+        "position": (": the signal of the measured position", "NAME"),
+        "effort": (": the signal of the output of the controller", "NAME"),
+        "motor": (": the pin of the amplifier", "NAME"),
+        "thread": (": the thread of the controller", "NAME"),
+    }
 
     def __init__(
         self,
         *,
-        sample_time: float,
+        sample_time: float,  # time of the axis between two cycles [s]
         reference: str,
         position: str,
         effort: str,
         motor: str,
         thread: str,
-        unit: float = 1e-3,
-        effort_unit: float = 1.0,
-        clock: float = 1.0,
-        save: str = "",
+        unit: float = 1e-3,  # one machine unit [m or rad]
+        effort_unit: float = 1.0,  # one unit of the effort [N or N*m]
+        clock: float = 1.0,  # seconds of the axis in a second of the thread, 1 on a real axis
+        save: str = "",  # HAL file of a saved feedforward
     ) -> None:
         self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
         self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
         self._save = save
         self._hal, self._alive, self._model = Hal(), 0, ""
         self._is_armed, self._speed = False, 0.0
-
-    @classmethod
-    def of(cls, file: MachineFile) -> LinuxCNC:
-        """Return the machine of a machine file."""
-        for key, meaning in KEYS.items():
-            if not isinstance(file.settings.get(key), str):
-                raise InputError(f"is missing: the {meaning}", path=f"settings.{key}", mend=f'Write {key} = "NAME" under [settings]')
-        settings = dict(file.settings)
-        if "save" in settings:
-            settings["save"] = str(file.source.parent.absolute() / str(settings["save"]))
-        try:
-            return cls(**settings)
-        except TypeError as error:
-            raise InputError(f"is not valid ({error})", path="settings") from None
 
     def identity(self) -> Mapping[str, str]:
         """Return thread, motor and the controller's links."""
@@ -118,7 +83,7 @@ class LinuxCNC:
     def state(self) -> State:
         """Return all links, parameters of controller, guard and model, functions of the thread and components."""
         components = self._hal.components()
-        own = [name.replace("_", "-") for name in components if name.startswith(("pid", "bristle_"))]
+        own = [prefix_of(name) for name in components if name.startswith(("pid", "bristle_"))]
         return {
             "links": self._hal.links(),
             "parameters": self._hal.value_of_parameters(own),
@@ -138,7 +103,7 @@ class LinuxCNC:
             f"setp {GUARD}.offset 0",
         ]
         self._speed = (high - low) / self._unit / SLOWEST
-        if not self._is_armed and "bristle_guard" in hal.components():
+        if not self._is_armed and any(prefix_of(component) == GUARD for component in hal.components()):
             raise MachineRefusedError("kept", "HAL contains the guard of an earlier run", "Remove it: bristle tune --undo FOLDER")
         if not self._is_armed:
             self._insert()
@@ -146,8 +111,12 @@ class LinuxCNC:
         self._reset()
 
     def _insert(self) -> None:
-        self._load_guard()
-        hal = self._hal
+        hal, name = self._hal, guard()
+        try:
+            hal.run(f"loadrt {name} names={GUARD}")
+        except HalError:  # not compiled yet
+            hal.install(name, source_of(name, Path()))
+            hal.run(f"loadrt {name} names={GUARD}")
         patience = int(2.0 / self.sample_time * self._clock)
         hal.run(
             LOAD_SAMPLER,
@@ -163,29 +132,6 @@ class LinuxCNC:
             f"net bristle-total {GUARD}.total => {self._motor} {SAMPLER}.pin.2",
         )
         self._is_armed = True
-
-    def _load_guard(self) -> None:
-        """Load the guard; install that of this bristle if it is missing or of another version."""
-        hal, source = self._hal, guard_source()
-
-        def version() -> str:
-            hal.run("loadrt bristle_guard")
-            return f"version = {hal.get(f'{GUARD}.version')[0]:.0f} "
-
-        with contextlib.suppress(HalError):  # not installed yet, or of a bristle whose guard had no version
-            if version() in source:
-                return
-        is_old = "bristle_guard" in hal.components()
-        hal.run("unloadrt bristle_guard", keep_going=True)
-        try:
-            hal.install("bristle_guard", source)
-        except MachineRefusedError as refused:
-            if not is_old:
-                raise
-            raise MachineRefusedError("old_guard", f"the installed guard is that of another version of bristle: {refused}") from None
-        if version() not in source:
-            mend = "Remove bristle_guard.so from the folders of modules of LinuxCNC"
-            raise MachineRefusedError("old_guard", "HAL still loads the guard of another version of bristle", mend)
 
     def _added(self, *functions: str) -> list[str]:
         """Return the lines that add functions to the thread: behind the controller, before the amplifier if it is written behind."""
@@ -209,9 +155,12 @@ class LinuxCNC:
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Compile and load the component of the model, at gain 0 of the guard."""
         name, hal = feedforward.name, self._hal
-        hal.install(name, model_source(feedforward.folder, name))
+        hal.install(name, source_of(name, feedforward.folder))
         pin, earlier = name.replace("_", "-"), self._model
-        self._unload(earlier)
+        if earlier:
+            own = earlier.replace("_", "-")
+            removal = f"unlinkp {GUARD}.feed", f"delf {own} {self._thread}", f"unloadrt {earlier}"
+            hal.run(f"setp {GUARD}.gain 0", *removal, keep_going=True)
         values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
         values |= {"limit": feedforward.limit / abs(self._effort_unit)} if math.isfinite(feedforward.limit) else {}
         hal.run(
@@ -224,13 +173,6 @@ class LinuxCNC:
             *self._added(pin, GUARD, SAMPLER),
         )
         self._model = name
-
-    def _unload(self, name: str) -> None:
-        if name:
-            pin = name.replace("_", "-")
-            self._hal.run(
-                f"setp {GUARD}.gain 0", f"unlinkp {GUARD}.feed", f"delf {pin} {self._thread}", f"unloadrt {name}", keep_going=True
-            )
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
@@ -339,34 +281,34 @@ class LinuxCNC:
         return table[int(np.argmin(late)) :][:rows]
 
     def keep(self) -> None:
-        """Keep the feedforward when this program ends."""
+        """Keep the feedforward when this program ends, also if the guard tripped while this program computed."""
         self._hal.run(f"setp {GUARD}.keep 1")
+        self._reset()
+        ok, cause = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why")
+        if not ok:
+            raise MachineStoppedError(STOPS[int(cause) - 1])
 
     @property
     def loads(self) -> str:
         """The line that loads the saved file."""
-        return f"Write this line behind the other lines of its kind under [HAL] in the .ini of LinuxCNC: HALFILE = {self._file}"
-
-    @property
-    def _file(self) -> Path:
-        """The HAL file of a saved feedforward."""
-        if not self._save:
-            mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
-            raise MachineRefusedError("no_memory", "HAL has no non-volatile memory, and the machine file names no HAL file for it", mend)
-        return Path(self._save)
+        return f"Write this line behind the other lines of its kind under [HAL] in the .ini of LinuxCNC: HALFILE = {self._save}"
 
     def saved(self) -> Mapping[str, str]:
         """Return the hashes of the saved HAL file and of the sources of its components."""
-        return places(self._file)
+        if not self._save:
+            mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
+            raise MachineRefusedError("no_memory", "HAL has no non-volatile memory, and the machine file names no HAL file for it", mend)
+        return places(Path(self._save))
 
     def save(self, folder: Path) -> Mapping[str, str]:
         """Write a HAL file that rebuilds guard, model and sampler as they are, and the sources of the components beside it."""
-        lines = hal_lines(self._hal, self._thread, self._motor, LOAD_SAMPLER)
-        names = [line.split()[1] for line in lines if line.startswith("loadrt bristle_")]
-        texts = {name: guard_source() if name == "bristle_guard" else model_source(folder, name) for name in names}
-        head = f"# {self.loads}\n# A trip of the guard lasts until bristle-guard.reset is true, for example after homing.\n"
-        sources = {self._file.with_name(f"{name}.comp"): text for name, text in texts.items()}
-        return write_marked({self._file: head + "\n".join(lines) + "\n"} | sources)
+        path, head = (
+            Path(self._save),
+            f"# {self.loads}\n# A trip of the guard lasts until {GUARD}.reset is true, for example after homing.\n",
+        )
+        text = "\n".join(hal_lines(self._hal, self._thread, self._motor, LOAD_SAMPLER))
+        names = [name for name in self._hal.components() if name.startswith("bristle_")]
+        return write_marked({path: f"{head}{text}\n"} | {path.with_name(f"{name}.comp"): source_of(name, folder) for name in names})
 
     def unsave(self) -> None:
         """Remove these files."""
@@ -378,7 +320,7 @@ class LinuxCNC:
         hal, thread = self._hal, self._thread
         components = hal.components()
         own = [name for name in components if name.startswith("bristle_") and name not in state["components"]]
-        if "bristle_guard" in own:
+        if own:
             hal.run(f"setp {STREAMER}.enable 0", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0", keep_going=True)
             for _ in range(40):
                 try:
