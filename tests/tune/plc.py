@@ -19,6 +19,7 @@ AXIS = """
 static t_fb_bristletune tune;
 static double x, v, bristle, integral, error_before;
 void begin(void) { t_fb_bristletune_virgin(&tune); x = v = bristle = integral = error_before = 0.0; }
+void move(double position) { x = position; }
 void cycles(int number)
 {
     for (int cycle = 0; cycle < number; ++cycle) {
@@ -70,11 +71,13 @@ class Plc:
         self.stores, self.stored = True, dict[str, bytes]()
         self.reboot()
 
-    def reboot(self) -> None:
-        """Start the controller again, with the persistent variables that its program stored."""
+    def reboot(self, position: float = 0.0) -> None:
+        """Start the controller again, at a position [m], with the persistent variables that its program stored."""
         with self.lock:
             self.runs = True
             self._library.begin()
+            self._library.move(ctypes.c_double(position))
+            self.put("command", bytes(ctypes.c_double(1e3 * position)))
             for name, content in self.stored.items():
                 self.put(name, content)
             self._library.cycles(1)

@@ -242,8 +242,10 @@ def test_a_saved_feedforward_plays_after_a_restart_as_before(kind, controller):
     machine = kind.restarted(machine)
     assert (machine.state(), machine.saved()) == (kept, written)
     assert controller.plc.content("motion") == motion
-    with pytest.raises(MachineRefusedError, match="keeps the feedforward"):
-        machine.arm(WIDE)
+    for keep in (b"\0", b"\1"):
+        controller.plc.put("keep", keep)
+        with pytest.raises(MachineRefusedError, match="keeps the feedforward"):
+            machine.arm(WIDE)
     controller.plc.put("again", b"\1")
     controller.advance = 0
     controller.plc.cycles(400)
@@ -254,6 +256,13 @@ def test_a_saved_feedforward_plays_after_a_restart_as_before(kind, controller):
     machine.unsave()
     machine = kind.restarted(machine)
     assert (machine.state(), set(machine.saved().values())) == (before, {""})
+
+
+def test_a_saved_feedforward_does_not_trip_where_the_axis_starts(kind, controller):
+    machine, _ = kept_one(kind)
+    machine.save(Path())
+    controller.plc.reboot(position=5e-3)
+    assert [controller.plc.value(name) for name in ("armed", "ok", "setpoint")] == [True, True, 5.0]
 
 
 def test_a_program_that_stores_nothing_is_refused(kind, controller, monkeypatch):

@@ -91,9 +91,20 @@ class SavesWithoutGain(Saving):
         return self.saved()
 
 
+class NamesAnother(Saving):
+    def save(self, folder):
+        super().save(folder)
+        return {"bench": "another"}
+
+
 class KeepsSaved(Saving):
     def unsave(self):
         pass
+
+
+class KeepsGuard(Saving):
+    def unsave(self):
+        self.stored = self.stored | {"model": None}
 
 
 FAULTS = {
@@ -105,7 +116,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("machine", [SavesNothing, SavesWithoutGain, KeepsSaved])
+@pytest.mark.parametrize("machine", [SavesNothing, SavesWithoutGain, NamesAnother, KeepsSaved, KeepsGuard])
 def test_a_faulty_memory_is_noticed(machine):
     assert [check.name for check in check_machine(machine) if not check.passed] == ["saves"]
 

@@ -15,7 +15,7 @@ MODULES = {
 }
 DECLARED = re.compile(PIN.pattern.replace(r"\w", r"[\w.-]"), re.MULTILINE)
 AXIS = (
-    "loadrt streamer", "loadrt rplant", "loadrt pid", "addf streamer.0 servo", "addf rplant.0 servo", "addf pid.0.do-pid-calcs servo",
+    "loadrt streamer", "loadrt rplant", "loadrt pid", "addf streamer.0 servo", "addf pid.0.do-pid-calcs servo", "addf rplant.0 servo",
     "net ref streamer.0.pin.0 => pid.0.command", "net pos rplant.0.position => pid.0.feedback", "net eff pid.0.output => rplant.0.effort",
 )  # fmt: skip
 

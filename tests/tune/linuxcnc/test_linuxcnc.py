@@ -59,7 +59,7 @@ def _saved_and_restarted(hal, file, cycle, without):
     assert save(out).facts == result.facts
     again = machine.record(motion, lambda: None)
     size = cycle.size
-    assert rms(again.error[size:]) == pytest.approx(rms(with_feedforward.error[size:]), abs=0.05 * without)
+    assert rms(again.error[size:]) == pytest.approx(rms(with_feedforward.error[size:]), abs=0.02 * without)
     np.testing.assert_allclose(again.effort[size:], with_feedforward.effort[size:], atol=0.1 * np.max(np.abs(again.effort)))
 
 

@@ -59,6 +59,9 @@ def test_the_saved_file_rebuilds_the_kept_state_in_a_new_session(hal, kept):
     assert new.values["bristle-guard.gain"] == pytest.approx(2.0 / 3.0, rel=1e-6)
     assert (new.values["sampler.0.enable"], new.values["bristle-guard.keep"]) == (0.0, 1.0)
     assert machine.saved() == written
+    assert new.order[-1] == "rplant.0"
+    new.setp("bristle-guard.gain", "0.5")
+    assert machine.state() != kept[0].state()
     assert f"HALFILE = {file}" in machine.loads
     machine.restore(before)
     machine.unsave()
