@@ -121,6 +121,15 @@ def test_a_memory_that_reads_back_otherwise_is_refused_and_removed_by_undo(kept,
     assert not machine.stored.exists()
 
 
+def test_a_memory_that_contains_nothing_is_refused(kept):
+    class Empty(SavingBench):
+        def save(self, folder):
+            return {"stored": ""}
+
+    with pytest.raises(MachineRefusedError, match="memory differs from what was written: stored"):
+        save(kept / "out", machine=Empty(kept))
+
+
 @pytest.mark.parametrize("behind", [1, 2])
 def test_an_interrupted_save_is_removed_by_undo(kept, behind):
     entry = len(Journal(kept / "out").entries) - 1 + behind
