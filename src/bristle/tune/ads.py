@@ -64,6 +64,3 @@ class Ads(FunctionBlock):
     def close(self) -> None:
         """Disconnect; the guard removes the feedforward if no run continues."""
         self._link.close()
-
-
-MACHINE = Ads

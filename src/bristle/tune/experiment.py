@@ -100,6 +100,3 @@ class ExperimentMachine:
 
     def close(self) -> None:
         """Do nothing."""
-
-
-MACHINE = ExperimentMachine

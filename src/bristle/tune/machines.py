@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
+from typing import Any
 
 from bristle.core import InputError, Readable, did_you_mean
 from bristle.files import MachineFile, code_named, declared_in
 from bristle.tune.machine import Machine
 
-BUILT_IN = ("experiment", "linuxcnc", "ads", "opcua")  # modules and folders with a class MACHINE, like files of the user
+BUILT_IN = ("experiment", "linuxcnc", "ads", "opcua")
+
+
+def _built_in(name: str) -> Any:
+    """Return the class of a built-in machine; its libraries are loaded only then."""
+    if name == "experiment":
+        from bristle.tune.experiment import ExperimentMachine
+
+        return ExperimentMachine
+    if name == "linuxcnc":
+        from bristle.tune.linuxcnc import LinuxCNC
+
+        return LinuxCNC
+    if name == "ads":
+        from bristle.tune.ads import Ads
+
+        return Ads
+    from bristle.tune.opcua import OpcUa
+
+    return OpcUa
 
 
 def connected(file: MachineFile, *, allow_code: bool = False) -> Machine:
     """Return the machine of a machine file, connected; code of the user needs permission."""
     if file.machine in BUILT_IN:
-        kind, settings = import_module(f"bristle.tune.{file.machine}").MACHINE, dict(file.settings)
+        kind, settings = _built_in(file.machine), dict(file.settings)
         for key, (meaning, example) in kind.REQUIRED.items():
             if not isinstance(settings.get(key), str):
                 raise InputError(f"is missing{meaning}", path=f"settings.{key}", mend=f'Write {key} = "{example}" under [settings]')

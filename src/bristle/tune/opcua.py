@@ -132,6 +132,3 @@ class OpcUa(FunctionBlock):
     def close(self) -> None:
         """Disconnect; the guard removes the feedforward if no run continues."""
         self._link.disconnect()
-
-
-MACHINE = OpcUa

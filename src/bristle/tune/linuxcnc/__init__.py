@@ -2,4 +2,4 @@
 
 from bristle.tune.linuxcnc.machine import LinuxCNC
 
-MACHINE = LinuxCNC
+__all__ = ["LinuxCNC"]

@@ -116,6 +116,5 @@ class Hal:
             process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if process.returncode:
             output = (process.stdout + process.stderr).strip()[-400:]
-            raise MachineRefusedError(
-                "not_compiled", f"halcompile refused {component.name}: {output}", "Run it as root, or allow this user to write the modules of LinuxCNC"
-            )
+            mend = "Run it as root, or allow this user to write the modules of LinuxCNC"
+            raise MachineRefusedError("not_compiled", f"halcompile refused {component.name}: {output}", mend)
