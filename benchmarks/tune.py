@@ -29,6 +29,7 @@ from bristle.report.compared import compare
 from bristle.tune import MachineStoppedError, Tuning, tune, undo
 from bristle.tune.journal import Journal
 from bristle.tune.linuxcnc.hal import Hal
+from bristle.tune.linuxcnc.saved import guard
 from bristle.tune.machines import connected
 
 FIRST = 3000  # seeds from here on were not used to build the program
@@ -258,7 +259,7 @@ def hal_kills(each: int = 1) -> bool:
 def _faded(hal: Hal) -> tuple[float, float]:
     """Return the gain in the guard behind a kill, and the time until it is 0 [s]."""
     begin, gain, first = time.monotonic(), 0.0, None
-    while "bristle_guard" in hal.components():
+    while guard() in hal.components():
         gain = hal.get("bristle-guard.gain-now")[0]
         first = gain if first is None else first
         if gain == 0.0 or time.monotonic() - begin > 2.0 * PATIENCE:

@@ -22,7 +22,8 @@ OTHERS = {
     "study/workers.py": {"os.open"},
     "tune/journal.py": {"open"},  # appended only
     "tune/tuning.py": {"open"},  # the lock of a machine
-    "tune/linuxcnc/machine.py": {"shutil.copy", "write_text"},  # temporary folders, for the compiler of HAL
+    "tune/linuxcnc/hal.py": {"write_text"},  # temporary folders, for the compiler of HAL
+    "tune/linuxcnc/machine.py": {"unlink"},  # the files that it saved
     "testing/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {

@@ -66,8 +66,8 @@ def killed(entry: int | tuple[str, int], act: Callable[[], object]) -> bool:
     return os.WIFSIGNALED(status) and os.WTERMSIG(status) == 9
 
 
-def begun(folder: Path, target: Path):
-    """Copy a finished run up to its identification."""
+def begun(folder: Path, target: Path, step: str = "identification"):
+    """Copy a finished run up to a step."""
     for name in ("axis.toml", "machine.toml", "motion.csv"):
         shutil.copy(folder / name, target / name)
     shutil.copytree(folder / "out", target / "out")
@@ -75,7 +75,7 @@ def begun(folder: Path, target: Path):
         (target / "out" / name).unlink(missing_ok=True)
     lines = (folder / "out" / NAME).read_text().splitlines(keepends=True)
     entries = [json.loads(line) for line in lines]
-    end = next(place for place, entry in enumerate(entries) if entry["step"] == "identification" and entry["event"] == "done")
+    end = next(place for place, entry in enumerate(entries) if entry["step"] == step and entry["event"] == "done")
     begin = json.dumps(str(folder / "machine.toml")), json.dumps(str(target / "machine.toml"))
     text = "".join(lines[: end + 1])
     assert begin[0] in text

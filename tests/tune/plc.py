@@ -1,6 +1,7 @@
 """A simulated controller that runs ``FB_BristleTune``: the Structured Text in C, and an axis with a PID loop in C."""
 
 import ctypes
+import re
 import subprocess
 import threading
 import time
@@ -11,11 +12,14 @@ from tests.exports.structured_text import FLAGS, HEAD, Translator
 
 import bristle.tune
 
-TEXT = (Path(bristle.tune.__file__).parent / "FB_BristleTune.st").read_text()
+# The keyword of the standard, as the head of the file states it for other controllers than TwinCAT.
+TEXT = (Path(bristle.tune.__file__).parent / "FB_BristleTune.st").read_text().replace("VAR PERSISTENT", "VAR RETAIN")
+PERSISTENT = re.findall(r"(\w+)(?=[\w, ]* : )", re.sub(r"\(\*.*?\*\)", "", TEXT.split("VAR RETAIN")[1].split("END_VAR")[0]))
 AXIS = """
 static t_fb_bristletune tune;
 static double x, v, bristle, integral, error_before;
 void begin(void) { t_fb_bristletune_virgin(&tune); x = v = bristle = integral = error_before = 0.0; }
+void move(double position) { x = position; }
 void cycles(int number)
 {
     for (int cycle = 0; cycle < number; ++cycle) {
@@ -51,7 +55,7 @@ def compiled(folder: Path) -> Path:
 
 
 class Plc:
-    """One controller a process; `lock` keeps a cycle and an access apart."""
+    """One controller a process; `lock` keeps a cycle and an access apart. Its program stores the persistent variables on demand."""
 
     def __init__(self, library: Path) -> None:
         self._library, self.lock = ctypes.CDLL(str(library)), threading.RLock()
@@ -63,14 +67,29 @@ class Plc:
         self.restart()
 
     def restart(self) -> None:
+        """Start a new controller."""
+        self.stores, self.stored = True, dict[str, bytes]()
+        self.reboot()
+
+    def reboot(self, position: float = 0.0) -> None:
+        """Start the controller again, at a position [m], with the persistent variables that its program stored."""
         with self.lock:
             self.runs = True
             self._library.begin()
+            self._library.move(ctypes.c_double(position))
+            self.put("command", bytes(ctypes.c_double(1e3 * position)))
+            for name, content in self.stored.items():
+                self.put(name, content)
+            self._library.cycles(1)
 
     def cycles(self, number: int) -> None:
         with self.lock:
             if self.runs:
                 self._library.cycles(number)
+                stores = self.stores and self.value("store")
+                if stores:
+                    self.stored = {name: self.content(name) for name in PERSISTENT}
+                self.put("stored", bytes([stores]))
 
     def place(self, name: str):
         """Return the memory of a variable."""

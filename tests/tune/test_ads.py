@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.exports.native import COMPILER
 from tests.tune.machine import AXIS, MACHINE, written
-from tests.tune.plc import Plc, Task, compiled
+from tests.tune.plc import PERSISTENT, Plc, Task, compiled
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
@@ -88,6 +88,12 @@ def kind(controller):
                 machine.close()
             controller.plc.restart()
             controller.advance = ADVANCE
+            return cls.again()
+
+        @classmethod
+        def restarted(cls, machine):
+            machine.close()
+            controller.plc.reboot()
             return cls.again()
 
         @classmethod
@@ -189,6 +195,96 @@ def test_a_kept_feedforward_is_undone_before_the_next_run(kind):
     machine.restore(before)
     assert machine.state() == before
     machine.arm(WIDE)
+
+
+def kept_one(kind):
+    """Return a machine with a kept feedforward, and its state before."""
+    machine = kind.example()
+    before = machine.state()
+    machine.arm(WIDE)
+    machine.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
+    machine.set(gain=0.5)
+    machine.record(stroke(), lambda: None)
+    machine.keep()
+    return machine, before
+
+
+def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(kind, controller):
+    machine, _ = kept_one(kind)
+    controller.plc.put("keep", b"\0")
+    controller.plc.cycles(1_000_001)
+    assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
+    machine.keep()
+    assert controller.plc.value("ok")
+    machine._write("max_effort", 0.0)
+    with pytest.raises(MachineStoppedError) as stopped:
+        machine.keep()
+    assert stopped.value.reason == "effort"
+
+
+def test_a_kept_feedforward_is_gone_after_a_restart(kind, controller):
+    machine, _ = kept_one(kind)
+    for name in PERSISTENT:  # a controller that stores at any time, without a command
+        controller.plc.stored[name] = controller.plc.content(name)
+    state = kind.restarted(machine).state()
+    assert (state["armed"], state["keep"]) == (False, False)
+    controller.advance = 0
+    controller.plc.put("again", b"\1")
+    controller.plc.cycles(400)
+    controller.plc.put("again", b"\0")
+    assert (controller.plc.value("playing"), controller.plc.value("gain_now")) == (False, 0.0)
+
+
+def test_a_saved_feedforward_plays_after_a_restart_as_before(kind, controller):
+    machine, before = kept_one(kind)
+    kept, motion = machine.state(), controller.plc.content("motion")
+    written = machine.save(Path())
+    machine = kind.restarted(machine)
+    assert (machine.state(), machine.saved()) == (kept, written)
+    assert controller.plc.content("motion") == motion
+    for keep in (b"\0", b"\1"):
+        controller.plc.put("keep", keep)
+        with pytest.raises(MachineRefusedError, match="keeps the feedforward"):
+            machine.arm(WIDE)
+    controller.plc.put("again", b"\1")
+    controller.advance = 0
+    controller.plc.cycles(400)
+    controller.plc.put("again", b"\0")
+    controller.advance = ADVANCE
+    assert (controller.plc.value("ok"), controller.plc.value("gain_now")) == (True, 0.5)
+    machine.restore(before)
+    machine.unsave()
+    machine = kind.restarted(machine)
+    assert (machine.state(), set(machine.saved().values())) == (before, {""})
+
+
+def test_a_saved_feedforward_does_not_trip_where_the_axis_starts(kind, controller):
+    machine, _ = kept_one(kind)
+    machine.save(Path())
+    controller.plc.reboot(position=5e-3)
+    assert [controller.plc.value(name) for name in ("armed", "ok", "setpoint")] == [True, True, 5.0]
+
+
+def test_a_program_that_stores_nothing_is_refused(kind, controller, monkeypatch):
+    monkeypatch.setattr("bristle.tune.function_block.STORING", 0.2)
+    machine, _ = kept_one(kind)
+    controller.plc.stores = False
+    with pytest.raises(MachineRefusedError, match=r"not report .* stored\. Connect store and stored"):
+        machine.save(Path())
+    assert (controller.plc.value("save"), controller.plc.value("saved")) == (False, False)
+
+
+@pytest.mark.parametrize(("keep", "ok"), [(b"\1", True), (b"\0", False)])
+def test_the_program_clears_a_trip_of_a_kept_feedforward_only(kind, controller, keep, ok):
+    plc = kept_one(kind)[0] and controller.plc
+    plc.put("ok", b"\0")
+    plc.put("keep", keep)
+    plc.cycles(1)
+    assert not plc.value("ok")
+    plc.put("reset", b"\1")
+    plc.cycles(1)
+    assert plc.value("ok") is ok
+    plc.put("reset", b"\0")
 
 
 def test_a_stopped_controller_is_named(kind, controller):

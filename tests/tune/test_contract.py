@@ -17,10 +17,38 @@ class Rig(ExperimentMachine):
 
     @classmethod
     def example(cls):
-        return cls.of(read_machine(RIG))
+        settings = read_machine(RIG).settings
+        return cls(**settings | {"file": str(RIG.with_name(settings["file"]))})
 
 
-@pytest.mark.parametrize("machine", [Example, Rig])
+class Saving(Example):
+    """The bench with non-volatile memory: what it contains at a restart is in force again."""
+
+    def __init__(self, **settings):
+        super().__init__(**settings)
+        self.stored = {}
+
+    loads = ""
+
+    def saved(self):
+        return {"bench": self.stored.get("model") or ""}
+
+    def save(self, folder):
+        self.stored = dict(self._written)
+        return self.saved()
+
+    def unsave(self):
+        self.stored = {}
+
+    @classmethod
+    def restarted(cls, machine):
+        again = cls()
+        again.stored = machine.stored
+        again._write(**machine.stored)
+        return again
+
+
+@pytest.mark.parametrize("machine", [Example, Rig, Saving])
 def test_a_machine_meets_the_contract(machine):
     assert [(check.name, check.detail) for check in check_machine(machine) if not check.passed] == []
 
@@ -52,6 +80,33 @@ class NoMethods:
         return {}
 
 
+class SavesNothing(Saving):
+    def save(self, folder):
+        return {"bench": "bristle_contract"}
+
+
+class SavesWithoutGain(Saving):
+    def save(self, folder):
+        self.stored = self._written | {"gain": 0.0}
+        return self.saved()
+
+
+class NamesAnother(Saving):
+    def save(self, folder):
+        super().save(folder)
+        return {"bench": "another"}
+
+
+class KeepsSaved(Saving):
+    def unsave(self):
+        pass
+
+
+class KeepsGuard(Saving):
+    def unsave(self):
+        self.stored = self.stored | {"model": None}
+
+
 FAULTS = {
     "all methods": NoMethods,
     "every sample": LosesSamples,
@@ -59,6 +114,18 @@ FAULTS = {
     "gain of feedforward": NoGain,
     "restores": StaysArmed,
 }
+
+
+@pytest.mark.parametrize("machine", [SavesNothing, SavesWithoutGain, NamesAnother, KeepsSaved, KeepsGuard])
+def test_a_faulty_memory_is_noticed(machine):
+    assert [check.name for check in check_machine(machine) if not check.passed] == ["saves"]
+
+
+def test_a_machine_that_saves_has_all_methods_of_saving():
+    class NoRemoval(Saving):
+        unsave = None
+
+    assert next(check.detail for check in check_machine(NoRemoval) if not check.passed) == "methods are missing: unsave"
 
 
 @pytest.mark.parametrize("demand", FAULTS)

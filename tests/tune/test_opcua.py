@@ -15,14 +15,17 @@ from tests.tune.plc import Plc, compiled
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, MachineStoppedError
-from bristle.tune.contract import check_machine
+from bristle.tune.contract import check_machine, saves
 from bristle.tune.opcua import OpcUa
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
 WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
 PREFIX = "ns=2;s=MAIN.tune."
-WRITTEN = "armed keep clear start max_error max_effort low high gain offset ramp patience alive model rows block block_first block_rows"
+WRITTEN = (
+    "armed keep clear start save saved max_error max_effort low high gain offset ramp patience alive model rows "
+    "block block_first block_rows"
+)
 TYPES = {"c_bool": "Boolean", "c_int": "Int32", "c_long": "Int64", "c_double": "Double"}
 BEGIN = datetime.datetime(2026, 1, 1, tzinfo=datetime.UTC)
 
@@ -49,8 +52,9 @@ class Server:
         self._end.set()
         self._thread.join()
 
-    def restart(self) -> None:
-        """Restart the controller."""
+    def restart(self, *, as_new: bool = True) -> None:
+        """Restart the controller, as a new controller or with what it stored."""
+        self._start = self.plc.restart if as_new else self.plc.reboot
         self.clock, self.step, self.lost, self.longest = 5.0, 1e-3, 0, 10_000
         self._fresh.clear()
         assert self._fresh.wait(5.0)
@@ -77,7 +81,7 @@ class Server:
                 await asyncio.sleep(5e-3)
                 server.iserver.max_monitored_item_queue_size = self.longest
                 if not self._fresh.is_set():
-                    self.plc.restart()
+                    self._start()
                     for name in self._nodes:
                         await self._set(name, self.plc.value(name))
                     begin, count = time.monotonic(), 0
@@ -133,6 +137,17 @@ def kind(server):
             for machine in opened:
                 machine.close()
             server.restart()
+            return cls.again()
+
+        @classmethod
+        def restarted(cls, machine):
+            opened.clear()
+            machine.close()
+            server.restart(as_new=False)
+            return cls.again()
+
+        @classmethod
+        def again(cls):
             machine = cls(url=server.url, prefix=PREFIX, sample_time=1e-3, patience=100.0, clock=5.0, publish=0.05)
             opened[:] = [machine]
             return machine
@@ -165,6 +180,10 @@ def test_lost_rows_are_refused_with_their_number(kind, server):
     server.lost = 3  # of 100
     with pytest.raises(MachineStoppedError, match=r"lost samples: 30 of 1000 rows"):
         machine.record(stroke(900), lambda: None)
+
+
+def test_a_saved_feedforward_is_in_force_after_a_restart_until_it_is_removed(kind):
+    assert saves(kind).applies
 
 
 def test_a_short_queue_is_refused_before_the_axis_moves(kind, server):

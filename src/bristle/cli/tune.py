@@ -13,7 +13,7 @@ EXAMPLE = """Example:
 
 
 def tune(
-    machine: Annotated[Path | None, typer.Argument(metavar="[MACHINE.toml]", help="Machine file; not with --undo.")] = None,
+    machine: Annotated[Path | None, typer.Argument(metavar="[MACHINE.toml]", help="Machine file; not with --undo and --save.")] = None,
     *,
     context: typer.Context,
     out: Annotated[
@@ -24,6 +24,10 @@ def tune(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show every move and every write, and do nothing.")] = False,
     undo: Annotated[
         Path | None, typer.Option("--undo", metavar="DIR", parser=folder_named, help="Restore the machine as before the run in DIR.")
+    ] = None,
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", metavar="DIR", parser=folder_named, help="Keep the feedforward of DIR over a restart of the controller."),
     ] = None,
     model: Annotated[
         str, typer.Option("--model", metavar="NAME[,NAME...]", help="Friction models to identify.")
@@ -46,8 +50,12 @@ def tune(
     from bristle.report.table import Table
     from bristle.tune.report import plan_rows, sentences_of
 
+    if undo is not None and save is not None:
+        raise InputError("exclude each other", path="--undo and --save", mend="Write one of them")
     if undo is not None:
         result = package.undo(undo)
+    elif save is not None:
+        result = package.save(save)
     elif machine is None or out is None:
         raise InputError("is needed", path="MACHINE.toml and --out DIR", mend="Write bristle tune machine.toml --out tuned --move")
     else:

@@ -16,23 +16,9 @@ PORT = 851  # of the first PLC runtime of TwinCAT 3
 
 
 class Ads(FunctionBlock):
-    """One axis on a TwinCAT PLC; its ring of rows is read as a whole.
+    """One axis on a TwinCAT PLC; its ring of rows is read as a whole."""
 
-    Parameters
-    ----------
-    net_id : str
-        AMS net id of the controller.
-    prefix : str
-        Instance of the function block, with a period at its end: ``MAIN.tune.``.
-    address : str
-        IP address of the controller; empty if the net id has a route.
-    port : int
-        ADS port of the PLC runtime.
-    settings
-        The parameters of `FunctionBlock`.
-    """
-
-    REQUIRED: ClassVar = {"net_id": "192.168.1.10.1.1", "prefix": "MAIN.tune."}
+    REQUIRED: ClassVar = {"net_id": ("", "192.168.1.10.1.1"), "prefix": ("", "MAIN.tune.")}
 
     def __init__(self, *, net_id: str, prefix: str, address: str = "", port: int = PORT, **settings: Any) -> None:
         super().__init__(prefix=prefix, **settings)

@@ -15,7 +15,9 @@ from bristle.tune.machine import FrictionFeedforward, Limits, MachineStoppedErro
 
 METHODS = ("identity", "writes", "state", "arm", "load", "set", "record", "keep", "restore", "close")
 WIDE = Limits(1.0, 1e6, (-1.0, 1.0))
+FEEDFORWARD = FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0)
 SMALL = 1e-4  # amplitude of the motion of the contract [m or rad]
+SAVING = ("save", "saved", "unsave", "restarted")
 STATE = "Return the same plain data while nothing is written"
 ADVICE = "See the methods of bristle.tune.Machine"
 
@@ -26,14 +28,17 @@ def check_machine(machine: Any) -> list[Check]:
     Parameters
     ----------
     machine : type
-        The class; ``example()`` returns a new machine without hardware, at rest at the position 0.
+        The class; ``example()`` returns a new machine without hardware, at rest at the position 0. A class with the method ``save``
+        also has a class method ``restarted(machine)``: it restarts the controller of this machine, and returns a new connection.
     """
-    return outcomes((all_methods, plain_state, every_sample, guard_trips, gain_of_feedforward, restores), machine, (all_methods,), ADVICE)
+    demands = (all_methods, plain_state, every_sample, guard_trips, gain_of_feedforward, restores, saves)
+    return outcomes(demands, machine, (all_methods,), ADVICE)
 
 
 def all_methods(machine: Any) -> Fact:
     """Check that all methods exist, and a class method for a machine without hardware."""
-    missing = [name for name in (*METHODS, "example") if not callable(getattr(machine, name, None))]
+    needed = (*METHODS, "example", *(SAVING if hasattr(machine, "save") else ()))
+    missing = [name for name in needed if not callable(getattr(machine, name, None))]
     if missing:
         raise UnmetError(f"methods are missing: {', '.join(missing)}", ADVICE)
     return Fact("present")
@@ -85,7 +90,7 @@ def gain_of_feedforward(machine: Any) -> Fact:
     efforts = []
     for gain in (None, 1.0):
         instance = _armed(machine, WIDE)
-        instance.load(FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0))
+        instance.load(FEEDFORWARD)
         if gain is not None:
             instance.set(gain=gain)
         efforts.append(instance.record(_ramp(instance), lambda: None).effort)
@@ -108,6 +113,27 @@ def restores(machine: Any) -> Fact:
         if _plain(instance) != before:
             raise UnmetError("the state after restore differs from that of before", "Write back everything on the allow list")
     return Fact("reads back as before")
+
+
+def saves(machine: Any) -> Fact:
+    """Check that a saved feedforward is in force after a restart of the controller, and a removed one is not."""
+    if not hasattr(machine, "save"):
+        return Fact("no non-volatile memory", applies=False)
+    before, instance = _plain(machine.example()), _armed(machine, WIDE)
+    instance.load(FEEDFORWARD)
+    instance.set(gain=0.5)
+    instance.keep()
+    kept, empty = _plain(instance), not any(instance.saved().values())
+    written = dict(instance.save(Path()))
+    instance = machine.restarted(instance)
+    if not empty or _plain(instance) != kept or dict(instance.saved()) != written or not all(written.values()):
+        raise UnmetError("state or memory after a restart differ from those that were saved", "Save all of the state, and read it back")
+    instance.restore(before)
+    instance.unsave()
+    instance = machine.restarted(instance)
+    if _plain(instance) != before or any(instance.saved().values()):
+        raise UnmetError("a removed feedforward is in force after a restart", "Remove all that save wrote")
+    return Fact("in force after a restart, until it is removed")
 
 
 def _plain(machine: Any) -> Any:

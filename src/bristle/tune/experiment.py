@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core import Experiment, InputError, Variant
+from bristle.core import Experiment
 from bristle.core import Run as Simulated
-from bristle.files import MachineFile, read_experiment
+from bristle.files import read_experiment
 from bristle.references import recorded
 from bristle.simulation import simulate
 from bristle.tune.machine import FrictionFeedforward, Limits, MachineStoppedError, Recording, State
@@ -24,20 +25,15 @@ class ExperimentMachine:
     Each record begins at rest. The guard ends a record at the first sample beyond a limit.
     """
 
-    def __init__(self, variant: Variant, kind: Any, sample_time: float, source: str) -> None:
-        self._variant, self._kind, self.sample_time, self._source = variant, kind, sample_time, source
+    REQUIRED: ClassVar = {"file": ("", "rig.toml")}
+
+    def __init__(self, *, file: str, sample_time: float) -> None:
+        experiment = read_experiment(file)
+        self._kind: Any = experiment.kind
+        self._variant, self.sample_time, self._source = experiment.variants[0], sample_time, Path(file).name
         self._limits: Limits | None = None
         self._feedforward: FrictionFeedforward | None = None
         self._gain = self._offset = 0.0
-
-    @classmethod
-    def of(cls, file: MachineFile) -> ExperimentMachine:
-        """Return the machine of a machine file; its key ``settings.file`` names the experiment."""
-        if "file" not in file.settings:
-            raise InputError("is missing", path="settings.file", mend='Write file = "rig.toml" under [settings]')
-        source = file.source.parent / str(file.settings["file"])
-        experiment = read_experiment(source)
-        return cls(experiment.variants[0], experiment.kind, file.settings["sample_time"], source.name)
 
     def identity(self) -> Mapping[str, str]:
         """Return the file."""

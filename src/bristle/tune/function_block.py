@@ -7,12 +7,12 @@ import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
-from typing import Any, ClassVar, Self
+from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
 from bristle.core import InputError, did_you_mean
-from bristle.files import MachineFile
 from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
 
 BLOCK = 200  # rows of the motion that one transfer writes
@@ -30,68 +30,40 @@ OUTPUTS = {
     "lint": ("count",),
 }
 KINDS = {name: kind for kind, names in WRITTEN.items() for name in names}
-TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS
+TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS | {"save": "bool", "saved": "bool"}
 TRIGGERS = ("clear", "start", "block_first", "block_rows")  # the function block resets them
 SLEW = 2.0  # of the gain [1/s]
+STORING = 15.0  # longest time in which the controller writes its non-volatile memory [s]
 POLL = 0.01  # [s]
 Rows = Callable[[], np.ndarray]
 """A function that returns the rows of count, set point, position and effort that are available, shape (row, 4)."""
 
 
 class FunctionBlock(ABC):
-    """An axis behind ``FB_BristleTune``; a derived class reads, writes and collects its variables.
-
-    Parameters
-    ----------
-    sample_time : float
-        Time of the axis between two calls of the function block [s].
-    prefix : str
-        Text before the name of each variable.
-    names : mapping
-        Full names of the variables whose names are not the prefix and their name in the function block.
-    unit : float
-        One machine unit [m or rad].
-    effort_unit : float
-        One unit of the effort [N or N*m].
-    patience : float
-        Time without a sign of the program, after which the function block removes the feedforward [s].
-    clock : float
-        Seconds of the axis in a second of the program, 1 on a real axis.
-    """
+    """An axis behind ``FB_BristleTune``; a derived class reads, writes and collects its variables."""
 
     def __init__(
         self,
         *,
-        sample_time: float,
-        prefix: str = "",
-        names: Mapping[str, str] | None = None,
-        unit: float = 1e-3,
-        effort_unit: float = 1.0,
-        patience: float = 2.0,
-        clock: float = 1.0,
+        sample_time: float,  # time of the axis between two calls of the function block [s]
+        prefix: str = "",  # text before the name of each variable
+        names: Mapping[str, str] | None = None,  # full names of variables with another prefix or name
+        unit: float = 1e-3,  # one machine unit [m or rad]
+        effort_unit: float = 1.0,  # one unit of the effort [N or N*m]
+        patience: float = 2.0,  # without a sign of the program; then the feedforward fades [s]
+        clock: float = 1.0,  # seconds of the axis in a second of the program, 1 on a real axis
     ) -> None:
+        for name in names or ():
+            if name not in TYPES:
+                raise InputError("is not a variable of FB_BristleTune", path="settings.names", value=name, mend=did_you_mean(name, TYPES))
         self.sample_time, self._prefix, self._names = sample_time, prefix, dict(names or {})
         self._unit, self._effort_unit, self._patience, self._clock = unit, effort_unit, patience, clock
         self._feedforward: FrictionFeedforward | None = None
         self._sent = np.empty((0, 2))
 
-    REQUIRED: ClassVar[dict[str, str]] = {}
-    """Settings without which there is no connection, with examples."""
+    REQUIRED: ClassVar[dict[str, tuple[str, str]]] = {}
+    """Settings without which there is no connection, with meaning and example."""
     _errors: tuple[type[Exception], ...] = ()
-
-    @classmethod
-    def of(cls, file: MachineFile) -> Self:
-        """Return the machine of a machine file."""
-        for key, example in cls.REQUIRED.items():
-            if not isinstance(file.settings.get(key), str):
-                raise InputError("is missing", path=f"settings.{key}", mend=f'Write {key} = "{example}" under [settings]')
-        for name in file.settings.get("names", {}):
-            if name not in TYPES:
-                raise InputError("is not a variable of FB_BristleTune", path="settings.names", value=name, mend=did_you_mean(name, TYPES))
-        try:
-            return cls(**file.settings)
-        except TypeError as error:
-            raise InputError(f"is not valid ({error})", path="settings") from None
 
     @contextmanager
     def _named(self, name: str) -> Iterator[None]:
@@ -127,7 +99,7 @@ class FunctionBlock(ABC):
 
     def arm(self, limits: Limits) -> None:
         """Write the limits, at gain 0; refuse a function block that keeps the feedforward of another run."""
-        if self._read("keep"):
+        if self._read("keep") or self._read("saved"):
             mend = "Remove it: bristle tune --undo FOLDER"
             raise MachineRefusedError("kept", "the function block keeps the feedforward of an earlier run", mend)
         low, high = sorted(value / self._unit for value in limits.travel)
@@ -227,17 +199,47 @@ class FunctionBlock(ABC):
     def _sign_of_life(self) -> None:
         self._write("alive", (int(self._read("alive")) + 1) % 2**30)
 
-    def _until(self, reached: Callable[[], bool], reason: str, longest: float = 1.0) -> None:
+    def _until(
+        self, reached: Callable[[], bool], reason: str, longest: float = 1.0, mend: str = "Call FB_BristleTune in each cycle"
+    ) -> None:
         """Wait for the function block."""
         end = time.monotonic() + longest
         while not reached():
             if time.monotonic() > end:
-                raise MachineRefusedError("no_cycle", reason, "Call FB_BristleTune in each cycle")
+                raise MachineRefusedError("no_cycle", reason, mend)
             time.sleep(1e-3)
 
     def keep(self) -> None:
-        """Keep the feedforward with its motion when this program ends."""
+        """Keep the feedforward with its motion when this program ends, also if the guard tripped while this program computed."""
         self._write("keep", True)
+        self._clear()
+        if not self._read("ok"):
+            raise MachineStoppedError(STOPS[int(self._read("cause")) - 1])
+
+    def saved(self) -> Mapping[str, str]:
+        """Return the checksum of the model whose feedforward is in force after a restart."""
+        return {self._full("saved"): str(self._read("model")) if self._read("saved") else ""}
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Have the controller write the persistent variables, which contain feedforward and motion."""
+        try:
+            self._store(True)
+        except MachineRefusedError:
+            for name in ("saved", "save"):
+                self._write(name, False)
+            raise
+        return {self._full("saved"): str(self._read("model"))}
+
+    def unsave(self) -> None:
+        """Have the controller write the persistent variables of the restored function block."""
+        self._store(False)
+
+    def _store(self, saved: bool) -> None:
+        self._write("saved", saved)
+        self._write("save", True)
+        reason = "the program of the controller does not report that the persistent variables are stored"
+        mend = "Connect store and stored of the function block, as the head of FB_BristleTune.st shows"
+        self._until(lambda: not self._read("save"), reason, STORING, mend)
 
     def restore(self, state: State) -> None:
         """Fade the feedforward, and write all variables back."""

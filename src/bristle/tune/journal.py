@@ -33,7 +33,7 @@ class Journal:
         self.entries, self._last = _read(self.path)
 
     def write(self, step: str, event: str, **facts: Any) -> dict[str, Any]:
-        """Append an entry: `event` of a step (begun, write, done, stopped, restored, kept) with its facts."""
+        """Append an entry: `event` of a step (begun, write, file, done, stopped, restored, kept, saving, saved, removed)."""
         entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
         line = json.dumps(entry, ensure_ascii=False).encode()
         with self.path.open("ab") as file:
@@ -55,16 +55,21 @@ class Journal:
     @property
     def has_written(self) -> bool:
         """Whether the machine may differ from its state before the run."""
-        return self._stands("write")
+        return self._last_of("write", "restored", "kept") == "write"
 
     @property
     def is_kept(self) -> bool:
-        """Whether the machine keeps the feedforward of this run."""
-        return self._stands("kept")
+        """Whether the machine, or its non-volatile memory, keeps the feedforward of this run."""
+        return self._last_of("write", "restored", "kept") == "kept" or self.is_saved
 
-    def _stands(self, event: str) -> bool:
-        last = self.last("write", "restored", "kept")
-        return last is not None and last["event"] == event
+    @property
+    def is_saved(self) -> bool:
+        """Whether the non-volatile memory of the machine may contain the feedforward of this run."""
+        return self._last_of("saving", "removed") == "saving"
+
+    def _last_of(self, *events: str) -> str:
+        last = self.last(*events)
+        return "" if last is None else last["event"]
 
 
 def _read(path: Path) -> tuple[list[dict[str, Any]], str]:

@@ -187,3 +187,23 @@ class Machine(Protocol):
     def close(self) -> None:
         """Disconnect."""
         ...
+
+
+@runtime_checkable
+class SavingMachine(Machine, Protocol):
+    """A machine with non-volatile memory, in which `bristle tune --save` keeps a feedforward over a restart of its controller.
+
+    Its attribute `loads`, if it exists, is a sentence: what the user does so that the controller loads the feedforward at its start.
+    """
+
+    def saved(self) -> Mapping[str, str]:
+        """Return value or hash of each place in the memory; an empty text where nothing is saved."""
+        ...
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Save the present feedforward, whose model is in a folder of results; return what `saved` has to return from now on."""
+        ...
+
+    def unsave(self) -> None:
+        """Remove what `save` wrote, also if it was interrupted."""
+        ...

@@ -3,43 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from bristle.core import InputError, Readable, did_you_mean
 from bristle.files import MachineFile, code_named, declared_in
 from bristle.tune.machine import Machine
 
-
-def _experiment(file: MachineFile) -> Machine:
-    from bristle.tune.experiment import ExperimentMachine
-
-    return ExperimentMachine.of(file)
+BUILT_IN = ("experiment", "linuxcnc", "ads", "opcua")
 
 
-def _linuxcnc(file: MachineFile) -> Machine:
-    from bristle.tune.linuxcnc import LinuxCNC
+def _built_in(name: str) -> Any:
+    """Return the class of a built-in machine; its libraries are loaded only then."""
+    if name == "experiment":
+        from bristle.tune.experiment import ExperimentMachine
 
-    return LinuxCNC.of(file)
+        return ExperimentMachine
+    if name == "linuxcnc":
+        from bristle.tune.linuxcnc import LinuxCNC
 
+        return LinuxCNC
+    if name == "ads":
+        from bristle.tune.ads import Ads
 
-def _ads(file: MachineFile) -> Machine:
-    from bristle.tune.ads import Ads
-
-    return Ads.of(file)
-
-
-def _opcua(file: MachineFile) -> Machine:
+        return Ads
     from bristle.tune.opcua import OpcUa
 
-    return OpcUa.of(file)
-
-
-BUILT_IN: dict[str, Callable[[MachineFile], Machine]] = {"experiment": _experiment, "linuxcnc": _linuxcnc, "ads": _ads, "opcua": _opcua}
+    return OpcUa
 
 
 def connected(file: MachineFile, *, allow_code: bool = False) -> Machine:
     """Return the machine of a machine file, connected; code of the user needs permission."""
     if file.machine in BUILT_IN:
-        return BUILT_IN[file.machine](file)
+        kind, settings = _built_in(file.machine), dict(file.settings)
+        for key, (meaning, example) in kind.REQUIRED.items():
+            if not isinstance(settings.get(key), str):
+                raise InputError(f"is missing{meaning}", path=f"settings.{key}", mend=f'Write {key} = "{example}" under [settings]')
+        for key in {"file", "save"} & settings.keys():
+            settings[key] = str(file.source.parent.absolute() / str(settings[key]))
+        try:
+            return kind(**settings)
+        except TypeError as error:
+            raise InputError(f"is not valid ({error})", path="settings") from None
     if not file.machine.endswith(".py"):
         allowed = f"{', '.join(BUILT_IN)}, or a Python file"
         raise InputError("is not a machine", path="machine", value=file.machine, allowed=allowed, mend=did_you_mean(file.machine, BUILT_IN))

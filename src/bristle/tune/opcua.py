@@ -20,19 +20,9 @@ TOLERANCE = 0.05  # relative, of the interval of source time stamps
 
 
 class OpcUa(FunctionBlock):
-    """One axis behind an OPC UA server; a subscription with a queue delivers its rows.
+    """One axis behind an OPC UA server; a subscription with a queue delivers its rows."""
 
-    Parameters
-    ----------
-    url : str
-        Address of the server.
-    publish : float
-        Publishing interval of the subscription [s].
-    settings
-        The parameters of `FunctionBlock`; its names are node ids, with the prefix ``ns=4;s=MAIN.tune.``.
-    """
-
-    REQUIRED: ClassVar = {"url": "opc.tcp://192.168.1.10:4840", "prefix": "ns=4;s=MAIN.tune."}
+    REQUIRED: ClassVar = {"url": ("", "opc.tcp://192.168.1.10:4840"), "prefix": ("", "ns=4;s=MAIN.tune.")}
 
     def __init__(self, *, url: str, publish: float = 0.1, **settings: Any) -> None:
         super().__init__(**settings)

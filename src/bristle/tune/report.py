@@ -25,7 +25,11 @@ def sentences_of(result: Tuning) -> list[str]:
     lines = []
     if result.outcome == "undone":
         return ["Undone: the machine reads back as before the run."]
-    if result.outcome == "kept":
+    if result.outcome == "saved":
+        facts = result.facts["save"]
+        lines += [f"Saved, and read back: {', '.join(facts['places'])}.", *([facts["loads"]] if facts["loads"] else [])]
+        lines.append("Restart the controller, and repeat this command: it refuses if the feedforward was not loaded again.")
+    elif result.outcome == "kept":
         lines.append(f"Kept, at gain {result.facts['comparison']['gain']:.3g}.")
     else:
         state = "Restored" if result.restored else "NOT RESTORED: the machine differs from its backup"
@@ -105,7 +109,7 @@ def _is_short(value: Any) -> bool:
 
 def _is_changed(result: Tuning) -> bool:
     """Return whether the machine differs from its state before the run."""
-    return result.outcome == "kept" or not result.restored
+    return result.outcome in ("kept", "saved") or not result.restored
 
 
 def _text(value: Any, key: str = "", kind: Kind = "translational") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 MODELS = "lugre,dahl,maxwell_slip"
 REST = 1.0  # before and after each motion [s]
-RECORDS, RESULTS = "records", "results"
+RECORDS, RESULTS, MODEL = "records", "results", "results/model.toml"
 
 
 @dataclass(frozen=True)
@@ -127,11 +128,25 @@ class Run:
             signals = {channel: cycles_of(self, signal, skip).ravel() for channel, signal in signals.items()}
         signals["time"] = np.arange(signals["position"].size) * self.sample_time
         write_log(folder / f"{name}.csv", self.axis, signals)
+        self.note(f"{RECORDS}/{name}.csv")
         return recording
 
     def log(self, name: str) -> Log:
         """Return a record as a log."""
-        return read_log(self.folder / RECORDS / f"{name}.csv", self.axis)
+        return read_log(self.noted(f"{RECORDS}/{name}.csv"), self.axis)
+
+    def note(self, name: str) -> None:
+        """Note the hash of a file that this run wrote."""
+        self.journal.write(self.step, "file", name=name, sha256=hashlib.sha256((self.folder / name).read_bytes()).hexdigest())
+
+    def noted(self, name: str) -> Path:
+        """Return the path of a file that this run wrote; refuse a file that was changed since."""
+        path, entries = self.folder / name, self.journal.with_events("file")
+        written = next((entry["sha256"] for entry in entries if entry["name"] == name), None)
+        if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != written:
+            reason = f"{name} differs from its hash in the journal: it was changed after the run wrote it"
+            raise MachineRefusedError("file_changed", reason, "Begin a new run in another folder")
+        return path
 
     def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""

@@ -15,7 +15,7 @@ from bristle.report.compared import compare
 from bristle.report.identified import Identified, identify
 from bristle.report.judgement import judged
 from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording
-from bristle.tune.run import REST, RESULTS, Run, cycles_of, rms
+from bristle.tune.run import MODEL, REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
@@ -171,6 +171,7 @@ def identification(run: Run) -> None:
         result, proposed = (again, proposed) if _held_out(again) <= _held_out(result) else (result, [])
     ruling = judged(result.best, result.settings)
     result.save(run.folder / RESULTS, force=True)
+    run.note(MODEL)
     facts = {
         "model": result.best.name,
         "verdict": ruling.words,
@@ -245,7 +246,7 @@ def _feedforward(run: Run) -> FrictionFeedforward:
     """Return the feedforward of the identified model."""
     from bristle.files import read_model
 
-    path = run.folder / RESULTS / "model.toml"
+    path = run.noted(MODEL)
     plant, friction, _ = read_model(path)
     name = f"bristle_{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
     assert plant is not None

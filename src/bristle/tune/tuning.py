@@ -14,9 +14,9 @@ from typing import Any
 from bristle.core import BristleError, InputError, Kind, Progress
 from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
 from bristle.tune.journal import NAME, Journal
-from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError
+from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, SavingMachine
 from bristle.tune.machines import connected
-from bristle.tune.run import Options, Run
+from bristle.tune.run import MODEL, RESULTS, Options, Run
 from bristle.tune.steps import STEPS, Step
 
 SUMMARY = "summary.json"
@@ -33,7 +33,7 @@ class Tuning:
     ----------
     folder : Path
         The folder of the run.
-    outcome : {"kept", "restored", "planned", "undone"}
+    outcome : {"kept", "restored", "planned", "undone", "saved"}
         Whether the feedforward stays in the machine.
     code, reason : str
         Why the machine was restored; empty if it was not.
@@ -124,7 +124,54 @@ def tune(
 
 
 def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> Tuning:
-    """Restore the machine as it was before the run in a folder, and prove it by reading back."""
+    """Restore the machine as it was before the run in a folder, also its non-volatile memory, and prove it by reading back."""
+    with _reopened(folder, machine) as run:
+        try:
+            _put_back(run, "undo")
+        finally:
+            if run.journal.is_saved and isinstance(run.machine, SavingMachine):
+                run.machine.unsave()
+                left = [place for place, content in run.machine.saved().items() if content]
+                if left:
+                    raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
+                run.journal.write("save", "removed")
+    return Tuning(run.folder, "undone")
+
+
+def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> Tuning:
+    """Save the kept feedforward of the run in a folder in the non-volatile memory of its machine, and prove it by reading back.
+
+    Raises
+    ------
+    MachineRefusedError
+        If the machine has no such memory, the run was not kept, the machine changed since, or the memory does not read back as written.
+    """
+    with _reopened(folder, machine) as run:
+        journal, used = run.journal, run.machine
+        if not isinstance(used, SavingMachine):
+            mend = "Its feedforward lasts until the controller restarts. Then run bristle tune again, or export the model: bristle export"
+            raise MachineRefusedError("no_memory", f"the machine {run.file.machine} has no non-volatile memory", mend)
+        kept, identified = journal.last("kept"), journal.last("done", step="identity")
+        if kept is None or identified is None or not journal.is_kept:
+            raise MachineRefusedError("not_kept", "this run did not keep a feedforward", "Save a run whose outcome is kept")
+        present = {"identity": dict(used.identity()), "state": dict(used.state())}
+        different = _differences({"identity": identified["facts"]["identity"], "state": kept["state"]}, json.loads(json.dumps(present)))
+        if different:
+            reason = f"the machine is not as the run left it: {', '.join(different)}"
+            raise MachineRefusedError("state_changed", reason, f"Restore it, and tune again: bristle tune --undo {run.folder}")
+        run.noted(MODEL)
+        journal.write("save", "saving", places=dict(used.saved()))
+        written, places = dict(used.save(run.folder / RESULTS)), dict(used.saved())
+        if written != places or not all(places.values()):
+            mend = f"Remove it: bristle tune --undo {run.folder}"
+            raise MachineRefusedError("not_saved", f"the memory differs from what was written: {', '.join(places)}", mend)
+        journal.write("save", "saved", places=places)
+    return Tuning(run.folder, "saved", facts={"save": {"places": places, "loads": getattr(used, "loads", "")}})
+
+
+@contextlib.contextmanager
+def _reopened(folder: str | os.PathLike[str], machine: Machine | None) -> Iterator[Run]:
+    """Connect the machine of the run in a folder."""
     path = Path(folder).absolute()
     journal = Journal(path)
     begun = journal.last("begun")
@@ -132,9 +179,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
         raise InputError("contains no run of tune", path=str(path), mend="Name the folder of a run")
     described = read_machine(begun["file"])
     with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
-        run = Run(described, used, path, journal)
-        _put_back(run, "undo")
-    return Tuning(path, "undone")
+        yield Run(described, used, path, journal)
 
 
 def _steps(run: Run) -> Tuning:

@@ -33,6 +33,7 @@ position = "pos"
 effort = "eff"
 motor = "rplant.0.effort"
 thread = "servo"
+save = "config/bristle.hal"
 clock = {clock}
 """
 
@@ -88,23 +89,30 @@ def axis(seed: int, folder: Path) -> Iterator[tuple[Hal, Path, np.ndarray]]:
                 subprocess.run(["halcompile", "--install", "rplant.comp"], cwd=building, check=True, capture_output=True)
         hal = Hal()
         try:
-            _ended(hal, ["/usr/lib/linuxcnc/realtime", "start"])
-            hal.run(
-                f"loadrt threads name1=servo period1={round(1e6 / CLOCK)}", "loadrt streamer depth=500000 cfg=f", "loadrt rplant",
-                "loadrt pid num_chan=1", "setp streamer.0.enable 0", "addf streamer.0 servo", "addf rplant.0 servo",
-                "addf pid.0.do-pid-calcs servo", "net ref streamer.0.pin.0 => pid.0.command", "net pos rplant.0.position => pid.0.feedback",
-                "net eff pid.0.output => rplant.0.effort", f"setp rplant.0.clock {CLOCK}",
-                *(f"setp rplant.0.{name} {value:.9g}" for name, value in plant.items()),
-                *(f"setp pid.0.{name} {value:.9g}" for name, value in gains.items()),
-                "setp pid.0.error-previous-target 1", "setp pid.0.enable 1", "start",
-            )  # fmt: skip
-            time.sleep(0.5)
+            start(hal, seed)
             yield hal, _files(folder, plant, gains, cycle), cycle
         finally:
             _ended(hal, ["halrun", "-U"])
             for module in MODULES.glob("bristle_*.so"):
                 module.unlink()
             (MODULES / "rplant.so").unlink(missing_ok=True)
+
+
+def start(hal: Hal, seed: int) -> None:
+    """Start HAL with a random axis; a running session ends."""
+    plant, gains, _ = drawn(seed)
+    _ended(hal, ["halrun", "-U"])
+    _ended(hal, ["/usr/lib/linuxcnc/realtime", "start"])
+    hal.run(
+        f"loadrt threads name1=servo period1={round(1e6 / CLOCK)}", "loadrt streamer depth=500000 cfg=f", "loadrt rplant",
+        "loadrt pid num_chan=1", "setp streamer.0.enable 0", "addf streamer.0 servo", "addf rplant.0 servo",
+        "addf pid.0.do-pid-calcs servo", "net ref streamer.0.pin.0 => pid.0.command", "net pos rplant.0.position => pid.0.feedback",
+        "net eff pid.0.output => rplant.0.effort", f"setp rplant.0.clock {CLOCK}",
+        *(f"setp rplant.0.{name} {value:.9g}" for name, value in plant.items()),
+        *(f"setp pid.0.{name} {value:.9g}" for name, value in gains.items()),
+        "setp pid.0.error-previous-target 1", "setp pid.0.enable 1", "start",
+    )  # fmt: skip
+    time.sleep(0.5)
 
 
 def _ended(hal: Hal, command: list[str]) -> None:
@@ -114,7 +122,7 @@ def _ended(hal: Hal, command: list[str]) -> None:
 
 
 def _files(folder: Path, plant: dict[str, float], gains: dict[str, float], cycle: np.ndarray) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "config").mkdir(parents=True, exist_ok=True)
     text = AXIS.format(limit=2.0 * gains["maxoutput"], resolution=plant["resolution"])
     (folder / "axis.toml").write_text(text.replace('unit = "um"', 'unit = "mm"'))
     (folder / "machine.toml").write_text(MACHINE.format(clock=float(CLOCK)))

@@ -1,37 +1,71 @@
 """`bristle tune` in LinuxCNC's HAL: an axis tuned and restored, and restored after kills."""
 
+import json
+import subprocess
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.tune.conftest import killed
-from tests.tune.linuxcnc.session import axis
+from tests.tune.linuxcnc.session import axis, start
 
 from bristle.files import read_machine
-from bristle.tune import Limits, MachineStoppedError, Options, tune, undo
+from bristle.tune import Limits, MachineRefusedError, MachineStoppedError, Options, save, tune, undo
 from bristle.tune.journal import Journal
+from bristle.tune.linuxcnc.saved import guard, source_of
 from bristle.tune.machines import connected
+from bristle.tune.run import rms
 
 pytestmark = pytest.mark.slow
 SEED = 105
+WIDE = Limits(6e-3, 1e4, (-1.0, 1.0))
 OPTIONS = Options(models="dahl", duration=20.0)
 
 
 def test_an_axis_is_tuned_and_restored(tmp_path):
-    with axis(SEED, tmp_path) as (hal, file, _):
+    with axis(SEED, tmp_path) as (hal, file, cycle):
         links, functions = hal.links(), hal.functions("servo")
         result = tune(file, tmp_path / "out", move=True, options=OPTIONS)
         assert result.outcome == "kept", result.reason
         assert result.change_percent is not None
         assert result.change_percent < -50.0
+        time.sleep(0.5)
         assert hal.get("bristle-guard.gain-now")[0] == pytest.approx(result.facts["comparison"]["gain"], abs=1e-6)
+        _saved_and_restarted(hal, file, cycle, result.facts["comparison"]["changes"]["following_error.rms"]["before"])
         assert undo(tmp_path / "out").outcome == "undone"
         assert (hal.links(), hal.functions("servo")) == (links, functions)
+        assert list((tmp_path / "config").iterdir()) == []
+
+
+def _saved_and_restarted(hal, file, cycle, without):
+    """Save the kept feedforward, restart HAL, load the saved file, and compare."""
+    out, saved, motion = file.parent / "out", file.parent / "config/bristle.hal", 1e-3 * np.tile(cycle, 4)
+    machine = connected(read_machine(file))
+    with_feedforward, state = machine.record(motion, lambda: None), machine.state()
+    result = save(out)
+    assert str(saved) in result.facts["save"]["places"]
+    assert f"HALFILE = {saved}" in result.facts["save"]["loads"]
+    gain = hal.get("bristle-guard.gain-now")
+    start(hal, SEED)
+    machine = connected(read_machine(file))
+    assert machine.state() != state
+    with pytest.raises(MachineRefusedError, match="not as the run left it: state: links: "):
+        save(out)
+    hal.run(*saved.read_text().splitlines())
+    time.sleep(0.5)
+    assert machine.state() == json.loads(json.dumps(state))
+    assert hal.get("bristle-guard.gain-now") == gain
+    assert save(out).facts == result.facts
+    again = machine.record(motion, lambda: None)
+    size = cycle.size
+    assert rms(again.error[size:]) == pytest.approx(rms(with_feedforward.error[size:]), abs=0.02 * without)
+    np.testing.assert_allclose(again.effort[size:], with_feedforward.effort[size:], atol=0.1 * np.max(np.abs(again.effort)))
 
 
 def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
     # Behind the first of these lines the motor gets a test effort, behind the last the whole feedforward.
-    places = {("check", 3): 0.0, ("stages", 1): 0.0, ("stages", 6): 0.9}
+    places = {("check", 4): 0.0, ("stages", 1): 0.0, ("stages", 9): 0.9}
     with axis(SEED, tmp_path) as (hal, file, _):
         links, functions = hal.links(), hal.functions("servo")
         for place, gain in places.items():
@@ -57,3 +91,29 @@ def test_an_overrun_of_the_sampler_is_refused_with_its_number(tmp_path, monkeypa
         assert stopped.value.reason == "lost_samples"
         machine.restore(state)
         assert hal.components() == state["components"]
+
+
+def test_the_guard_of_another_version_is_not_loaded_and_without_rights_refused_by_name(tmp_path):
+    with axis(SEED, tmp_path) as (hal, file, _):
+        source = source_of(guard(), Path())
+        hal.install("bristle_guard", source.replace(f"component {guard()} ", "component bristle_guard ").replace("low)", "high)"))
+        machine = connected(read_machine(file))
+        before = machine.state()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("bristle.tune.linuxcnc.hal.subprocess.run", _without_rights)
+            with pytest.raises(MachineRefusedError, match=rf"(?s){guard()}\.comp.*Permission denied.*Run it as root"):
+                machine.arm(WIDE)
+        assert machine.state() == before
+        machine.arm(WIDE)
+        assert guard() in hal.components()
+        assert hal.get("bristle-guard.max-error") == [6.0]
+        machine.restore(before)
+        assert machine.state() == before
+
+
+def _without_rights(command, run=subprocess.run, **options):
+    """Run halcompile as a user without rights."""
+    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if command[0] == "halcompile" else []
+    if nobody:
+        Path(options["cwd"]).chmod(0o777)
+    return run([*nobody, *command], **options)

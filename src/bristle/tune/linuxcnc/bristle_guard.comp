@@ -22,7 +22,6 @@ param rw float clock = 1.0 "seconds of the axis in a second of the thread; tests
 param rw u32 patience = 2000 "cycles without a sign of the program";
 variable unsigned seen;
 variable unsigned age;
-option singleton yes;
 function _ fp;
 license "BSD";
 ;;

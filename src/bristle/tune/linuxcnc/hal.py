@@ -15,7 +15,7 @@ from bristle.tune.machine import MachineRefusedError
 
 PATIENCE = 60.0  # [s]
 NOBODY = "65534"
-COMPUTED = (".tmax", ".time", "-deriv")  # names whose values a component computes itself
+COMPUTED = (".tmax", ".time", "-deriv", ".alive")  # names whose values a component or a running program changes
 TRUTH = {"TRUE": 1.0, "FALSE": 0.0}
 CHATTER = "Note: Using POSIX non-realtime"
 
@@ -107,13 +107,14 @@ class Hal:
             out.seek(0)
             return out.read().splitlines()
 
-    def compile(self, component: Path) -> None:
+    def install(self, name: str, source: str) -> None:
         """Compile and install a component."""
-        process = subprocess.run(
-            ["halcompile", "--install", component.name], cwd=component.parent, capture_output=True, text=True, check=False
-        )
+        with tempfile.TemporaryDirectory() as folder:
+            component = Path(folder) / f"{name}.comp"
+            component.write_text(source, encoding="utf-8")
+            command = ["halcompile", "--install", component.name]
+            process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if process.returncode:
             output = (process.stdout + process.stderr).strip()[-400:]
-            raise MachineRefusedError(
-                "not_compiled", f"halcompile refused {component.name}: {output}", "Run it as root, or install the component before"
-            )
+            mend = "Run it as root, or allow this user to write the modules of LinuxCNC"
+            raise MachineRefusedError("not_compiled", f"halcompile refused {component.name}: {output}", mend)

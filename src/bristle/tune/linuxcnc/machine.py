@@ -3,84 +3,58 @@
 from __future__ import annotations
 
 import math
-import shutil
 import tempfile
 import time
 from collections.abc import Callable, Mapping
-from importlib.resources import as_file, files
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
-from bristle.core import InputError
-from bristle.files import MachineFile
 from bristle.tune.linuxcnc.hal import Hal, HalError
+from bristle.tune.linuxcnc.saved import GUARD, guard, hal_lines, places, prefix_of, source_of, write_marked
 from bristle.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
 
-GUARD, SAMPLER, STREAMER = "bristle-guard", "sampler.0", "streamer.0"
+SAMPLER, STREAMER = "sampler.0", "streamer.0"
 DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
+LOAD_SAMPLER = f"loadrt sampler depth={DEPTH} cfg=fffu"
 SIGNALS = ("bristle-total", "bristle-feed", "bristle-count")
-KEYS = {
-    "reference": "signal of the set point",
-    "position": "signal of the measured position",
-    "effort": "signal of the output of the controller",
-    "motor": "pin of the amplifier",
-    "thread": "thread of the controller",
-}
+# halcmd prints seven digits. bristle writes as many, so that a value reads back as it is.
 POLL = 0.1  # [s]
 SLOWEST = 20.0  # over the whole travel, on the way to the start of a motion [s]
 LATEST = 5000  # rows of the sampler before the motion
 
 
 class LinuxCNC:
-    """One axis: the guard stands between the output of the controller and the amplifier.
+    """One axis: the guard stands between the output of the controller and the amplifier."""
 
-    Parameters
-    ----------
-    sample_time : float
-        Time of the axis between two cycles [s].
-    reference, position, effort : str
-        Signals of set point, measured position and output of the controller.
-    motor : str
-        Pin of the amplifier.
-    thread : str
-        Thread of the controller.
-    unit : float
-        One machine unit [m or rad].
-    effort_unit : float
-        One unit of the effort [N or N*m].
-    clock : float
-        Seconds of the axis in a second of the thread, 1 on a real axis.
-    """
+    REQUIRED: ClassVar = {
+        "reference": (": the signal of the set point", "NAME"),
+        "position": (": the signal of the measured position", "NAME"),
+        "effort": (": the signal of the output of the controller", "NAME"),
+        "motor": (": the pin of the amplifier", "NAME"),
+        "thread": (": the thread of the controller", "NAME"),
+    }
 
     def __init__(
         self,
         *,
-        sample_time: float,
+        sample_time: float,  # time of the axis between two cycles [s]
         reference: str,
         position: str,
         effort: str,
         motor: str,
         thread: str,
-        unit: float = 1e-3,
-        effort_unit: float = 1.0,
-        clock: float = 1.0,
+        unit: float = 1e-3,  # one machine unit [m or rad]
+        effort_unit: float = 1.0,  # one unit of the effort [N or N*m]
+        clock: float = 1.0,  # seconds of the axis in a second of the thread, 1 on a real axis
+        save: str = "",  # HAL file of a saved feedforward
     ) -> None:
         self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
         self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
+        self._save = save
         self._hal, self._alive, self._model = Hal(), 0, ""
         self._is_armed, self._speed = False, 0.0
-
-    @classmethod
-    def of(cls, file: MachineFile) -> LinuxCNC:
-        """Return the machine of a machine file."""
-        for key, meaning in KEYS.items():
-            if not isinstance(file.settings.get(key), str):
-                raise InputError(f"is missing: the {meaning}", path=f"settings.{key}", mend=f'Write {key} = "NAME" under [settings]')
-        try:
-            return cls(**file.settings)
-        except TypeError as error:
-            raise InputError(f"is not valid ({error})", path="settings") from None
 
     def identity(self) -> Mapping[str, str]:
         """Return thread, motor and the controller's links."""
@@ -107,9 +81,9 @@ class LinuxCNC:
         return [self._motor, "bristle_guard", "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
 
     def state(self) -> State:
-        """Return all links, parameters of the controller, functions of the thread and components."""
+        """Return all links, parameters of controller, guard and model, functions of the thread and components."""
         components = self._hal.components()
-        own = [name for name in components if name.startswith("pid")]
+        own = [prefix_of(name) for name in components if name.startswith(("pid", "bristle_"))]
         return {
             "links": self._hal.links(),
             "parameters": self._hal.value_of_parameters(own),
@@ -122,14 +96,14 @@ class LinuxCNC:
         hal = self._hal
         low, high = limits.travel
         values = {"max-error": limits.following_error, "low": low, "high": high}
-        settings = [f"setp {GUARD}.{name} {value / self._unit:.9g}" for name, value in values.items()]
+        settings = [f"setp {GUARD}.{name} {value / self._unit:.7g}" for name, value in values.items()]
         settings += [
-            f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.9g}",
+            f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.7g}",
             f"setp {GUARD}.gain 0",
             f"setp {GUARD}.offset 0",
         ]
         self._speed = (high - low) / self._unit / SLOWEST
-        if not self._is_armed and "bristle_guard" in hal.components():
+        if not self._is_armed and any(prefix_of(component) == GUARD for component in hal.components()):
             raise MachineRefusedError("kept", "HAL contains the guard of an earlier run", "Remove it: bristle tune --undo FOLDER")
         if not self._is_armed:
             self._insert()
@@ -137,18 +111,17 @@ class LinuxCNC:
         self._reset()
 
     def _insert(self) -> None:
-        hal = self._hal
+        hal, name = self._hal, guard()
         try:
-            hal.run("loadrt bristle_guard")
+            hal.run(f"loadrt {name} names={GUARD}")
         except HalError:  # not compiled yet
-            with tempfile.TemporaryDirectory() as folder, as_file(files("bristle.tune.linuxcnc") / "bristle_guard.comp") as source:
-                hal.compile(Path(shutil.copy(source, folder)))
-            hal.run("loadrt bristle_guard")
+            hal.install(name, source_of(name, Path()))
+            hal.run(f"loadrt {name} names={GUARD}")
         patience = int(2.0 / self.sample_time * self._clock)
         hal.run(
-            f"loadrt sampler depth={DEPTH} cfg=fffu",
+            LOAD_SAMPLER,
             f"setp {SAMPLER}.enable 0",
-            f"setp {GUARD}.clock {self._clock:.9g}",
+            f"setp {GUARD}.clock {self._clock:.7g}",
             f"setp {GUARD}.patience {patience}",
             f"net {self._reference} => {GUARD}.reference {SAMPLER}.pin.0",
             f"net {self._position} => {GUARD}.feedback {SAMPLER}.pin.1",
@@ -181,22 +154,19 @@ class LinuxCNC:
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Compile and load the component of the model, at gain 0 of the guard."""
-        from bristle.report.exported import export_model_file
-
         name, hal = feedforward.name, self._hal
-        exported = export_model_file(feedforward.folder / "model.toml", "hal", command="bristle tune", name=name)
-        with tempfile.TemporaryDirectory() as folder:
-            component = Path(folder) / f"{name}.comp"
-            component.write_text(str(exported.product.files[component.name]), encoding="utf-8")
-            hal.compile(component)
+        hal.install(name, source_of(name, feedforward.folder))
         pin, earlier = name.replace("_", "-"), self._model
-        self._unload(earlier)
+        if earlier:
+            own = earlier.replace("_", "-")
+            removal = f"unlinkp {GUARD}.feed", f"delf {own} {self._thread}", f"unloadrt {earlier}"
+            hal.run(f"setp {GUARD}.gain 0", *removal, keep_going=True)
         values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
         values |= {"limit": feedforward.limit / abs(self._effort_unit)} if math.isfinite(feedforward.limit) else {}
         hal.run(
             f"setp {GUARD}.gain 0",
             f"loadrt {name}",
-            *(f"setp {pin}.{key} {value:.9g}" for key, value in values.items()),
+            *(f"setp {pin}.{key} {value:.7g}" for key, value in values.items()),
             f"net {self._reference} => {pin}.reference",
             f"net bristle-feed {pin}.feed => {GUARD}.feed",
             *(f"delf {function} {self._thread}" for function in (GUARD, SAMPLER)),
@@ -204,16 +174,9 @@ class LinuxCNC:
         )
         self._model = name
 
-    def _unload(self, name: str) -> None:
-        if name:
-            pin = name.replace("_", "-")
-            self._hal.run(
-                f"setp {GUARD}.gain 0", f"unlinkp {GUARD}.feed", f"delf {pin} {self._thread}", f"unloadrt {name}", keep_going=True
-            )
-
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
-        self._hal.run(f"setp {GUARD}.gain {gain:.9g}", f"setp {GUARD}.offset {offset / self._effort_unit:.9g}")
+        self._hal.run(f"setp {GUARD}.gain {gain:.7g}", f"setp {GUARD}.offset {offset / self._effort_unit:.7g}")
 
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
         """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
@@ -318,15 +281,46 @@ class LinuxCNC:
         return table[int(np.argmin(late)) :][:rows]
 
     def keep(self) -> None:
-        """Keep the feedforward when this program ends."""
+        """Keep the feedforward when this program ends, also if the guard tripped while this program computed."""
         self._hal.run(f"setp {GUARD}.keep 1")
+        self._reset()
+        ok, cause = self._hal.get(f"{GUARD}.ok", f"{GUARD}.why")
+        if not ok:
+            raise MachineStoppedError(STOPS[int(cause) - 1])
+
+    @property
+    def loads(self) -> str:
+        """The line that loads the saved file."""
+        return f"Write this line behind the other lines of its kind under [HAL] in the .ini of LinuxCNC: HALFILE = {self._save}"
+
+    def saved(self) -> Mapping[str, str]:
+        """Return the hashes of the saved HAL file and of the sources of its components."""
+        if not self._save:
+            mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
+            raise MachineRefusedError("no_memory", "HAL has no non-volatile memory, and the machine file names no HAL file for it", mend)
+        return places(Path(self._save))
+
+    def save(self, folder: Path) -> Mapping[str, str]:
+        """Write a HAL file that rebuilds guard, model and sampler as they are, and the sources of the components beside it."""
+        path, head = (
+            Path(self._save),
+            f"# {self.loads}\n# A trip of the guard lasts until {GUARD}.reset is true, for example after homing.\n",
+        )
+        text = "\n".join(hal_lines(self._hal, self._thread, self._motor, LOAD_SAMPLER))
+        names = [name for name in self._hal.components() if name.startswith("bristle_")]
+        return write_marked({path: f"{head}{text}\n"} | {path.with_name(f"{name}.comp"): source_of(name, folder) for name in names})
+
+    def unsave(self) -> None:
+        """Remove these files."""
+        for path in self.saved():
+            Path(path).unlink(missing_ok=True)
 
     def restore(self, state: State) -> None:
         """Remove guard, model and sampler, and connect the amplifier to the controller again."""
         hal, thread = self._hal, self._thread
         components = hal.components()
         own = [name for name in components if name.startswith("bristle_") and name not in state["components"]]
-        if "bristle_guard" in own:
+        if own:
             hal.run(f"setp {STREAMER}.enable 0", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0", keep_going=True)
             for _ in range(40):
                 try:
