@@ -78,7 +78,7 @@ class LinuxCNC:
     def writes(self) -> list[str]:
         """Return the pins, signals and components of a run."""
         model = f"{self._model or 'bristle_MODEL'}"
-        return [self._motor, "bristle_guard", "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
+        return [self._motor, guard(), "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
 
     def state(self) -> State:
         """Return all links, parameters of controller, guard and model, functions of the thread and components."""
