@@ -87,6 +87,10 @@ def change(before, after, verdict):
     return {"before": before, "after": after, "verdict": verdict}
 
 
+def ratio(value, low, high):
+    return {"value": value, "interval": [low, high]}
+
+
 BETTER = {
     "following_error.rms": change(1.0, 0.1, "lower"),
     "effort.rms": change(1.0, 1.03, "higher"),
@@ -99,7 +103,9 @@ BETTER = {
     [
         ({}, "", ""),
         ({"helped": False}, "not_better", "not significantly lower"),
-        ({"ratios": {"settling time": 1.06}}, "something_worse", "settling time"),
+        ({"ratios": {"settling time": ratio(1.2, 1.06, 1.4)}}, "something_worse", "settling time"),
+        ({"ratios": {"settling time": ratio(1.2, 1.04, 1.4)}}, "", ""),
+        ({"ratios": {"noise at rest": ratio(2.1, 0.5, 8.0)}}, "something_worse", "noise at rest"),
         ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}}, "", ""),
@@ -108,7 +114,7 @@ BETTER = {
 def test_a_feedforward_stays_only_if_nothing_else_is_worse(prepared, changed, code, word):
     run = prepared()
     run.step = "verdict"
-    run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": 1.0}, "changes": BETTER} | changed
+    run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": ratio(1.0, 1.0, 1.0)}, "changes": BETTER} | changed
     if code:
         with pytest.raises(MachineRefusedError, match=word) as refused:
             steps.verdict(run)
