@@ -24,7 +24,7 @@ EVEN = 0.4  # smallest of the steps by equal test efforts, as a share of the lar
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
-COUNTS = 3.0  # largest ratio of a count of the encoder to the swing at rest
+SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
 ORDER = (0, 1, 1, 0, 1, 0, 0, 1)  # of records before and after: a drift and its curvature are those of both sides
 SETTLED, LASTS = 0.25, 0.05  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
 SPARE = 0.01  # of the ratio of the effort at the safe gain
@@ -218,21 +218,24 @@ def stages(run: Run) -> None:
 def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, float]:
     """Record a gain; refuse it where the axis hunts or errs more than at gain 0."""
     run.set(gain=gain)
-    recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
-    now = {
-        "gain": gain,
-        "error": rms(cycles_of(run, recording.error, 1)),
-        "effort": rms(cycles_of(run, recording.effort, 1)),
-        "noise": _at_rest(run, recording.effort),
-    }
+    now = _stage_record(run, gain)
     first = table[0] if table else now
-    if now["noise"] > NOISIER * first["noise"] + QUIET * first["effort"]:
+    most = NOISIER * first["noise"] + QUIET * first["effort"]
+    if now["noise"] > most:  # hunting lasts; a single slip at rest is not hunting
+        now = _stage_record(run, gain)
+    if now["noise"] > most:
         raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
     if now["error"] > WORSE * first["error"]:
         raise MachineRefusedError(
             "worse", f"at gain {gain:g} the following error is {now['error'] / first['error']:.0%} of that without it"
         )
     return now
+
+
+def _stage_record(run: Run, gain: float) -> dict[str, float]:
+    recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
+    error, effort = (rms(cycles_of(run, signal, 1)) for signal in (recording.error, recording.effort))
+    return {"gain": gain, "error": error, "effort": effort, "noise": _at_rest(run, recording.effort)}
 
 
 def _feedforward(run: Run) -> FrictionFeedforward:
@@ -300,12 +303,14 @@ def _ratio(before: Sequence[float], after: Sequence[float]) -> dict[str, Any]:
 
 
 def _noises(run: Run, sides: Sequence[list[Recording]]) -> list[list[float]]:
-    """Return the rms effort at rest of each record, at least that of a count of the encoder and the share that does not count."""
-    before, least = sides[0], QUIET * rms(sides[0][0].effort)
-    swing = float(np.mean([_at_rest(run, recording.position) for recording in before]))
-    noise = float(np.mean([_at_rest(run, recording.effort) for recording in before]))
-    least = max(least, noise * min((run.axis.resolution or 0.0) / max(swing, 1e-12), COUNTS))
-    return [[max(_at_rest(run, recording.effort), least) for recording in side] for side in sides]
+    """Return the rms effort at rest of each record, at least the share and the answer to an encoder count that do not count."""
+    count = run.axis.resolution or 0.0
+    efforts, swings = ([[_at_rest(run, getattr(own, name)) for own in side] for side in sides] for name in ("effort", "position"))
+    effort, swing = np.ravel(efforts), np.ravel(swings)
+    moves = swing > SMALL * count
+    of_a_count = float(np.min(count * effort[moves] / swing[moves], initial=np.inf)) if moves.any() else 0.0
+    least = max(QUIET * rms(sides[0][0].effort), of_a_count)
+    return [[max(effort, least) for effort in side] for side in efforts]
 
 
 def _at_rest(run: Run, signal: np.ndarray) -> float:
