@@ -105,7 +105,7 @@ BETTER = {
         ({"helped": False}, "not_better", "not significantly lower"),
         ({"ratios": {"settling time": ratio(1.2, 1.06, 1.4)}}, "something_worse", "settling time"),
         ({"ratios": {"settling time": ratio(1.2, 1.04, 1.4)}}, "", ""),
-        ({"ratios": {"noise at rest": ratio(2.1, 0.5, 8.0)}}, "something_worse", "noise at rest"),
+        ({"ratios": {"noise at rest": ratio(1.6, 0.5, 8.0)}}, "something_worse", "noise at rest"),
         ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}}, "", ""),
