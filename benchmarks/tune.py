@@ -124,11 +124,11 @@ def gain(count: int = 30) -> bool:
             f"reversals −{fall:.0%}, share {share:.0%}, largest ratio {worst:.2f} ({largest})",
             flush=True,
         )
-    table = np.array(rows)
+    table = np.array(rows).reshape(-1, 3)
     falls, shares = np.nanmedian(table[:, 0]), np.nanmedian(table[:, 1])
     print(f"kept {len(rows)} of {count}; median around reversals −{falls:.0%} (goal −70 %), median share {shares:.0%} (goal 85 %)")
-    print(f"largest ratio of error, effort, noise or settling in a kept run {np.max(table[:, 2]):.3f} (goal 1.05)")
-    return bool(falls >= 0.70 and shares >= 0.85 and np.max(table[:, 2]) <= 1.05)
+    print(f"largest ratio of error, effort, noise or settling in a kept run {np.max(table[:, 2], initial=0.0):.3f} (goal 1.05)")
+    return bool(falls >= 0.70 and shares >= 0.85 and np.max(table[:, 2], initial=0.0) <= 1.05)
 
 
 def kills(count: int = 200) -> bool:
