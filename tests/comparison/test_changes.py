@@ -68,9 +68,9 @@ def recorded(**changed):
 
 
 def doubts(shared=SOUND, changes=None, before=None, after=None, reason=None):
-    """Code, severity and numbers of each doubt of a comparison of two logs a side."""
+    """Code, severity and numbers of each doubt of a comparison of four logs a side."""
     changes = {"friction.level": change("friction.level")} if changes is None else changes
-    before, after = before or [recorded()] * 2, after or [recorded()] * 2
+    before, after = before or [recorded()] * 4, after or [recorded()] * 4
     outcome = _diagnostics(before, after, shared, changes, reason)
     return {item.code: (item.severity, dict(item.numbers)) for item in outcome}
 
@@ -122,7 +122,7 @@ def test_an_interval_of_hardly_any_width_is_that_of_identical_cycles(half, ident
 @pytest.mark.parametrize(("before", "after", "sides"), [(None, 1, ("before",)), (1, None, ("after",)), (None, None, ("before", "after"))])
 @pytest.mark.parametrize(("channel", "code"), [("reference", "no_reference"), ("effort", "no_effort")])
 def test_a_missing_channel_is_reported_with_its_side(channel, code, before, after, sides):
-    pairs = [[recorded(), recorded(**{channel: value})] for value in (before, after)]
+    pairs = [[*[recorded()] * 3, recorded(**{channel: value})] for value in (before, after)]
     assert doubts(before=pairs[0], after=pairs[1]) == {code: ("warning", {"sides": sides})}
 
 
@@ -130,14 +130,16 @@ def test_missing_friction_has_a_reason():
     item = {"following_error.rms": change()}
     assert doubts(changes=item, reason=InputError("is too short")) == {"friction_not_told": ("warning", {"why": "is too short"})}
     assert doubts(changes=item)["friction_not_told"] == ("warning", {"why": ""})
-    assert "friction_not_told" not in doubts(changes=item, before=[recorded(effort=None)] * 2)
+    assert "friction_not_told" not in doubts(changes=item, before=[recorded(effort=None)] * 4)
 
 
 def test_sample_times_and_single_recordings_are_noted():
-    slower = [recorded(), recorded(sample_time=1.002e-3)]
+    slower = [*[recorded()] * 3, recorded(sample_time=1.002e-3)]
     assert doubts(after=slower) == {"sample_times_differ": ("note", {"longest": 1.002e-3})}
-    assert doubts(after=[recorded(), recorded(sample_time=1.0005e-3)]) == {}
+    assert doubts(after=[*[recorded()] * 3, recorded(sample_time=1.0005e-3)]) == {}
     assert doubts(after=[recorded()]) == doubts(before=[recorded()]) == {"one_recording": ("note", {})}
+    assert doubts(after=[recorded()] * 3) == doubts(before=[recorded()] * 3) == {"few_recordings": ("note", {"logs": 3})}
+    assert doubts(SOUND.__class__(**(SOUND.__dict__ | {"paired": True})), after=[recorded()] * 3) == {}
 
 
 # --- quantities ------------------------------------------------------------------------------------------------------

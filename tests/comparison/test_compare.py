@@ -1,5 +1,7 @@
 """What a comparison finds of logs whose changes are known, and what it refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.comparison.machine import STEP, log, sine, wandering
@@ -205,6 +207,16 @@ def test_several_logs_of_a_side_are_combined():
     assert (comparison.shared.cycles_before, comparison.shared.cycles_after) == (9, 8)
     assert "one_recording" not in codes(comparison)
     assert "one_recording" in codes(br.compare(log(1, sine(9)), log(3, sine(9))))
+
+
+def test_logs_that_follow_each_other_in_time_cancel_a_drift():
+    own, motion, logs = log(1, sine(5)), sine(5), {False: ([], []), True: ([], [])}
+    for place, side in enumerate((0, 1, 1, 0, 1, 0, 0, 1)):
+        recorded = log(10 + place, motion, gain=(1.0, 0.7)[side] * (1.0 + 0.1 * place))
+        for follows, sides in logs.items():
+            sides[side].append(replace(recorded, time=own.time.values + 100.0 * place * follows))
+    widths = {follows: np.ptp(br.compare(*sides).changes[ERRORS[0]].interval) for follows, sides in logs.items()}
+    assert widths[True] < 0.5 * widths[False]
 
 
 def test_few_cycles_and_cycles_without_scatter_are_warned_of():

@@ -58,6 +58,44 @@ def test_intervals_of_correlated_cycles_are_wider(monkeypatch):
     assert coverage(60, likeness=0.6) < 0.82
 
 
+ALTERNATE = (0, 1, 1, 0, 1, 0, 0, 1)
+
+
+def coverage_of_recordings(order, *, drift=0.0, scatter=0.0, in_turn=True, repeats=200):
+    """The share of intervals that hold the true change, and their median width, of recordings with four cycles each."""
+    order, place, held, widths = np.array(order), np.arange(len(order)), [], []
+    # After the change, the quantity falls less and rises with time.
+    courses = [
+        level + slope * drift * (np.exp(-place / 12.0) - np.mean(np.exp(-place / 12.0))) for level, slope in ((1.0, 1.0), (0.8, -0.6))
+    ]
+    for seed in range(repeats):
+        rng, sums = np.random.default_rng(4000 + seed), []
+        for side, course in enumerate(courses):
+            level = course[order == side] + scatter * rng.standard_normal(np.sum(order == side))
+            cycles = np.repeat(level, 4) + 0.01 * (1.0 - 0.7 * side) * rng.standard_normal(4 * level.size)
+            sums.append(np.stack([cycles * cycles, np.ones(cycles.size)], axis=1))
+        places = [np.repeat(place[order == side], 4) for side in (0, 1)]
+        plan = plan_of(*(np.zeros(own.size, dtype=int) for own in places), *places)._replace(in_turn=in_turn)
+        low, high = changed(RMS, *sums, plan).interval
+        held.append(low <= -0.2 <= high)
+        widths.append(high - low)
+    return np.mean(held), np.median(widths)
+
+
+@pytest.mark.parametrize("in_turn", [True, False])
+@pytest.mark.parametrize("scatter", [0.0, 0.03])
+@pytest.mark.parametrize("order", [ALTERNATE, (0, 1, 1, 0)])
+def test_intervals_of_several_recordings_cover_95_percent(order, scatter, in_turn):
+    assert 0.92 <= coverage_of_recordings(order, scatter=scatter, in_turn=in_turn)[0] <= 0.99
+
+
+def test_a_drift_cancels_in_recordings_whose_order_is_known():
+    share, width = coverage_of_recordings(ALTERNATE, drift=0.05)
+    assert 0.92 <= share <= 0.99
+    assert width < 1.2 * coverage_of_recordings(ALTERNATE)[1]
+    assert coverage_of_recordings(ALTERNATE, drift=0.05, in_turn=False)[1] > 1.5 * width
+
+
 @pytest.mark.parametrize(("cycles", "neighbours"), [(4, 1.0), (8, 2.0), (40, 4.0)])
 def test_the_interval_of_a_change_of_means_is_that_of_students_t(cycles, neighbours, monkeypatch):
     # Of n cycles of which some count as one, n / neighbours are independent.

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from bristle.comparison import resampling
 from bristle.comparison.resampling import changed, plan_of
@@ -132,6 +133,50 @@ def test_the_side_with_scatter_determines_the_degrees_of_freedom():
     values = np.array([1, -1, -1, 1, -1, 1, 1, -1]) + 5.0
     result = changed(mean, counted(*values), counted(*30 * [6.0]), plan_of(8 * [0], 30 * [0]))
     assert 0.5 * np.ptp(result.interval) == pytest.approx(2.3646 * math.sqrt(8.0 / 7.0 / 8.0), rel=0.06)
+
+
+LOGS = np.array([5.0, 5.4, 4.9, 5.1]), np.array([3.0, 3.1, 3.3, 3.5])
+
+
+def recordings(before, after, places=((0, 3, 5, 6), (1, 2, 4, 7)), *, in_turn=False):
+    """The change of the mean of logs of two cycles each, which scatter by one per cent of the first log."""
+    sides = [counted(*(np.repeat(side, 2) + np.tile([0.01, -0.01], len(side)))) for side in (before, after)]
+    kinds = [np.zeros(len(side), dtype=int) for side in sides]
+    return changed(mean, *sides, plan_of(*kinds, *(np.repeat(own, 2) for own in places))._replace(in_turn=in_turn))
+
+
+def test_the_logs_of_a_side_are_the_replicates_of_its_interval():
+    result = recordings(*LOGS)
+    expected = stats.ttest_ind(LOGS[1], LOGS[0], equal_var=False).confidence_interval()
+    assert result.interval == pytest.approx(tuple(expected), rel=1e-3)
+    assert result.as_one == 1.0
+
+
+def test_a_drift_of_alternate_recordings_cancels_on_each_side():
+    drift = 5.0 + 0.3 * np.array([0, 3, 5, 6]), 3.0 - 0.2 * np.array([1, 2, 4, 7])
+    result = recordings(*drift, in_turn=True)
+    assert result.interval == pytest.approx((-3.75, -3.75), abs=1e-6)
+    assert np.ptp(recordings(*drift).interval) > 1.0
+
+
+@pytest.mark.parametrize(
+    "places", [((0, 1, 2, 3), (4, 5, 6, 7)), ((0, 2, 4, 6), (1, 3, 5, 7))], ids=["one side after the other", "by turns"]
+)
+def test_a_drift_that_does_not_cancel_stays_in_the_interval(places):
+    drift = [5.0 + 0.3 * np.array(own) for own in places]
+    assert recordings(*drift, places, in_turn=True) == recordings(*drift, places)
+
+
+def test_two_logs_of_a_side_keep_their_drift():
+    low, high = recordings([5.0, 5.9], [3.3, 3.6], ((0, 3), (1, 2)), in_turn=True).interval
+    assert high - low > 2.0 * 3.18 * math.sqrt(0.45**2 + 0.15**2)  # more than by Student's t of 3 degrees of freedom
+
+
+def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
+    one, four = ((0,), (1, 2, 3, 4)), LOGS[1]
+    assert recordings([5.0], four, one, in_turn=True) == recordings([5.0], four, one)
+    alone = recordings([5.0], [3.2], ((0,), (1,)))
+    assert np.ptp(alone.interval) < np.ptp(recordings([5.0], four, one).interval)
 
 
 @pytest.mark.parametrize(

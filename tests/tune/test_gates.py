@@ -1,9 +1,11 @@
 """The gates of a run, on records that are made here: each lets the right axis pass, and refuses the wrong one by name."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 from tests.tune.machine import BenchMachine, written
 
 import bristle as br
@@ -99,8 +101,91 @@ def test_an_axis_that_hunts_without_feedforward_is_refused(prepared):
     steps.before(prepared(noise=lambda _: 0.5))
 
 
+def test_a_single_slip_at_rest_is_not_hunting(prepared):
+    noises = iter([0.01, 1.0, *10 * [0.01]])  # one record at gain 0.25 swings
+    run = prepared(noise=lambda _: next(noises))
+    steps.stages(run)
+    assert run.facts["stages"]["gain"] == 1.0
+
+
+def compared(run):
+    """The facts of a comparison at gain 1."""
+    run.step, run.facts["stages"] = "comparison", {"gain": 1.0}
+    steps.comparison(run)
+    return run.facts["comparison"]
+
+
+def test_records_alternate_so_that_a_drift_cancels(prepared):
+    run, gains = prepared(), []
+    record = run.machine.record
+    run.machine.record = lambda reference, alive: gains.append(run.machine.now) or record(reference, alive)
+    facts = compared(run)
+    places = {gain: np.array([place for place, own in enumerate(gains) if own == gain]) for gain in (0.0, 1.0)}
+    for power in (0, 1, 2):
+        assert np.sum(places[0.0] ** power) == np.sum(places[1.0] ** power)
+    assert facts["changes"]["following_error.rms"]["change_percent"] == pytest.approx(-90.0, abs=0.5)
+    times = [log.time.values for log in (*run.compared.logs_before, *run.compared.logs_after)]
+    spans = sorted((time[0], time[-1]) for time in times)
+    assert all(end < begin for (_, end), (begin, _) in pairwise(spans))
+
+
+@pytest.mark.parametrize(
+    ("noise", "expected"),
+    [
+        (lambda gain: 1.0 + gain, 2.0),
+        (lambda gain: 0.05 + 0.2 * gain, 1.0),  # less than a twentieth of the effort in motion
+    ],
+)
+def test_the_noise_at_rest_of_both_sides_is_compared_above_a_share_of_the_effort(prepared, noise, expected):
+    found = compared(prepared(noise=noise))["ratios"]["noise at rest"]
+    assert found["value"] == pytest.approx(expected, rel=1e-6)
+    assert found["interval"] == pytest.approx([expected, expected], rel=1e-3)
+
+
+def test_the_noise_of_an_encoder_count_does_not_count(prepared):
+    def toggling(counts):
+        run = prepared(noise=lambda gain: 1.0 + 0.5 * gain)
+        record, size = run.machine.record, counts * run.axis.resolution
+
+        def toggled(reference, alive):
+            found = record(reference, alive)
+            side = np.sign(np.random.default_rng(2).standard_normal(reference.size))
+            return Recording(found.reference, found.position + 0.5 * size * side, found.effort)
+
+        run.machine.record = toggled
+        return compared(run)["ratios"]["noise at rest"]["value"]
+
+    assert toggling(1) == pytest.approx(1.0)
+    assert toggling(20) == pytest.approx(1.5, rel=1e-3)
+
+
+def test_ratios_have_the_interval_of_records_as_replicates():
+    before, after = [1.0, 1.3, 0.9, 1.1], [2.0, 2.8, 1.7, 2.5]
+    found = steps._ratio(before, after)
+    ends = stats.ttest_ind(np.log(after), np.log(before), equal_var=False).confidence_interval()
+    assert found["interval"] == pytest.approx(np.exp(ends).tolist())
+    assert found["value"] == pytest.approx(stats.gmean(after) / stats.gmean(before))
+
+
+def test_the_settling_time_is_that_of_all_stops(prepared):
+    run = prepared()
+    step, rest = run.sample_time, np.zeros(500)
+    move = np.linspace(0.0, 1e-3, 200)
+    reference = np.concatenate([rest, move, rest + 1e-3, move[::-1], rest])
+    # The error enters its band of a quarter of 1e-4 after 100 ms and 400 ms.
+    away = np.zeros(reference.size)
+    away[: 700 + 100] = away[900 + 300 : 1400 + 400] = 1e-4
+    assert steps._settling(run, Recording(reference, reference - away, rest)) == pytest.approx(np.sqrt(0.1 * 0.4), rel=0.02)
+    assert steps._settling(run, Recording(reference, reference, rest)) == pytest.approx(0.05)
+    assert step == 1e-3
+
+
 def change(before, after, verdict):
     return {"before": before, "after": after, "verdict": verdict}
+
+
+def ratio(value, low, high):
+    return {"value": value, "interval": [low, high]}
 
 
 BETTER = {
@@ -115,7 +200,9 @@ BETTER = {
     [
         ({}, "", ""),
         ({"helped": False}, "not_better", "not significantly lower"),
-        ({"ratios": {"settling time": 1.06}}, "something_worse", "settling time"),
+        ({"ratios": {"settling time": ratio(1.2, 1.06, 1.4)}}, "something_worse", "settling time"),
+        ({"ratios": {"settling time": ratio(1.2, 1.04, 1.4)}}, "", ""),
+        ({"ratios": {"noise at rest": ratio(1.6, 0.5, 8.0)}}, "something_worse", "noise at rest"),
         ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}}, "", ""),
@@ -124,7 +211,7 @@ BETTER = {
 def test_a_feedforward_stays_only_if_nothing_else_is_worse(prepared, changed, code, word):
     run = prepared()
     run.step = "verdict"
-    run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": 1.0}, "changes": BETTER} | changed
+    run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": ratio(1.0, 1.0, 1.0)}, "changes": BETTER} | changed
     if code:
         with pytest.raises(MachineRefusedError, match=word) as refused:
             steps.verdict(run)

@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
 from bristle.comparison.cycles import SAME_PERIOD, LogAndAxis, Side, sides_of
 from bristle.comparison.measures import Measure, SlidingRows, course_of, level_measures, turn_courses, turn_measures
-from bristle.comparison.resampling import Plan, changed, plan_of
+from bristle.comparison.resampling import MANY, Plan, changed, plan_of
 from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
+from bristle.logs.log import Log
 
 WINDOW = 0.1  # of the time between two reversals
 FEW = 6  # cycles of a side
@@ -29,7 +30,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     if not follows and not tells_effort:
         raise InputError("must all contain a reference, or all contain an effort", path="logs", mend="Record the reference, or the effort")
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
-    plan = plan_of(low.kinds, high.kinds)
+    plan = plan_of(low.kinds, high.kinds, low.logs, high.logs)._replace(in_turn=_in_turn(logs))
     if not plan.before.size:
         signals = "references" if follows else "positions (compared because a log has no reference)"
         reason = f"no cycle of the {signals} is the same before and after the change"
@@ -65,6 +66,12 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         logs_after=tuple(log for log, _ in after),
         diagnostics=_diagnostics(before, after, shared, changes, low.reason or high.reason),
     )
+
+
+def _in_turn(logs: Sequence[Log]) -> bool:
+    """Return whether the logs follow each other in time, so that their order is known."""
+    spans = sorted((float(log.time.values[0]), float(log.time.values[-1])) for log in logs)
+    return all(end < begin for (_, end), (begin, _) in pairwise(spans))
 
 
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
@@ -118,7 +125,8 @@ def _diagnostics(
     }
     percents = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    fewest, periods = min(shared.cycles_before, shared.cycles_after), [log.sample_time for log in logs]
+    fewest, fewest_logs = min(shared.cycles_before, shared.cycles_after), min(len(before), len(after))
+    periods = [log.sample_time for log in logs]
     # Such a narrow interval means cycles without scatter.
     identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
     is_told = "friction.level" in changes or any(log.effort is None for log in logs)
@@ -131,6 +139,7 @@ def _diagnostics(
         ("warning", "friction_not_told", not is_told, {"why": str(reason or "")}),
         ("note", "cycles_alike", shared.as_one > 2.0, {"cycles": shared.as_one}),
         ("note", "sample_times_differ", max(periods) > min(periods) * (1.0 + SAME_PERIOD), {"longest": max(periods)}),
-        ("note", "one_recording", len(before) == 1 or len(after) == 1, {}),
+        ("note", "one_recording", fewest_logs == 1, {}),
+        ("note", "few_recordings", 2 <= fewest_logs < MANY and not shared.paired, {"logs": fewest_logs}),
     ]
     return tuple(Diagnostic(code, "", severity, numbers, logs[0].kind) for severity, code, holds, numbers in said if holds)

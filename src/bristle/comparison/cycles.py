@@ -37,6 +37,7 @@ class Recording:
     effort: np.ndarray | None
     sliding: np.ndarray | None
     turns: np.ndarray
+    log: int = 0  # place of its log, in the order of time
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,11 @@ class Side:
         """The motion of each cycle."""
         return [cycle.kind for cycle in self.cycles]
 
+    @property
+    def logs(self) -> np.ndarray:
+        """The log of each cycle, by its place in the order of time."""
+        return np.array([cycle.recording.log for cycle in self.cycles], dtype=int)
+
 
 def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool) -> tuple[Side, Side, bool]:
     """Return both sides, and whether their cycles are complete."""
@@ -76,10 +82,12 @@ def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follo
     sample_time = max(log.sample_time for log, _ in (*before, *after))
     recordings: tuple[list[Recording], list[Recording]] = ([], [])
     reasons: list[InputError | None] = [None, None]
+    places = iter(np.argsort(np.argsort([log.time.values[0] for log, _ in (*before, *after)], kind="stable")).tolist())
     for number, logs_given in enumerate((before, after)):
         for log, axis in logs_given:
             parts, reason = _recordings_of(log, axis, sample_time, follows=follows, tells_effort=tells_effort)
-            recordings[number].extend(parts)
+            place = next(places)
+            recordings[number].extend(replace(part, log=place) for part in parts)
             reasons[number] = reasons[number] or reason
     parts = [part for side in recordings for part in side]
     grains = {id(part): graininess(part.motion, None) for part in parts}

@@ -12,6 +12,12 @@ the effects of a cycle and of the `k`-th cycle after it, up to the first insigni
 of them is raised by :math:`\tau\, n / (n - 1)`, and the interval is that of Student's t with :math:`n / \tau - 1`
 degrees of freedom, for two logs by the rule of Welch and Satterthwaite [3]_.
 
+The mean of a quantity differs between the recordings of a side more than its cycles show. The logs of a side with
+several logs are therefore its replicates: its variance is that of the sums of the effects of the cycles of each log,
+with a degree of freedom less than logs. A drift, for example from warming up, cancels in the change if both sides have
+the same mean place in time, as in the order before, after, after, before. Each side with four logs or more then loses
+the straight line through its logs, which has its own slope on each side, and another degree of freedom.
+
 References
 ----------
 .. [1] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997.
@@ -30,6 +36,7 @@ from numpy.typing import ArrayLike
 
 DRAWS = 1000
 SEED = 20_261_121
+MANY = 4  # logs of a side: enough for a straight line through them
 PAIRS, OFTEN = 6, 4  # so many motions, each less often in a log than this, are drawn as pairs
 LARGEST = 100.0  # logarithm of a reported ratio
 
@@ -37,13 +44,21 @@ Value = Callable[[np.ndarray], np.ndarray]
 
 
 class Plan(NamedTuple):
-    """The compared cycles of two logs, and the way of drawing them."""
+    """The compared cycles of two sides with their motions and logs, and whether cycles are drawn as pairs, and logs follow in time."""
 
     before: np.ndarray
     after: np.ndarray
     kinds_before: np.ndarray
     kinds_after: np.ndarray
     paired: bool
+    logs_before: np.ndarray
+    logs_after: np.ndarray
+    in_turn: bool = False
+
+    @property
+    def drift_cancels(self) -> bool:
+        """Whether a drift has the same mean effect on both sides."""
+        return self.in_turn and bool(np.mean(np.unique(self.logs_before)) == np.mean(np.unique(self.logs_after)))
 
 
 class Changed(NamedTuple):
@@ -55,35 +70,37 @@ class Changed(NamedTuple):
     as_one: float
 
 
-def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
+def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike, logs_before: ArrayLike = 0, logs_after: ArrayLike = 0) -> Plan:
     """Return the cycles to compare, by their motions: those of both sides; empty if they share no motion."""
     sides = np.asarray(kinds_before, dtype=int), np.asarray(kinds_after, dtype=int)
+    logs = [np.broadcast_to(own, side.shape) for own, side in zip((logs_before, logs_after), sides, strict=True)]
     shared = np.intersect1d(*sides)
     repeated = [kind for kind in shared if min(np.sum(side == kind) for side in sides) >= 2]
     often = sum(int(np.sum(side == kind)) for side in sides for kind in repeated)
     cycle_count = sum(int(np.sum(side == kind)) for side in sides for kind in shared)
     paired = 2 * often < cycle_count or (len(shared) >= PAIRS and cycle_count < 2 * OFTEN * len(shared))
-    numbers = [np.flatnonzero(np.isin(side, shared if paired else repeated)) for side in sides]
-    return Plan(numbers[0], numbers[1], sides[0][numbers[0]], sides[1][numbers[1]], paired)
+    low, high = (np.flatnonzero(np.isin(side, shared if paired else repeated)) for side in sides)
+    return Plan(low, high, sides[0][low], sides[1][high], paired, logs[0][low], logs[1][high])
 
 
 def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed | None:
     """Return a quantity of both sides and the interval of its change, without cycles whose sums are zero; None if undetermined."""
-    is_told = before.any(axis=1), after.any(axis=1)
-    own = plan_of(plan.kinds_before[is_told[0]], plan.kinds_after[is_told[1]])
+    low, high = before.any(axis=1), after.any(axis=1)
+    own = plan_of(plan.kinds_before[low], plan.kinds_after[high], plan.logs_before[low], plan.logs_after[high])
     if not own.before.size:
         return None
-    before, after, plan = before[is_told[0]][own.before], after[is_told[1]][own.after], own
+    before, after, plan = before[low][own.before], after[high][own.after], own._replace(in_turn=plan.in_turn)
     if plan.paired:
         return _pairs(value, before, after, plan)
     # Each motion has the weight of the side with fewer repetitions.
     counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
     shares = {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
-    low, high = (_drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after)))
-    variance = low.variance + high.variance
-    spread = low.variance**2 / low.freedom + high.variance**2 / high.freedom
-    freedom = variance**2 / spread if spread > 0.0 else low.freedom + high.freedom
-    return Changed(low.value, high.value, _interval(high.value - low.value, variance, freedom), max(low.as_one, high.as_one))
+    sides = ((before, plan.kinds_before, plan.logs_before), (after, plan.kinds_after, plan.logs_after))
+    first, second = (_drawn(value, *side, shares, drifts=plan.drift_cancels) for side in sides)
+    variance = first.variance + second.variance
+    spread = first.variance**2 / first.freedom + second.variance**2 / second.freedom
+    freedom = variance**2 / spread if spread > 0.0 else first.freedom + second.freedom
+    return Changed(first.value, second.value, _interval(second.value - first.value, variance, freedom), max(first.as_one, second.as_one))
 
 
 class _Drawn(NamedTuple):
@@ -95,15 +112,30 @@ class _Drawn(NamedTuple):
     as_one: float
 
 
-def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, shares: dict[int, float]) -> _Drawn:
+def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, logs: np.ndarray, shares: dict[int, float], *, drifts: bool) -> _Drawn:
     weights = np.array([shares[kind] / np.sum(kinds == kind) for kind in kinds])
-    as_one = _as_one(_influence(value, sums, weights, kinds))
+    influence = _influence(value, sums, weights, kinds)
+    if np.unique(logs).size > 1:
+        return _Drawn(float(value(weights @ sums)), *_between(influence, logs, drifts=drifts), 1.0)
+    as_one = _as_one(influence)
     rng = np.random.default_rng(SEED)
     drawn = np.zeros((DRAWS, kinds.size))
     for kind in shares:
         members = np.flatnonzero(kinds == kind)
         drawn[:, members] = _draws(members.size, rng)
     return _Drawn(float(value(weights @ sums)), *_spread(value(drawn * weights @ sums), kinds.size, len(shares), as_one), as_one)
+
+
+def _between(influence: np.ndarray, logs: np.ndarray, *, drifts: bool) -> tuple[float, float]:
+    """Return the variance of a quantity from the scatter of its logs, about a straight line if it drifts, and its degrees of freedom."""
+    places, own = np.unique(logs, return_inverse=True)
+    count = places.size
+    # Without a cycle, the mean of the others moves by more than its share.
+    effects = np.bincount(own, influence) * (1.0 - 1.0 / influence.size)
+    columns = np.vander(places - np.mean(places), 2 if drifts and count >= MANY else 1)
+    rest = effects - columns @ np.linalg.lstsq(columns, effects)[0]
+    freedom = count - columns.shape[1]
+    return count * float(rest @ rest) / freedom, float(freedom)
 
 
 def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.excitation import excite
+from bristle.logs import Log
 from bristle.prediction import axis_with, first_gain, proposals_of
 from bristle.report.compared import compare
 from bristle.report.identified import Identified, identify
@@ -23,9 +24,11 @@ EVEN = 0.4  # smallest of the steps by equal test efforts, as a share of the lar
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
-SETTLED = 0.25  # band of the settled error, as a share of the rms error without feedforward
+SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
+ORDER = (0, 1, 1, 0, 1, 0, 0, 1)  # of records before and after: a drift and its curvature are those of both sides
+SETTLED, LASTS = 0.25, 0.05  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
 SPARE = 0.01  # of the ratio of the effort at the safe gain
-WORSE = 1.05  # allowed ratio of error, effort, noise and settling time
+WORSE, CLEARLY_WORSE = 1.05, 1.5  # allowed ratio of error, effort, noise and settling time, with its interval and without
 HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
 GAINS = (0.0, 0.25, 0.5, 1.0)
@@ -145,7 +148,7 @@ def warm_up(run: Run) -> None:
 def before(run: Run) -> None:
     """Record the user's motion; refuse an axis that hunts at rest."""
     recording = run.record("before", run.motion(run.file.cycles))
-    at_rest, moving = _at_rest(run, recording), rms(cycles_of(run, recording.effort))
+    at_rest, moving = _at_rest(run, recording.effort), rms(cycles_of(run, recording.effort))
     if at_rest > HUNTS * moving:
         reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
         raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
@@ -229,17 +232,20 @@ def stages(run: Run) -> None:
 def _stage(run: Run, gain: float, table: list[dict[str, float]]) -> dict[str, float]:
     """Record a gain; refuse it where the axis hunts."""
     run.set(gain=gain)
-    recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
-    now = {
-        "gain": gain,
-        "error": rms(cycles_of(run, recording.error, 1)),
-        "effort": rms(cycles_of(run, recording.effort, 1)),
-        "noise": _at_rest(run, recording),
-    }
+    now = _stage_record(run, gain)
     first = table[0] if table else now
-    if now["noise"] > NOISIER * first["noise"] + QUIET * first["effort"]:
+    most = NOISIER * first["noise"] + QUIET * first["effort"]
+    if now["noise"] > most:  # hunting lasts; a single slip at rest is not hunting
+        now = _stage_record(run, gain)
+    if now["noise"] > most:
         raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
     return now
+
+
+def _stage_record(run: Run, gain: float) -> dict[str, float]:
+    recording = run.record(f"stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
+    error, effort = (rms(cycles_of(run, signal, 1)) for signal in (recording.error, recording.effort))
+    return {"gain": gain, "error": error, "effort": effort, "noise": _at_rest(run, recording.effort)}
 
 
 def _feedforward(run: Run) -> FrictionFeedforward:
@@ -254,23 +260,24 @@ def _feedforward(run: Run) -> FrictionFeedforward:
 
 
 def comparison(run: Run) -> None:
-    """Record before, after, after, before: the change of each quantity with its interval, without thermal drift."""
-    gain, motion = run.facts["stages"]["gain"], run.motion(run.file.cycles + RUN_IN)
+    """Record before and after alternately: the change of each quantity with its interval, without thermal drift."""
+    gain, motion = run.facts["stages"]["gain"], run.motion(max(run.file.cycles // 2 - 1, 2) + RUN_IN)
     if run.feedforward is None:
         run.load(_feedforward(run))
-    records = {}
-    for name, own in (("before_1", 0.0), ("after_1", gain), ("after_2", gain), ("before_2", 0.0)):
-        run.set(gain=own)
-        records[name] = run.record(name, motion, skip=RUN_IN)
+    records: tuple[list[Recording], list[Recording]] = ([], [])
+    logs: tuple[list[Log], list[Log]] = ([], [])
+    for place, side in enumerate(ORDER):
+        run.set(gain=side * gain)
+        name = f"{('before', 'after')[side]}_{len(logs[side]) + 1}"
+        records[side].append(run.record(name, motion, skip=RUN_IN))
+        log = run.log(name)
+        # The times of the logs state their order.
+        logs[side].append(replace(log, time=log.time.values + place * motion.size * run.sample_time))
     run.set()
-    sides = [[records[f"{side}_{number}"] for number in (1, 2)] for side in ("before", "after")]
-    logs = [[run.log(f"{side}_{number}") for number in (1, 2)] for side in ("before", "after")]
     run.compared = compared = compare(*logs, axis=run.axis)
     ratios = {
-        "noise at rest": _ratio(
-            *([_at_rest(run, recording) for recording in side] for side in sides), least=QUIET * rms(sides[0][0].effort)
-        ),
-        "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in sides), least=2.0 * run.sample_time),
+        "noise at rest": _ratio(*_noises(run, records)),
+        "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in records)),
     }
     numbers = {name: change.as_data() for name, change in compared.changes.items()}
     run.finish(changes=numbers, ratios=ratios, helped=compared.helped, gain=gain)
@@ -281,7 +288,7 @@ def verdict(run: Run) -> None:
     facts = run.facts["comparison"]
     if not facts["helped"]:
         raise MachineRefusedError("not_better", "the following error is not significantly lower with the feedforward")
-    worse = [name for name, ratio in facts["ratios"].items() if ratio > WORSE]
+    worse = [name for name, ratio in facts["ratios"].items() if ratio["interval"][0] > WORSE or ratio["value"] > CLEARLY_WORSE]
     for name, change in facts["changes"].items():
         most = run.file.effort_ratio if name.startswith("effort") else WORSE
         is_judged = name.startswith(("following_error", "reversals", "effort"))
@@ -294,25 +301,48 @@ def verdict(run: Run) -> None:
     run.journal.write(run.step, "kept", state=dict(run.machine.state()))
 
 
-def _ratio(before: list[float], after: list[float], least: float) -> float:
-    """Return the ratio of two means, with a smallest value below which differences do not count."""
-    return max(float(np.mean(after)), least) / max(float(np.mean(before)), least)
+def _ratio(before: Sequence[float], after: Sequence[float]) -> dict[str, Any]:
+    """Return the ratio of the geometric means of two sides with its 95 % interval by Welch, each record a replicate."""
+    from scipy.special import stdtrit
+
+    sides = np.log(before), np.log(after)
+    parts = np.array([np.var(side, ddof=1) / side.size for side in sides])
+    freedom = parts.sum() ** 2 / max(sum(parts**2 / [side.size - 1 for side in sides]), np.finfo(float).tiny)
+    change, half = np.mean(sides[1]) - np.mean(sides[0]), stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(parts.sum())
+    return {"value": float(np.exp(change)), "interval": [float(np.exp(change - half)), float(np.exp(change + half))]}
 
 
-def _at_rest(run: Run, recording: Recording) -> float:
-    """Return the rms effort in the second half of the rest behind a motion, without the trend of a slow integral action [N or N*m]."""
-    effort = recording.effort[-run.rest(0.5 * REST).size :]
-    time = np.arange(effort.size)
-    return rms(effort - np.polyval(np.polyfit(time, effort, 1), time))
+def _noises(run: Run, sides: Sequence[list[Recording]]) -> list[list[float]]:
+    """Return the rms effort at rest of each record, at least the share and the answer to an encoder count that do not count."""
+    count = run.axis.resolution or 0.0
+    efforts, swings = ([[_at_rest(run, getattr(own, name)) for own in side] for side in sides] for name in ("effort", "position"))
+    effort, swing = np.ravel(efforts), np.ravel(swings)
+    moves = swing > SMALL * count
+    of_a_count = float(np.min(count * effort[moves] / swing[moves], initial=np.inf)) if moves.any() else 0.0
+    least = max(QUIET * rms(sides[0][0].effort), of_a_count)
+    return [[max(effort, least) for effort in side] for side in efforts]
+
+
+def _at_rest(run: Run, signal: np.ndarray) -> float:
+    """Return the rms of a signal in the second halves of the rests before and behind a motion, without their trends."""
+    rest, half = run.rest(REST).size, run.rest(0.5 * REST).size
+    windows = np.stack([signal[rest - half : rest], signal[-half:]], axis=1)
+    columns = np.vander(np.arange(half), 2)
+    return float(np.sqrt(np.mean((windows - columns @ np.linalg.lstsq(columns, windows)[0]) ** 2)))
 
 
 def _settling(run: Run, recording: Recording) -> float:
-    """Return the time after the end of a motion until the error is within a quarter of its rms without feedforward, for 50 ms [s]."""
-    rest, error = run.rest(REST).size, recording.error
+    """Return the time from a stop until the error lasts in a quarter of its rms without feedforward, a geometric mean of all stops [s]."""
+    still = np.flatnonzero(np.diff(recording.reference, prepend=recording.reference[0]) == 0.0)
+    lasts = max(round(LASTS / run.sample_time), 1)
     band = max(SETTLED * run.facts["before"]["error"], 2.0 * (run.axis.resolution or 0.0))
-    lasts = max(round(0.05 / run.sample_time), 1)
-    inside = np.convolve(np.abs(error[-rest:]) <= band, np.ones(lasts), "valid") >= lasts - 0.5
-    return float((np.argmax(inside) if inside.any() else rest) * run.sample_time)
+    times = []
+    # The record begins with a rest that follows no motion.
+    for stop in np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)[1:]:
+        if stop.size >= 2 * lasts:
+            inside = np.convolve(np.abs(recording.error[stop]) <= band, np.ones(lasts), "valid") >= lasts - 0.5
+            times.append(np.argmax(inside) if inside.any() else stop.size)
+    return run.sample_time * float(np.exp(np.mean(np.log(np.maximum(times, lasts)))))
 
 
 STEPS = (
@@ -324,6 +354,6 @@ STEPS = (
     Step("excitation", "Plan and record an excitation within the limits", excitation, resumes=True),
     Step("identification", "Identify the friction", identification, moves=False, resumes=True),
     Step("stages", "Raise the gain of the feedforward: 0, 0.25, 0.5, 1", stages),
-    Step("comparison", "Record before, after, after, before", comparison),
+    Step("comparison", "Record before and after alternately", comparison),
     Step("verdict", "Keep the feedforward, or restore the machine", verdict, moves=False),
 )

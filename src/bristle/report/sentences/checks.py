@@ -277,4 +277,9 @@ COMPARISONS: dict[str, Sentence] = {
         "the intervals show the scatter between cycles, but not between recordings",
         "record several logs before and several after the change, and give all of them",
     ),
+    "few_recordings": says(
+        "a side has {logs} logs. The scatter between so few recordings is uncertain, which widens the intervals",
+        "few recordings show little of the scatter between recordings, which widens the intervals",
+        "record four or more logs of each side, alternately: before, after, after, before, after, before, before, after",
+    ),
 }
