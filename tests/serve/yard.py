@@ -120,7 +120,7 @@ import sys, time, os, types
 tasks = types.ModuleType("bristle.server.tasks")
 class Errand:
     @classmethod
-    def of(cls, request, report, interruptible):
+    def of(cls, request, report, interruptible, is_cancelled):
         errand = cls()
         errand.__dict__.update(request, report=report, interruptible=interruptible)
         from pathlib import Path

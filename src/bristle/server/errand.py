@@ -49,16 +49,21 @@ class Errand:
     results: Path | None
     report: Callable[[float, str], None]
     interruptible: Callable[[], AbstractContextManager[None]]
+    is_cancelled: Callable[[], bool] = lambda: False
 
     @classmethod
     def of(
-        cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
+        cls,
+        request: Mapping[str, Any],
+        report: Callable[[float, str], None],
+        interruptible: Callable[[], AbstractContextManager[None]],
+        is_cancelled: Callable[[], bool] = lambda: False,
     ) -> Errand:
         """Return the errand of a request from the server."""
         own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
-        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, **own)
+        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, is_cancelled=is_cancelled, **own)
 
     @property
     def fitted(self) -> list[LabelledLog]:
