@@ -63,7 +63,8 @@ class Errand:
         own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
-        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, is_cancelled=is_cancelled, **own)
+        own |= {"report": report, "interruptible": interruptible, "is_cancelled": is_cancelled}
+        return cls(Path(request["folder"]), logs, results=results, **own)
 
     @property
     def fitted(self) -> list[LabelledLog]:

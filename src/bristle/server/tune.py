@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bristle.core import InputError, unit_of
+from bristle.core import unit_of
 from bristle.server.cases import RefusedRequestError
 from bristle.server.errand import Answer, Errand, as_table, thinned
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from bristle.core import Axis
 
 AT_REST = ("rest", "rest_after_check", "test_effort")  # records without motion
@@ -35,47 +37,44 @@ class TunedMachine:
 
         folder = _below(home, request.get("folder"), "folder of the run")
         names = {"file": str(request.get("file") or ""), "folder": str(request["folder"])}
-        try:
-            begun = None if names["file"] else Journal(folder).last("begun")
-            file = _below(home, begun["file"] if begun else names["file"], "machine file")
-            if not file.is_file():
-                raise RefusedRequestError(404, "does not exist", path="machine file", value=str(file))
-            return cls(file, folder, names, read_machine(file).axis)
-        except RefusedRequestError:
-            raise
-        except (InputError, OSError) as error:
-            raise RefusedRequestError(400, str(error)) from None
+        begun = None if names["file"] else Journal(folder).last("begun")
+        file = _below(home, begun["file"] if begun else names["file"], "machine file")
+        if not file.is_file():
+            raise RefusedRequestError(404, "does not exist", path="machine file", value=str(file))
+        return cls(file, folder, names, read_machine(file).axis)
 
     def as_data(self) -> dict[str, Any]:
         """Return the state of the run for the page, read without a connection to the machine."""
         from bristle.tune.status import run_status
 
-        try:
-            run = run_status(self.folder, self.axis.kind)
-        except InputError as error:
-            raise RefusedRequestError(409, str(error)) from None
         written = {file.stem: file.stat().st_mtime for file in self.folder.glob("records/*.csv") if file.stem not in AT_REST}
         complete = {name: at for name, at in written.items() if time.time() - at > COMPLETE}
         name = max(complete, key=complete.__getitem__, default=None)
-        return {"run": run, "record": name and {"name": name, "revision": complete[name]}}
+        return {"run": run_status(self.folder, self.axis.kind), "record": name and {"name": name, "revision": complete[name]}}
 
-    def record(self, name: str) -> dict[str, Any]:
-        """Return the curves of a record: reference and position, following error, effort."""
+    def record(self, name: str) -> list[dict[str, Any]]:
+        """Return pictures of a record: motion, following error, effort; of the last record, without and with the feedforward."""
+        if name not in {file.stem for file in self.folder.glob("records/*.csv")}:
+            raise RefusedRequestError(404, "does not exist", path="record", value=name)
+        logs = [self._signals(single) for single in ((name, "after_2") if name == "before_2" else (name,))]
+        at, reference, position, _ = logs[0]
+        keys = ["without", "with"] if len(logs) > 1 else []
+        length, force = (unit_of(quantity, self.axis.kind) for quantity in ("length", "force"))
+        pictures = (
+            ("position", length, ["measured", "reference"], [position, reference]),
+            ("following error", length, keys, [planned - measured for _, planned, measured, _ in logs]),
+            ("effort", force, keys, [effort for *_, effort in logs]),
+        )
+        return [{"word": word, "unit": unit, "keys": keys, "curves": thinned(at, *curves)} for word, unit, keys, curves in pictures]
+
+    def _signals(self, name: str) -> tuple[np.ndarray, ...]:
+        """Return time, reference, position and effort of a record."""
         from bristle.logs import read_log
 
-        files = {file.stem: file for file in self.folder.glob("records/*.csv")}
-        if name not in files:
-            raise RefusedRequestError(404, "does not exist", path="record", value=name)
-        try:
-            log = read_log(files[name], self.axis)
-        except InputError:
-            raise RefusedRequestError(409, "is not complete yet", path="record", value=name) from None
+        log = read_log(self.folder / "records" / f"{name}.csv", self.axis)
         assert log.reference is not None
         assert log.effort is not None
-        at, reference, position = (channel.values for channel in (log.time, log.reference, log.position))
-        length, force = (unit_of(quantity, self.axis.kind) for quantity in ("length", "force"))
-        curves = {"motion": (length, (reference, position)), "error": (length, (reference - position,)), "effort": (force, (log.effort.values,))}
-        return {name: {"unit": unit, "curves": thinned(at, *signals)} for name, (unit, signals) in curves.items()}
+        return log.time.values, log.reference.values, log.position.values, log.effort.values
 
 
 def _below(home: Path, text: object, name: str) -> Path:
@@ -83,11 +82,7 @@ def _below(home: Path, text: object, name: str) -> Path:
     if not isinstance(text, str) or not text.strip() or "\0" in text:
         raise RefusedRequestError(400, "is missing", path=name, mend=f"Name it relative to {home}")
     path = home / text.strip()
-    try:
-        inside = home.resolve() in path.resolve().parents
-    except (OSError, RuntimeError):  # a loop of links
-        inside = False
-    if not inside:
+    if home.resolve() not in path.resolve().parents:
         mend = "Start bristle lab --serve in the folder of the machine file"
         raise RefusedRequestError(403, "is outside the folder of this server", path=name, value=text, allowed=f"below {home}", mend=mend)
     return path
@@ -102,7 +97,7 @@ def plan(errand: Errand) -> Answer:
 
     errand.report(0.3, "reading the machine")
     planned = tune(errand.text("file"), errand.text("folder"))
-    table = Table("Plan", ("Step", "Duration", "Travel", "Writes"), plan_rows(planned))
+    table = Table("Moves and writes", ("Step", "Duration", "Travel", "Writes"), plan_rows(planned))
     return {}, {"table": as_table(table), "seconds": [facts["seconds"] or COMPUTES for facts in planned.facts.values()]}
 
 

@@ -21,41 +21,31 @@ STATES = {"begun": "running", "done": "passed", "kept": "passed", "stopped": "re
 def run_status(folder: Path, kind: Kind) -> dict[str, Any] | None:
     """Return the steps of the latest run in a folder, its outcome in sentences, and the command that undoes it; None without a journal."""
     journal = Journal(folder)
-    if not journal.entries:
+    begins = [entry["n"] for entry in journal.entries if entry["event"] == "begun" and entry["step"] == STEPS[0].name]
+    if not begins:
         return None
-    first = max((place for place, entry in enumerate(journal.entries) if _is_begin(entry)), default=0)
-    latest = journal.entries[first:]
+    latest = journal.entries[begins[-1] :]
     result = _result(folder, journal, latest, kind)
-    steps = [_step(step, journal, latest, result) for step in STEPS]
-    change = result.facts.get("comparison", {}).get("changes", {}).get("following_error.rms")
     return {
-        "steps": steps,
+        "steps": [_step(step, journal, latest, result) for step in STEPS],
         "outcome": result.outcome,
-        "sentences": [] if result.outcome == "running" else sentences_of(result),
-        "change": change and {side: with_unit(change[side], change["unit"]) for side in ("before", "after")},
+        "sentences": sentences_of(result) if result.outcome != "running" else [],
+        "change": _error(result.facts.get("comparison", {})),
         "undo": undo_command(result) if journal.has_written or journal.is_kept else "",
         "age": time.time() - journal.path.stat().st_mtime,
         "report": result.outcome != "running" and (folder / "report.html").is_file(),
     }
 
 
-def _is_begin(entry: dict[str, Any]) -> bool:
-    return entry["event"] == "begun" and entry["step"] == STEPS[0].name
-
-
 def _result(folder: Path, journal: Journal, latest: list[dict[str, Any]], kind: Kind) -> Tuning:
     """Return the result of the latest run; its outcome is "running" before its end."""
     facts = {entry["step"]: entry["facts"] for entry in latest if entry["event"] == "done"}
-    last, stopped = latest[-1], next((entry for entry in reversed(latest) if entry["event"] == "stopped"), None)
-    outcome = "running"
-    if last["event"] == "restored":
-        outcome = "undone" if last["cause"] == "undo" else "restored"
-    elif journal.is_kept:
-        outcome = "kept"
-    elif last["event"] == "stopped" and not journal.has_written:
-        outcome = "restored"
-    code, reason = (stopped["code"], stopped["reason"]) if stopped else ("", last.get("cause", ""))
-    return Tuning(folder, outcome, code, reason or code, facts, last.get("identical", True), kind)
+    last, stopped = latest[-1], next((entry for entry in latest if entry["event"] == "stopped"), {})
+    outcome = "kept" if journal.is_kept else "running"
+    if last["event"] == "restored" or (stopped and not journal.has_written):
+        outcome = "undone" if last.get("cause") == "undo" else "restored"
+    reason = stopped.get("reason") or stopped.get("code") or last.get("cause", "")
+    return Tuning(folder, outcome, stopped.get("code", ""), reason, facts, last.get("identical", True), kind)
 
 
 def _step(step: Step, journal: Journal, latest: list[dict[str, Any]], result: Tuning) -> dict[str, Any]:
@@ -63,15 +53,11 @@ def _step(step: Step, journal: Journal, latest: list[dict[str, Any]], result: Tu
     entry = next((entry for entry in reversed(latest) if entry["step"] == step.name and entry["event"] in STATES), None)
     if entry is None and step.resumes:  # an interrupted run did it
         entry = journal.last("done", step=step.name)
-    state = STATES[entry["event"]] if entry is not None else "waiting"
+    state = STATES[entry["event"]] if entry else "waiting"
     if state == "running" and result.outcome != "running":
         state = "refused"
-    text = ""
-    if state == "refused":
-        text = result.reason
-    elif state == "passed" and entry is not None:
-        text = f"gain {result.facts['comparison']['gain']:.3g}" if entry["event"] == "kept" else _fact(step.name, entry["facts"], result.kind)
-    return {"name": step.name, "title": step.title, "state": state, "text": text}
+    text = result.reason if state == "refused" else _fact(step.name, entry["facts"], result.kind) if entry and "facts" in entry else ""
+    return {"title": step.title, "state": state, "text": text}
 
 
 def _fact(name: str, facts: dict[str, Any], kind: Kind) -> str:
@@ -91,6 +77,14 @@ def _fact(name: str, facts: dict[str, Any], kind: Kind) -> str:
             return f"{facts['duration']:.0f} s, {error}"
         case "identification":
             return f"{facts['model']}: {facts['verdict']}, model error {number(facts['error_percent'], digits=3)} %"
-        case "stages" | "comparison":
+        case "stages":
             return f"gain {facts['gain']:.3g}"
+        case "comparison":
+            return "rms following error {} before, {} after".format(*_error(facts))
     return error
+
+
+def _error(comparison: dict[str, Any]) -> list[str]:
+    """Return the rms following error before and after, with its unit; empty without a comparison."""
+    change = comparison.get("changes", {}).get("following_error.rms", {})
+    return [with_unit(change[side], change["unit"]) for side in ("before", "after") if side in change]

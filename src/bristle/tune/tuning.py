@@ -263,7 +263,8 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
 def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
     """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
     # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
-    own = ("linuxcnc",) if file.machine == "linuxcnc" else [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
+    address = [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
+    own = ["linuxcnc"] if file.machine == "linuxcnc" else address
     key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
     path = state_folder("tune") / f"{key}.lock"
     with path.open("a+b") as opened:

@@ -191,7 +191,7 @@ function listen() {
   byId("new").addEventListener("click", () => doing(begin));
   byId("close").addEventListener("click", () => doing(async () => { if (confirm("Remove logs and results of this analysis?")) { await json("DELETE", pathTo()); await begin(); } }));
   byId("to-excite").addEventListener("click", (event) => { event.preventDefault(); byId("excite-more").open = true; byId("excite").scrollIntoView(); });
-  document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); byId("files").focus(); });
+  document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); byId(byId("tune").hidden ? "files" : "machine-file").focus(); });
 }
 
 doing(async () => {
@@ -204,7 +204,7 @@ doing(async () => {
   try {
     if (!opened) await begin();
     else await take(await json("GET", `/api/cases/${opened}`));
-    for (const [id, name] of [["machine-file", "file"], ["run-folder", "folder"]]) byId(id).value = state.machine?.[name] ?? "";
+    for (const [id, name] of [["machine-file", "file"], ["run-folder", "folder"]]) byId(id).value = state.machine?.[name] ?? byId(id).value;
     if (view === "tune") {
       showView(view);
       await showRun();

@@ -2,8 +2,8 @@
 
 const RUN_STATES = { waiting: ["○", "waiting"], running: ["▶", "running"], passed: ["✓", "passed"], refused: ["✕", "refused"] };
 const OUTCOMES = { kept: ["usable", "Kept"], restored: ["no", "Restored"], undone: ["", "Undone"], running: ["", "Running"] };
-const SIGNALS = { motion: ["position", [["measured", "measured"], ["with", "reference"]]], error: ["following error", []], effort: ["effort", []] };
-let run = null, drawnRecord = "";
+const KEYS = { measured: "measured", reference: "with", without: "without", with: "with" }; // name of a curve -> its colour
+let run = null, record = null, drawnRecord = "";
 
 const machineJob = () => (["plan", "tune", "undo"].includes(state.job?.task) && state.job.state === "runs" ? state.job.task : "");
 
@@ -25,30 +25,29 @@ function stepOfRun({ title, state: at, text }, place) {
 }
 
 function planView({ table }) {
-  return [tableOf(table), element("p", { class: "note", text: "Nothing has moved, and nothing was written." })];
+  return [tableOf(table)];
 }
 
 function outcomeView() {
   const [level, word] = OUTCOMES[run.outcome], { change } = run;
   return [
-    element("p", { class: `ruling ${level}`, id: "outcome", text: change && run.outcome === "kept" ? `${word}: ${change.before} → ${change.after}` : word }),
-    change && element("p", { class: "note", text: "rms following error before and after" }),
-    ...run.sentences.filter((sentence) => !sentence.startsWith("Undo: ")).map((sentence) => element("p", { text: sentence })),
-    run.undo && run.outcome !== "running" && element("p", { class: "note" }, "Undo in a terminal: ", element("code", { text: run.undo })),
+    element("p", { class: `ruling ${level}`, id: "outcome", text: run.outcome === "kept" ? `${word}: ${change.join(" → ")}` : word }),
+    element("p", { text: run.sentences.filter((sentence) => !sentence.startsWith("Undo: ")).join(" ") }),
+    run.undo && element("p", { class: "note" }, "Undo in a terminal: ", element("code", { text: run.undo })),
   ];
 }
 
-function recordPicture([name, { unit, curves: [time, ...signals] }], record) {
-  const [word, keys] = SIGNALS[name];
-  return pictureOf(`${word}, record ${record.replaceAll("_", " ")}`, (canvas, theme) => {
+function recordPicture({ word, unit, keys, curves: [time, ...signals] }) {
+  const label = keys[1] === "with" ? `${word} without and with the feedforward` : `${word}, record ${record.name.replaceAll("_", " ")}`;
+  return pictureOf(label, (canvas, theme) => {
     const frame = frameOn(canvas, theme, { word: "time", unit: "s", values: time }, { word, unit, values: signals.flat() });
-    [...signals].reverse().forEach((values, i) => frame.curve(time, values, { colour: signals.length > 1 ? theme[keys[i][0]] : theme.with, width: signals.length > 1 && i === 0 ? 2.4 : 1.2 }));
-  }, ...keys);
+    signals.forEach((values, i) => frame.curve(time, values, { colour: theme[KEYS[keys[i]] ?? "with"], width: i + 1 < signals.length ? 2.4 : 1.2 }));
+  }, ...keys.map((key) => [KEYS[key], key]));
 }
 
 async function showRun() {
   const job = machineJob(), watched = state.machine && !byId("tune").hidden;
-  if (watched) ({ run, record: run_record } = await json("GET", pathTo("/machine")));
+  if (watched) ({ run, record } = await json("GET", pathTo("/machine")));
   if (!state.machine) run = null;
   const runs = run?.outcome === "running";
   byId("move").disabled = Boolean(job) || !state.parts.planned || state.parts.planned.old || run?.outcome === "kept";
@@ -60,14 +59,12 @@ async function showRun() {
   replace("run-outcome", runs ? [] : outcomeView());
   byId("undo").hidden = !run.undo || Boolean(job);
   byId("run-report").hidden = !run.report;
-  const key = run_record ? `${run_record.name} ${run_record.revision}` : "";
+  const key = record ? `${record.name} ${record.revision}` : "";
   if (!watched || key === drawnRecord) return;
-  const curves = key ? await json("GET", pathTo(`/machine/records/${run_record.name}`)).catch(({ status }) => { if (status !== 409) throw new Refusal("bristle cannot read the record"); }) : {};
-  if (!curves) return; // bristle is writing it
+  const found = key ? await json("GET", pathTo(`/machine/records/${record.name}`)) : [];
   drawnRecord = key;
-  replace("run-plots", Object.entries(curves).map((entry) => recordPicture(entry, run_record.name)));
+  replace("run-plots", found.map(recordPicture));
 }
-let run_record = null;
 
 async function chooseMachine() {
   byId("run-shown").replaceChildren();
@@ -85,7 +82,10 @@ function listenForRuns() {
   for (const tab of document.querySelectorAll("#views button")) tab.addEventListener("click", () => { showView(tab.value); doing(showRun); });
   byId("open-run").addEventListener("click", () => doing(chooseMachine));
   byId("plan").addEventListener("click", () => doing(async () => { await chooseMachine(); await start("plan"); }));
-  byId("move").addEventListener("click", () => doing(() => start("tune")));
+  byId("move").addEventListener("click", () => doing(async () => {
+    await start("tune");
+    byId("run-view").scrollIntoView();
+  }));
   byId("undo").addEventListener("click", () => doing(async () => { if (confirm("Restore the machine as before this run?")) await start("undo"); }));
   byId("run-report").addEventListener("click", () => doing(async () => {
     const { address } = await json("POST", pathTo("/machine/ticket"));
