@@ -4,11 +4,12 @@ import asyncio
 import os
 import signal
 import time
+from types import SimpleNamespace
 
 import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.cases import Job
+from bristle.server.cases import Job, Part
 from bristle.server.limits import Limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -240,3 +241,58 @@ print(json.dumps({"facts": {"best": "until then"}}))
     job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
     assert asyncio.run(job.run({}))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)
+
+
+RESTORES = """
+errand.report(0.5, "moving")
+while not errand.is_cancelled(): time.sleep(0.02)
+time.sleep(0.3)
+(errand.folder.parent.parent.parent / "restored").write_text("yes")
+return {"outcome": "restored"}, {}
+"""
+
+
+def moving(server, client, case):
+    """Start a run on a machine, and return its process and the file that shows its restored machine."""
+    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+    opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
+    opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
+    process = started(server, client, case, "tune")
+    while client.get(case).json()["job"]["share"] < 0.5:
+        time.sleep(0.02)
+    return process, opened.folder.parent.parent / "restored"
+
+
+@pytest.mark.parametrize("end", [{}, {"at_once": True}])
+def test_a_stopped_run_restores_its_machine(temporary, work, end):
+    work(RESTORES)
+    with served(LIMITS) as server, server.client() as client:
+        case = begun(client)
+        _, file = moving(server, client, case)
+        assert client.post(f"{case}/cancel", json=end).json()["job"]["cancelled"]
+        state = settled(client, case)
+        assert (state["job"]["state"], state["parts"]["tuned"]["outcome"]) == ("done", "restored")
+        assert file.exists()
+
+
+@pytest.mark.parametrize("closes", [True, False])
+def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes):
+    work(RESTORES)
+    with served(LIMITS) as server, server.client() as client:
+        case = begun(client)
+        process, file = moving(server, client, case)
+        if closes:
+            client.delete(case)
+    assert file.read_text() == "yes"
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):
+    work("return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}")
+    job = Job("tune", LIMITS)
+    job.kill()
+    request = {"folder": str(temporary), "memory": 2**33, "logs": [], "options": {}}
+    assert asyncio.run(job.run(request))
+    assert job.facts == {"was_cancelled": True}
+    assert Job("tune", LIMITS)._limits.job_seconds > 3600.0

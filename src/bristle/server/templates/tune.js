@@ -24,9 +24,7 @@ function stepOfRun({ title, state: at, text }, place) {
     element("span", { class: "note", text: `${word}${fact ? `: ${fact}` : ""}` }));
 }
 
-function planView({ table }) {
-  return [tableOf(table)];
-}
+const planView = ({ table }) => [tableOf(table)];
 
 function outcomeView() {
   const [level, word] = OUTCOMES[run.outcome], { change } = run;
@@ -84,6 +82,7 @@ function listenForRuns() {
   byId("plan").addEventListener("click", () => doing(async () => { await chooseMachine(); await start("plan"); }));
   byId("move").addEventListener("click", () => doing(async () => {
     await start("tune");
+    byId("plan-more").open = false;
     byId("run-view").scrollIntoView();
   }));
   byId("undo").addEventListener("click", () => doing(async () => { if (confirm("Restore the machine as before this run?")) await start("undo"); }));
