@@ -44,7 +44,7 @@ def test_plan_stop_run_report_and_undo(folder, tmp_path):
         assert tab.run("document.documentElement.scrollWidth <= innerWidth")
 
         person.clicks("#move")
-        person.waits(f"{STEPS}[6]?.className === 'running'", 120)
+        person.waits(f"{STEPS}[6]?.className === 'is-running'", 120)
         assert tab.run(f"{STEPS}[6].textContent.includes('s left')")
         assert tab.run("byId('run-plots').querySelectorAll('canvas').length") == 3
         person.clicks("#stop")
@@ -58,7 +58,7 @@ def test_plan_stop_run_report_and_undo(folder, tmp_path):
         person.waits("run?.outcome === 'kept' && state.job.state === 'done'", 240)
         assert "Kept: 148 µm → 4" in tab.run("byId('outcome').textContent")
         assert "95 % interval" in tab.run("byId('run-outcome').textContent")
-        assert tab.run(f"{STEPS}.every(({{ className }}) => className === 'passed')")
+        assert tab.run(f"{STEPS}.every(({{ className }}) => className === 'is-passed')")
         person.waits("byId('run-plots').textContent.includes('without and with the feedforward')")
         person.clicks("#run-report")
         person.waits("byId('run-shown').querySelector('iframe')")
@@ -84,7 +84,7 @@ def test_a_run_in_a_terminal_is_shown_live(folder, tmp_path):
         person.waits("state.machine")
         assert tab.run("byId('run-view').hidden")
         with subprocess.Popen([sys.executable, "-c", code, "tune", "machine.toml", "--out", "tuned", "--move", "--quiet"]) as process:
-            person.waits(f"{STEPS}.some((step) => step.className === 'running' && step.textContent.includes('last entry'))")
+            person.waits(f"{STEPS}.some((step) => step.className === 'is-running' && step.textContent.includes('last entry'))")
             person.waits("byId('run-plots').querySelector('canvas')")
             assert process.poll() is None
             person.clicks("#plan")  # the machine is in use

@@ -126,6 +126,17 @@ def test_an_interrupted_and_restored_run_is_not_running(identified):
     assert (status["outcome"], status["undo"], status["steps"][7]["state"]) == ("undone", "", "refused")
 
 
+def test_a_machine_that_could_not_be_restored_is_named_and_can_be_undone(identified):
+    out = identified[1] / "out"
+    journal = Journal(out)
+    journal.write("stages", "stopped", code="worse", reason="the error rises")
+    journal.write("stages", "restored", cause="worse", identical=False, different={"gain": [0.0, 0.5]})
+    status = run_status(out, "translational")
+    assert status["outcome"] == "not_restored"
+    assert "NOT RESTORED" in status["sentences"][0]
+    assert status["undo"]
+
+
 # --- the jobs ---------------------------------------------------------------------------------------------------------
 
 
@@ -241,13 +252,16 @@ def test_the_comparison_is_drawn_without_and_with_the_feedforward(finished):
         ("machine.toml", "", 400, "folder of the run: is missing"),
         ("", "new", 400, "machine file: is missing"),
         ("machine.toml", 3, 400, "folder of the run: is missing"),
-        ("machine\0.toml", "out", 400, "machine file: is missing"),
+        ("machine\0.toml", "out", 400, "machine file: cannot be read"),
+        ("machine.toml", 300 * "x", 400, "folder of the run: cannot be read"),
+        ("loop.toml", "out", 400, "machine file: cannot be read"),
     ],
 )
 def test_a_wrong_path_is_refused_with_its_reason(client, identified, tmp_path_factory, file, folder, status, words):
     target = tmp_path_factory.mktemp("elsewhere") / "machine.toml"
     target.write_text("schema = 1\n")
     (identified[1] / "link.toml").symlink_to(target)
+    (identified[1] / "loop.toml").symlink_to(identified[1] / "loop.toml")
     case, answer = chosen(client, file, folder)
     assert (answer.status_code, words in answer.json()["message"]) == (status, True), answer.text
     assert client.get(f"{case}/machine").status_code == 404

@@ -77,7 +77,7 @@ def server_page(limits: Limits) -> tuple[str, str]:
     script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
     style = colour_variables() + joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")
-    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__, home=Path.cwd())
+    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
     # It may run its script, use its style, talk to its server and show a report.
     policy = (
         f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "

@@ -1,4 +1,4 @@
-"""`Errand`: the input of a job, as bytes and labels. A browser never chooses a path on this machine."""
+"""`Errand`: the input of a job, as bytes and labels. A browser chooses no path on this machine, except those of `TunedMachine`."""
 
 from __future__ import annotations
 

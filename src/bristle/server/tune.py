@@ -79,10 +79,15 @@ class TunedMachine:
 
 def _below(home: Path, text: object, name: str) -> Path:
     """Return a path that a page names; refuse a path outside the folder where the server was started."""
-    if not isinstance(text, str) or not text.strip() or "\0" in text:
+    if not isinstance(text, str) or not text.strip():
         raise RefusedRequestError(400, "is missing", path=name, mend=f"Name it relative to {home}")
     path = home / text.strip()
-    if home.resolve() not in path.resolve().parents:
+    try:
+        path.exists()  # its name may be too long
+        inside = home.resolve() in path.resolve().parents
+    except (OSError, RuntimeError, ValueError) as error:
+        raise RefusedRequestError(400, f"cannot be read ({error})", path=name) from None
+    if not inside:
         mend = "Start bristle lab --serve in the folder of the machine file"
         raise RefusedRequestError(403, "is outside the folder of this server", path=name, value=text, allowed=f"below {home}", mend=mend)
     return path

@@ -28,10 +28,10 @@ def run_status(folder: Path, kind: Kind) -> dict[str, Any] | None:
     result = _result(folder, journal, latest, kind)
     return {
         "steps": [_step(step, journal, latest, result) for step in STEPS],
-        "outcome": result.outcome,
+        "outcome": result.outcome if result.restored else "not_restored",
         "sentences": sentences_of(result) if result.outcome != "running" else [],
         "change": _error(result.facts.get("comparison", {})),
-        "undo": undo_command(result) if journal.has_written or journal.is_kept else "",
+        "undo": undo_command(result) if journal.has_written or journal.is_kept or not result.restored else "",
         "age": time.time() - journal.path.stat().st_mtime,
         "report": result.outcome != "running" and (folder / "report.html").is_file(),
     }

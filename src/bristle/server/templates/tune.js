@@ -1,7 +1,7 @@
 // Tune a machine: the plan, the run with its gates, live records, and the change of the following error.
 
 const RUN_STATES = { waiting: ["○", "waiting"], running: ["▶", "running"], passed: ["✓", "passed"], refused: ["✕", "refused"] };
-const OUTCOMES = { kept: ["usable", "Kept"], restored: ["no", "Restored"], undone: ["", "Undone"], running: ["", "Running"] };
+const OUTCOMES = { kept: ["usable", "Kept"], restored: ["no", "Restored"], not_restored: ["no", "Not restored"], undone: ["", "Undone"], running: ["", "Running"] };
 const KEYS = { measured: "measured", reference: "with", without: "without", with: "with" }; // name of a curve -> its colour
 let run = null, record = null, drawnRecord = "";
 
@@ -16,10 +16,10 @@ function secondsLeft(place) {
 }
 
 function stepOfRun({ title, state: at, text }, place) {
-  const [sign, word] = RUN_STATES[at], left = at === "running" ? secondsLeft(place) : null;
+  const [sign, known] = RUN_STATES[at], word = at === "waiting" && run.outcome !== "running" ? "not run" : known, left = at === "running" ? secondsLeft(place) : null;
   const age = `last entry ${withDigits(Math.round(run.age), 4)} s ago`;
   const fact = at !== "running" ? text : left === null ? age : `${left.toFixed(0)} s left`;
-  return element("li", { class: at, "aria-current": at === "running" ? "step" : false },
+  return element("li", { class: `is-${at}`, "aria-current": at === "running" ? "step" : false },
     element("span", { class: "mark", "aria-hidden": "true", text: sign }), element("span", { text: title }),
     element("span", { class: "note", text: `${word}${fact ? `: ${fact}` : ""}` }));
 }
@@ -66,7 +66,7 @@ async function showRun() {
 
 async function chooseMachine() {
   byId("run-shown").replaceChildren();
-  drawnRecord = "";
+  drawnRecord = null;
   await take(await json("POST", pathTo("/machine"), { file: byId("machine-file").value, folder: byId("run-folder").value }));
 }
 
@@ -89,5 +89,6 @@ function listenForRuns() {
   byId("run-report").addEventListener("click", () => doing(async () => {
     const { address } = await json("POST", pathTo("/machine/ticket"));
     replace("run-shown", [element("iframe", { src: address, title: "Report of the run" })]);
+    byId("run-shown").scrollIntoView();
   }));
 }
