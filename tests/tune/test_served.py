@@ -122,6 +122,7 @@ def test_an_interrupted_and_restored_run_is_not_running(identified):
     journal.write("stages", "write", what="set", gain=0.5)
     assert run_status(out, "translational")["undo"]
     undo(out, machine=make())
+    Journal(out).write("save", "removed")  # later entries do not change the outcome
     status = run_status(out, "translational")
     assert (status["outcome"], status["undo"], status["steps"][7]["state"]) == ("undone", "", "refused")
 
@@ -234,10 +235,17 @@ def test_the_latest_complete_record_of_a_motion_is_drawn(client, identified, mon
 def test_the_comparison_is_drawn_without_and_with_the_feedforward(finished):
     folder = finished[1]
     axis = read_machine(folder / "machine.toml").axis
-    _, error, _ = served.TunedMachine(folder / "machine.toml", folder / "out", {}, axis).record("before_2")
+    _, error, _ = served.TunedMachine(folder / "machine.toml", folder / "out", {}, axis).record("after_2")
     without, fed = (np.std(curve) for curve in error["curves"][1:])
     assert error["keys"] == ["without", "with"]
     assert fed < 0.5 * without
+
+
+def test_a_record_of_an_earlier_comparison_is_not_compared(client, identified):
+    assert (identified[1] / "out" / "records" / "after_2.csv").exists()
+    case, _ = chosen(client)
+    _, error, _ = client.get(f"{case}/machine/records/before_2").json()
+    assert (error["keys"], len(error["curves"])) == ([], 2)
 
 
 @pytest.mark.parametrize(

@@ -45,18 +45,26 @@ class TunedMachine:
 
     def as_data(self) -> dict[str, Any]:
         """Return the state of the run for the page, read without a connection to the machine."""
-        from bristle.tune.status import run_status
-
         written = {file.stem: file.stat().st_mtime for file in self.folder.glob("records/*.csv") if file.stem not in AT_REST}
         complete = {name: at for name, at in written.items() if time.time() - at > COMPLETE}
         name = max(complete, key=complete.__getitem__, default=None)
-        return {"run": run_status(self.folder, self.axis.kind), "record": name and {"name": name, "revision": complete[name]}}
+        run = self._run()
+        # The comparison changes the pictures of its records.
+        return {"run": run, "record": name and {"name": name, "revision": f"{complete[name]} {bool(run and run['change'])}"}}
+
+    def _run(self) -> dict[str, Any] | None:
+        from bristle.tune.status import run_status
+
+        return run_status(self.folder, self.axis.kind)
 
     def record(self, name: str) -> list[dict[str, Any]]:
-        """Return pictures of a record: motion, following error, effort; of the last record, without and with the feedforward."""
+        """Return pictures of a record: motion, following error, effort; after a comparison, without and with the feedforward."""
         if name not in {file.stem for file in self.folder.glob("records/*.csv")}:
             raise RefusedRequestError(404, "does not exist", path="record", value=name)
-        logs = [self._signals(single) for single in ((name, "after_2") if name == "before_2" else (name,))]
+        (side, _, number), run, names = name.partition("_"), self._run(), [name]
+        if number and run and run["change"] and side in ("before", "after"):
+            names = [f"before_{number}", f"after_{number}"]
+        logs = [self._signals(single) for single in names]
         at, reference, position, _ = logs[0]
         keys = ["without", "with"] if len(logs) > 1 else []
         length, force = (unit_of(quantity, self.axis.kind) for quantity in ("length", "force"))

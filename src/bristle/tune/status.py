@@ -40,9 +40,10 @@ def run_status(folder: Path, kind: Kind) -> dict[str, Any] | None:
 def _result(folder: Path, journal: Journal, latest: list[dict[str, Any]], kind: Kind) -> Tuning:
     """Return the result of the latest run; its outcome is "running" before its end."""
     facts = {entry["step"]: entry["facts"] for entry in latest if entry["event"] == "done"}
-    last, stopped = latest[-1], next((entry for entry in latest if entry["event"] == "stopped"), {})
+    last = next((entry for entry in reversed(latest) if entry["event"] in ("write", "restored", "kept")), {})
+    stopped = next((entry for entry in latest if entry["event"] == "stopped"), {})
     outcome = "kept" if journal.is_kept else "running"
-    if last["event"] == "restored" or (stopped and not journal.has_written):
+    if last.get("event") == "restored" or (stopped and not journal.has_written):
         outcome = "undone" if last.get("cause") == "undo" else "restored"
     reason = stopped.get("reason") or stopped.get("code") or last.get("cause", "")
     return Tuning(folder, outcome, stopped.get("code", ""), reason, facts, last.get("identical", True), kind)
