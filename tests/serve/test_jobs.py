@@ -4,6 +4,7 @@ import asyncio
 import os
 import signal
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -245,7 +246,9 @@ print(json.dumps({"facts": {"best": "until then"}}))
 
 RESTORES = """
 errand.report(0.5, "moving")
-while not errand.is_cancelled(): time.sleep(0.02)
+until = time.monotonic() + 20.0
+while not errand.is_cancelled() and time.monotonic() < until: time.sleep(0.02)
+if time.monotonic() > until: raise TimeoutError
 time.sleep(0.3)
 (errand.folder.parent.parent.parent / "restored").write_text("yes")
 return {"outcome": "restored"}, {}
@@ -275,10 +278,10 @@ def test_a_stopped_run_restores_its_machine(temporary, work, end):
         assert file.exists()
 
 
-@pytest.mark.parametrize("closes", [True, False])
-def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes):
+@pytest.mark.parametrize(("closes", "grace"), [(True, 3.0), (False, 3.0), (False, 0.05)])
+def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes, grace):
     work(RESTORES)
-    with served(LIMITS) as server, server.client() as client:
+    with served(replace(LIMITS, grace_seconds=grace)) as server, server.client() as client:
         case = begun(client)
         process, file = moving(server, client, case)
         if closes:
@@ -286,6 +289,22 @@ def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(tempora
     assert file.read_text() == "yes"
     with pytest.raises(ProcessLookupError):
         os.kill(process.pid, 0)
+
+
+def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work):
+    work(RESTORES)
+    job, folder = Job("tune", LIMITS), temporary / "a" / "b" / "c"
+    folder.mkdir(parents=True)
+
+    async def scenario():
+        running = asyncio.create_task(job.run({"folder": str(folder), "memory": 2**33, "logs": [], "options": {}}))
+        while job.share < 0.5:
+            await asyncio.sleep(0.02)
+        running.cancel()
+        await asyncio.wait([running])
+
+    asyncio.run(asyncio.wait_for(scenario(), 30.0))
+    assert (temporary / "restored").exists()
 
 
 def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):

@@ -95,6 +95,8 @@ class Job:
             asking.cancel()
             if not self.restores:
                 _kill(process)
+            elif process.returncode is None:  # the server ends
+                self.cancel()
             code, complaint = await process.wait(), await complaints
         return code, complaint
 
@@ -237,9 +239,7 @@ DEPENDS = {
     "compensated": ("fit", "axis", "loop", "model"),
     "exported": ("fit", "axis"),
     "excited": (),
-    "planned": ("machine",),
-    "tuned": ("machine",),
-    "undone": ("machine",),
+    **dict.fromkeys(("planned", "tuned", "undone"), ("machine",)),
 }
 
 
