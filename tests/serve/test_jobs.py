@@ -261,7 +261,8 @@ def moving(server, client, case):
     opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
     opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
     process = started(server, client, case, "tune")
-    while client.get(case).json()["job"]["share"] < 0.5:
+    while (job := client.get(case).json()["job"])["share"] < 0.5:
+        assert job["state"] == "runs", job
         time.sleep(0.02)
     return process, opened.folder.parent.parent / "restored"
 
@@ -299,6 +300,7 @@ def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work
     async def scenario():
         running = asyncio.create_task(job.run({"folder": str(folder), "memory": 2**33, "logs": [], "options": {}}))
         while job.share < 0.5:
+            assert job.runs, job.message
             await asyncio.sleep(0.02)
         running.cancel()
         await asyncio.wait([running])

@@ -114,6 +114,14 @@ def test_a_refused_step_states_its_reason_and_a_later_run_begins_again(identifie
     assert run_status(out, "translational")["outcome"] == "running"
 
 
+def test_a_machine_refused_before_the_first_write_is_not_running(tmp_path):
+    journal = Journal(tmp_path)
+    journal.write("identity", "begun", file="machine.toml")
+    journal.write("identity", "stopped", code="identity_changed", reason="the machine differs")
+    status = run_status(tmp_path, "translational")
+    assert (status["outcome"], status["steps"][0]["text"], status["undo"]) == ("restored", "the machine differs", "")
+
+
 def test_an_interrupted_and_restored_run_is_not_running(identified):
     make, folder = identified
     out = folder / "out"
