@@ -18,8 +18,7 @@ from urllib.parse import unquote
 from starlette.requests import ClientDisconnect, Request
 
 from bristle.core import InputError, in_one_line, shortened, size_in_words
-from bristle.server.limits import Limits
-from bristle.server.worker import RESTORING
+from bristle.server.limits import RESTORING, Limits
 
 if TYPE_CHECKING:
     from bristle.server.tune import TunedMachine

@@ -16,9 +16,8 @@ from starlette.routing import Route
 from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, announced_by, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
-from bristle.server.limits import Limits
+from bristle.server.limits import RESTORING, Limits
 from bristle.server.tune import TunedMachine
-from bristle.server.worker import RESTORING
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.

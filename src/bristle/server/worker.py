@@ -11,12 +11,12 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from bristle.core import BristleError, told_by
+from bristle.server.limits import RESTORING
 
 REFUSED = {
     KeyboardInterrupt: "cancelled before the first result",
     MemoryError: "there is not enough memory for this job. Use a shorter log",
 }
-RESTORING = ("plan", "tune", "undo")  # jobs that may write on a machine: they end themselves, when the machine is restored
 
 
 class Interruption:
