@@ -82,6 +82,7 @@ def test_the_page_gets_the_complete_state_of_an_analysis(case):
         "files": [{"number": 1, "label": "later.csv", "role": "held_out", "size": 7}],
         "axis": {"label": "stage.toml", "text": "schema = 1\n"},
         "parts": {"looked": {"revision": 2, "old": False, "word": "looked"}},
+        "machine": None,
         "job": None,
     }
 

@@ -4,11 +4,13 @@ import asyncio
 import os
 import signal
 import time
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.cases import Job
+from bristle.server.cases import Job, Part
 from bristle.server.limits import Limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -240,3 +242,78 @@ print(json.dumps({"facts": {"best": "until then"}}))
     job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
     assert asyncio.run(job.run({}))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)
+
+
+RESTORES = """
+errand.report(0.5, "moving")
+until = time.monotonic() + 20.0
+while not errand.is_cancelled() and time.monotonic() < until: time.sleep(0.02)
+if time.monotonic() > until: raise TimeoutError
+time.sleep(0.3)
+(errand.folder.parent.parent.parent / "restored").write_text("yes")
+return {"outcome": "restored"}, {}
+"""
+
+
+def moving(server, client, case):
+    """Start a run on a machine, and return its process and the file that shows its restored machine."""
+    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+    opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
+    opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
+    process = started(server, client, case, "tune")
+    while (job := client.get(case).json()["job"])["share"] < 0.5:
+        assert job["state"] == "runs", job
+        time.sleep(0.02)
+    return process, opened.folder.parent.parent / "restored"
+
+
+@pytest.mark.parametrize("end", [{}, {"at_once": True}])
+def test_a_stopped_run_restores_its_machine(temporary, work, end):
+    work(RESTORES)
+    with served(LIMITS) as server, server.client() as client:
+        case = begun(client)
+        _, file = moving(server, client, case)
+        assert client.post(f"{case}/cancel", json=end).json()["job"]["cancelled"]
+        state = settled(client, case)
+        assert (state["job"]["state"], state["parts"]["tuned"]["outcome"]) == ("done", "restored")
+        assert file.exists()
+
+
+@pytest.mark.parametrize(("closes", "grace"), [(True, 3.0), (False, 3.0), (False, 0.05)])
+def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes, grace):
+    work(RESTORES)
+    with served(replace(LIMITS, grace_seconds=grace)) as server, server.client() as client:
+        case = begun(client)
+        process, file = moving(server, client, case)
+        if closes:
+            client.delete(case)
+    assert file.read_text() == "yes"
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+
+
+def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work):
+    work(RESTORES)
+    job, folder = Job("tune", LIMITS), temporary / "a" / "b" / "c"
+    folder.mkdir(parents=True)
+
+    async def scenario():
+        running = asyncio.create_task(job.run({"folder": str(folder), "memory": 2**33, "logs": [], "options": {}}))
+        while job.share < 0.5:
+            assert job.runs, job.message
+            await asyncio.sleep(0.02)
+        running.cancel()
+        await asyncio.wait([running])
+
+    asyncio.run(asyncio.wait_for(scenario(), 30.0))
+    assert (temporary / "restored").exists()
+
+
+def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):
+    work("return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}")
+    job = Job("tune", LIMITS)
+    job.kill()
+    request = {"folder": str(temporary), "memory": 2**33, "logs": [], "options": {}}
+    assert asyncio.run(job.run(request))
+    assert job.facts == {"was_cancelled": True}
+    assert Job("tune", LIMITS)._limits.job_seconds > 3600.0

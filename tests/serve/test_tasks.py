@@ -137,7 +137,7 @@ def test_a_table_marks_columns_of_numbers():
 
 
 def test_the_page_asks_for_tasks_by_name():
-    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "compensate", "export", "excite"]
+    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "compensate", "export", "excite", "plan", "tune", "undo"]
     assert all(task.__name__ == name for name, task in tasks.TASKS.items())
 
 

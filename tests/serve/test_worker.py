@@ -45,7 +45,7 @@ def process(monkeypatch, tmp_path):
     copied = {1: output}  # of the standard output alone
     calls = {"dup2": noted("dup2"), "chdir": noted("chdir"), "_exit": worker.sys.exit}
     monkeypatch.setattr(worker, "os", Some(dup=copied.__getitem__, fdopen=lambda stream, mode, encoding: stream, **calls))
-    monkeypatch.setattr(worker, "Interruption", lambda: Some(allowed="allowed"))
+    monkeypatch.setattr(worker, "Interruption", lambda **_: Some(allowed="allowed"))
     monkeypatch.setattr(signal, "signal", noted("signal"))
     monkeypatch.setattr(resource, "setrlimit", noted("limit"))
     return run
@@ -162,3 +162,16 @@ def test_work_is_not_interrupted_in_an_import_but_after_it(orders, monkeypatch):
     with item.allowed():
         item._listen()
     assert (interrupted, list(states)) == ([True], [])
+
+
+def test_a_run_on_a_machine_outlives_its_server_until_the_machine_is_restored(monkeypatch):
+    ended = []
+    monkeypatch.setattr(worker.os, "_exit", ended.append)
+    for restores, codes in ((True, []), (False, [1])):
+        monkeypatch.setattr(worker.sys, "stdin", io.StringIO(""))
+        interruption = Interruption(restores=restores)
+        for thread in threading.enumerate():
+            if thread is not threading.main_thread() and thread.daemon:
+                thread.join(2.0)
+        assert interruption.requested
+        assert ended == codes

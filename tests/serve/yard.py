@@ -120,15 +120,15 @@ import sys, time, os, types
 tasks = types.ModuleType("bristle.server.tasks")
 class Errand:
     @classmethod
-    def of(cls, request, report, interruptible):
+    def of(cls, request, report, interruptible, is_cancelled):
         errand = cls()
-        errand.__dict__.update(request, report=report, interruptible=interruptible)
+        errand.__dict__.update(request, report=report, interruptible=interruptible, is_cancelled=is_cancelled)
         from pathlib import Path
         errand.folder = Path(request["folder"])
         return errand
 def work(errand):
 {body}
-tasks.Errand, tasks.TASKS = Errand, dict.fromkeys(("look", "check", "identify", "predict", "export", "excite"), work)
+tasks.Errand, tasks.TASKS = Errand, dict.fromkeys(("look", "check", "identify", "predict", "export", "excite", "tune"), work)
 tasks.DATA = "data.json"
 sys.modules["bristle.server.tasks"] = sys.modules["bristle.server.errand"] = tasks
 from bristle.server.worker import main

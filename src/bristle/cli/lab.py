@@ -44,7 +44,8 @@ def lab(
     offline. Open LAB.html#selftest to test whether the browser computes bit by bit the same numbers as Python.
 
     With --serve, the workflow runs in the browser, on this machine only: drop logs, confirm columns, units and signs,
-    check, identify, compensate and export, or design the motion to record. Ctrl-C ends the server.
+    check, identify, compensate and export, design the motion to record, or tune a machine whose file is in the present
+    folder or below. Ctrl-C ends the server.
     """
     from bristle.core import InputError
 

@@ -14,11 +14,12 @@ from starlette.responses import JSONResponse, Response
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bristle import __version__
+from bristle.core import InputError
 from bristle.exports import TARGETS, as_json
 from bristle.friction import DEFAULT_MODELS, MODELS, find
 from bristle.lab.page import environment, hash_of, joined
 from bristle.palette import colour_variables
-from bristle.server.cases import Cases, RefusedRequestError
+from bristle.server.cases import Cases
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
 from bristle.server.loop import controller_fields
@@ -36,7 +37,7 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
         await routes.end()
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
-    app = Starlette(routes=routes.all(), middleware=[gate], exception_handlers={RefusedRequestError: _refused}, lifespan=lifespan)
+    app = Starlette(routes=routes.all(), middleware=[gate], exception_handlers={InputError: _refused}, lifespan=lifespan)
     app.state.cases, app.state.opening = cases, opening
     return app
 
@@ -47,12 +48,11 @@ def _html(page: str, policy: str) -> Response:
 
 async def _refused(_: Request, error: Exception) -> Response:
     """Answer a refused request with the reason; do not wait for the rest of its body."""
-    assert isinstance(error, RefusedRequestError)
-    return JSONResponse({"message": str(error)}, error.status, headers={"connection": "close"})
+    return JSONResponse({"message": str(error)}, getattr(error, "status", 400), headers={"connection": "close"})
 
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
-SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "loop.js", "steps.js", "server.js")
+SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "loop.js", "steps.js", "tune.js", "server.js")
 TO_PAGE = 'location.replace("/" + location.hash)'
 # The page that redirects to the main page and keeps the fragment, with its content security policy.
 ENTER = (

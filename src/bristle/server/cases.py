@@ -10,16 +10,20 @@ import sys
 import time
 from collections.abc import AsyncIterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 from starlette.requests import ClientDisconnect, Request
 
 from bristle.core import InputError, in_one_line, shortened, size_in_words
-from bristle.server.limits import Limits
+from bristle.server.limits import RESTORING, Limits
 
+if TYPE_CHECKING:
+    from bristle.server.tune import TunedMachine
+
+DAY = 86400.0  # [s]
 TAIL = 2000  # of the error output of a library
 CODE = "from bristle.server.worker import main; main()"
 
@@ -28,7 +32,8 @@ class Job:
     """Work in a separate process."""
 
     def __init__(self, task: str, limits: Limits) -> None:
-        self.task, self._limits = task, limits
+        self.task, self.restores = task, task in RESTORING
+        self._limits = replace(limits, job_seconds=DAY) if self.restores else limits
         self.state, self.share, self.text, self.message = "runs", 0.0, "starting", ""
         self.facts: dict[str, Any] = {}
         self._begun, self._ended = time.monotonic(), 0.0
@@ -87,7 +92,10 @@ class Job:
             self._late = True
         finally:
             asking.cancel()
-            _kill(process)
+            if not self.restores:
+                _kill(process)
+            elif process.returncode is None:  # the server ends
+                self.cancel()
             code, complaint = await process.wait(), await complaints
         return code, complaint
 
@@ -97,7 +105,7 @@ class Job:
         if self._killed:  # during its start
             _kill(process)
         with suppress(ConnectionError):
-            process.stdin.write(json.dumps(request).encode() + b"\n")
+            process.stdin.write(json.dumps(request).encode() + (b"\ncancel\n" if self._cancelled else b"\n"))
             await process.stdin.drain()
         while line := await process.stdout.readline():
             event = json.loads(line)
@@ -122,6 +130,7 @@ class Job:
 
     def cancel(self) -> None:
         """Ask the job to end with its best result."""
+        self._cancelled = self._cancelled or self.restores
         if not self.runs or self._process is None or self._process.stdin is None:
             return
         self._cancelled = True
@@ -129,7 +138,10 @@ class Job:
             self._process.stdin.write(b"cancel\n")
 
     def kill(self) -> None:
-        """End the job at once."""
+        """End the job at once; a job that may write on a machine restores it first."""
+        if self.restores:
+            self.cancel()
+            return
         self._killed = True
         if self._process is not None:
             _kill(self._process)
@@ -226,6 +238,7 @@ DEPENDS = {
     "compensated": ("fit", "axis", "loop", "model"),
     "exported": ("fit", "axis"),
     "excited": (),
+    **dict.fromkeys(("planned", "tuned", "undone"), ("machine",)),
 }
 
 
@@ -265,10 +278,11 @@ class Case:
     axis_label: str = "axis.toml"
     parts: dict[str, Part] = field(default_factory=dict)
     job: Job | None = None
+    machine: "TunedMachine | None" = None
     turn: asyncio.Lock = field(default_factory=asyncio.Lock)
     seen_at: float = field(default_factory=time.monotonic)
     _numbers: int = 0
-    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model"), 0))
+    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model", "machine"), 0))
 
     def number(self) -> int:
         """Return a number that is new in this analysis."""
@@ -305,6 +319,7 @@ class Case:
             "files": [file.as_data() for file in self.files.values()],
             "axis": {"label": self.axis_label, "text": self.axis},
             "parts": {name: {"revision": part.revision, "old": self.is_old(name), **part.facts} for name, part in self.parts.items()},
+            "machine": None if self.machine is None else self.machine.names,
             "job": None if self.job is None else self.job.as_data(),
         }
 

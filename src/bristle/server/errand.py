@@ -1,4 +1,4 @@
-"""`Errand`: the input of a job, as bytes and labels. A browser never chooses a path on this machine."""
+"""`Errand`: the input of a job, as bytes and labels. A browser chooses no path on this machine, except those of `TunedMachine`."""
 
 from __future__ import annotations
 
@@ -49,16 +49,22 @@ class Errand:
     results: Path | None
     report: Callable[[float, str], None]
     interruptible: Callable[[], AbstractContextManager[None]]
+    is_cancelled: Callable[[], bool] = lambda: False
 
     @classmethod
     def of(
-        cls, request: Mapping[str, Any], report: Callable[[float, str], None], interruptible: Callable[[], AbstractContextManager[None]]
+        cls,
+        request: Mapping[str, Any],
+        report: Callable[[float, str], None],
+        interruptible: Callable[[], AbstractContextManager[None]],
+        is_cancelled: Callable[[], bool] = lambda: False,
     ) -> Errand:
         """Return the errand of a request from the server."""
         own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
         logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
         results = None if request["results"] is None else Path(request["results"])
-        return cls(Path(request["folder"]), logs, results=results, report=report, interruptible=interruptible, **own)
+        own |= {"report": report, "interruptible": interruptible, "is_cancelled": is_cancelled}
+        return cls(Path(request["folder"]), logs, results=results, **own)
 
     @property
     def fitted(self) -> list[LabelledLog]:

@@ -16,13 +16,15 @@ from starlette.routing import Route
 from bristle.server.cases import ROLES, Case, Cases, Job, Part, RefusedRequestError, StoredFile, announced_by, json_of, label_of, stored
 from bristle.server.errand import DATA
 from bristle.server.gate import ENTRANCE, HAS_TOKEN, Opening
-from bristle.server.limits import Limits
+from bristle.server.limits import RESTORING, Limits
+from bristle.server.tune import TunedMachine
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
 LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
-SHORT = ("look", "check", "predict", "compensate", "export")  # jobs that the next request waits for
+LEAVES |= {"plan": "planned", "tune": "tuned", "undo": "undone"}
+SHORT = ("look", "check", "predict", "compensate", "export", "plan", "undo")  # jobs that the next request waits for
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
@@ -40,6 +42,7 @@ class Routes:
         self._cases, self._opening, self._limits, self._page, self._entrance = cases, opening, limits, page, entrance
         self._work: set[asyncio.Task[None]] = set()
         self._tickets: dict[str, tuple[Path, float]] = {}
+        self._home = Path.cwd()
 
     def all(self) -> list[Route]:
         """Return all routes."""
@@ -59,6 +62,10 @@ class Routes:
             Route(f"{case}/parts/{{part}}", self.part, methods=["GET"]),
             Route(f"{case}/parts/{{part}}/archive", self.archive, methods=["GET"]),
             Route(f"{case}/parts/{{part}}/ticket", self.ticket, methods=["POST"]),
+            Route(f"{case}/machine", self.choose_machine, methods=["POST"]),
+            Route(f"{case}/machine", self.run_of_machine, methods=["GET"]),
+            Route(f"{case}/machine/records/{{name}}", self.record, methods=["GET"]),
+            Route(f"{case}/machine/ticket", self.ticket_of_run, methods=["POST"]),
         ]
 
     async def page(self, request: Request) -> Response:
@@ -148,6 +155,11 @@ class Routes:
             return JSONResponse(case.as_data())
         if case.job is not None and case.job.runs:
             raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait until the job ends, or cancel it")
+        if task in RESTORING:
+            machine = self._machine(case)
+            options = {"file": str(machine.file), "folder": str(machine.folder)}
+            if task == "tune" and ("planned" not in case.parts or case.is_old("planned")):
+                raise RefusedRequestError(409, "needs its plan", path="run", mend="Show the plan first")
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
             raise RefusedRequestError(429, f"{running} jobs are running", path="job", mend="Wait until a job has ended")
@@ -214,10 +226,34 @@ class Routes:
         part, name = self._part(request), request.path_params["part"]
         if name not in REPORTS:
             raise RefusedRequestError(404, "has no report", path=name)
+        return self._ticket_for(part.folder / REPORTS[name])
+
+    async def choose_machine(self, request: Request) -> Response:
+        """Choose the machine file and the folder of a run, by their paths below the folder of the server."""
+        body, case = await self._body(request), self._case(request)
+        if case.job is not None and case.job.runs and case.job.restores:
+            raise RefusedRequestError(409, "is in use by the running job", path="machine", mend="Wait until the job ends, or stop it")
+        case.machine = await asyncio.to_thread(TunedMachine.of, self._home, body)
+        case.changed("machine")
+        return JSONResponse(case.as_data())
+
+    async def run_of_machine(self, request: Request) -> Response:
+        """Return the state of the run in the folder, also of a run of another process."""
+        return JSONResponse(await asyncio.to_thread(self._machine(self._case(request)).as_data))
+
+    async def record(self, request: Request) -> Response:
+        """Return the curves of a record of the run."""
+        return JSONResponse(await asyncio.to_thread(self._machine(self._case(request)).record, request.path_params["name"]))
+
+    async def ticket_of_run(self, request: Request) -> Response:
+        """Return an address that shows the report of the run once."""
+        return self._ticket_for(self._machine(self._case(request)).folder / REPORT)
+
+    def _ticket_for(self, file: Path) -> Response:
         now = time.monotonic()
         self._tickets = {key: value for key, value in self._tickets.items() if value[1] > now}
         ticket = secrets.token_urlsafe(32)
-        self._tickets[ticket] = (part.folder / REPORTS[name], now + LONGEST_REPORT_TICKET)
+        self._tickets[ticket] = (file, now + LONGEST_REPORT_TICKET)
         return JSONResponse({"address": f"/shown/{ticket}"}, 201)
 
     async def show_report(self, request: Request) -> Response:
@@ -234,10 +270,15 @@ class Routes:
             if case.job is not None:
                 case.job.kill()
         if self._work:
-            await asyncio.wait(self._work, timeout=5.0)  # until killed processes are gone
+            await asyncio.wait(self._work, timeout=self._limits.grace_seconds)  # until killed processes are gone, and machines restored
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]
+
+    def _machine(self, case: Case) -> TunedMachine:
+        if case.machine is None:
+            raise RefusedRequestError(404, "is missing", path="machine file", mend="Name a machine file and a folder")
+        return case.machine
 
     def _file(self, request: Request) -> tuple[Case, StoredFile]:
         case = self._case(request)

@@ -17,6 +17,7 @@ from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
 from bristle.server.errand import Answer, Errand, thinned, zipped
 from bristle.server.loop import POINTS, compensate, write_results
+from bristle.server.tune import plan, tune, undo
 
 PLOTTED = ("position", "velocity", "reference", "effort")
 
@@ -199,4 +200,4 @@ def excite(errand: Errand) -> Answer:
 
 
 # By their names in the page.
-TASKS = {task.__name__: task for task in (look, check, identify, predict, compensate, export, excite)}
+TASKS = {task.__name__: task for task in (look, check, identify, predict, compensate, export, excite, plan, tune, undo)}

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from bristle.core import BristleError, told_by
+from bristle.server.limits import RESTORING
 
 REFUSED = {
     KeyboardInterrupt: "cancelled before the first result",
@@ -19,19 +20,24 @@ REFUSED = {
 
 
 class Interruption:
-    """Requests of the server during the work: end with the best result, or, if the server disconnects, at once."""
+    """Requests of the server during the work: end with the best result, or, if the server disconnects, at once.
 
-    def __init__(self) -> None:
-        self._lock, self._allowed, self._requested = threading.Lock(), False, False
+    Work that restores a machine ends itself in both cases.
+    """
+
+    def __init__(self, *, restores: bool = False) -> None:
+        self._lock, self._allowed, self.requested, self._restores = threading.Lock(), False, False, restores
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
         for line in sys.stdin:
             if line.strip() == "cancel":
                 with self._lock:
-                    self._requested = True
+                    self.requested = True
                 self._interrupt()
-        os._exit(1)  # the server is gone, so that the result is useless
+        self.requested = True
+        if not self._restores:
+            os._exit(1)  # the server is gone, so that the result is useless
 
     def _interrupt(self) -> None:
         """Raise `KeyboardInterrupt` in the work, but never in an import, which would stay incomplete."""
@@ -51,7 +57,7 @@ class Interruption:
     def allowed(self) -> Iterator[None]:
         """Allow interruption of the work in this block; an earlier request takes effect at once."""
         with self._lock:
-            self._allowed, requested = True, self._requested
+            self._allowed, requested = True, self.requested
         if requested:
             self._interrupt()
         try:
@@ -90,13 +96,13 @@ def main() -> None:
             with suppress(AttributeError, ValueError, OSError):
                 resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
     os.chdir(request["folder"])  # results name files relative to their folder
-    interruption = Interruption()
+    interruption = Interruption(restores=request["task"] in RESTORING)
     try:
         from bristle.files import plain
         from bristle.server.errand import DATA, Errand
         from bristle.server.tasks import TASKS
 
-        errand = Errand.of(request, lambda share, text: tell(share=share, text=text), interruption.allowed)
+        errand = Errand.of(request, lambda share, text: tell(share=share, text=text), interruption.allowed, lambda: interruption.requested)
         facts, data = TASKS[request["task"]](errand)
         (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
     except (KeyboardInterrupt, BristleError, MemoryError) as error:

@@ -30,16 +30,17 @@ class Journal:
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / NAME
-        self.entries, self._last = _read(self.path)
+        self.entries, self._last, self._is_cut = _read(self.path)
 
     def write(self, step: str, event: str, **facts: Any) -> dict[str, Any]:
         """Append an entry: `event` of a step (begun, write, file, done, stopped, restored, kept, saving, saved, removed)."""
         entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
         line = json.dumps(entry, ensure_ascii=False).encode()
         with self.path.open("ab") as file:
-            file.write(line + b"\n")
+            file.write((b"\n" if self._is_cut else b"") + line + b"\n")
             file.flush()
             os.fsync(file.fileno())
+        self._is_cut = False
         self._last = _hash(line)
         self.entries.append(entry)
         return entry
@@ -72,14 +73,11 @@ class Journal:
         return "" if last is None else last["event"]
 
 
-def _read(path: Path) -> tuple[list[dict[str, Any]], str]:
-    """Return the entries of a journal and the hash of its last line; a line that a killed process left incomplete is skipped."""
+def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
+    """Return the entries of a journal, the hash of its last line, and whether a killed or a writing process left a line incomplete."""
     if not path.exists():
-        return [], ""
+        return [], "", False
     data = path.read_bytes()
-    if data and not data.endswith(b"\n"):
-        with path.open("ab") as file:
-            file.write(b"\n")
     entries: list[dict[str, Any]] = []
     last = ""
     for number, line in enumerate(data.splitlines(), 1):
@@ -92,7 +90,7 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str]:
             raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)
         entries.append(entry)
         last = _hash(line)
-    return entries, last
+    return entries, last, bool(data) and not data.endswith(b"\n")
 
 
 def _hash(line: bytes) -> str:

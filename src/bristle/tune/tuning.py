@@ -217,7 +217,7 @@ def _do(run: Run, step: Step, number: int) -> None:
     if step.resumes and entry is not None:
         run.facts[step.name] = entry["facts"]
         return
-    run.journal.write(step.name, "begun", file=str(run.file.source), sha256=_checksum(run.file), options=vars(run.options))
+    run.journal.write(step.name, "begun", file=str(run.file.source.absolute()), sha256=_checksum(run.file), options=vars(run.options))
     inner = run.progress
     if inner is not None:
         planned = [facts["seconds"] or COMPUTES for facts in _planned(run).values()]
@@ -308,7 +308,8 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
 def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
     """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
     # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
-    own = ("linuxcnc",) if file.machine == "linuxcnc" else [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source]
+    address = [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
+    own = ["linuxcnc"] if file.machine == "linuxcnc" else address
     key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
     path = state_folder("tune") / f"{key}.lock"
     with path.open("a+b") as opened:

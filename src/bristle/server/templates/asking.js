@@ -2,7 +2,7 @@
 
 const settings = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
-const [token, opened] = location.hash.slice(1).split(".");
+const [token, opened, view] = location.hash.slice(1).split(".");
 
 class Refusal extends Error {}
 

@@ -1,7 +1,7 @@
 // The page follows the server: it polls the state of an analysis and shows it. A second tab, or a reload, shows the same state.
 
 const BUSY = 300, IDLE = 2500; // [ms] between two polls
-const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", compensate: "Compensating", export: "Exporting", excite: "Designing" };
+const WORDS = { look: "Reading", check: "Checking", identify: "Identifying", predict: "Predicting", compensate: "Compensating", export: "Exporting", excite: "Designing", plan: "Planning", tune: "Tuning", undo: "Undoing" };
 const STEPS = ["Log", "Columns", "Check", "Identify", "Verdict", "Compensate"];
 const WAITS = ["", "waits for a log", "waits for columns and units", "waits for usable logs", "waits for a model", "waits for a model"];
 const shown = {}, contents = {};
@@ -29,6 +29,7 @@ async function follow() {
     await take(await json("GET", pathTo()));
   } catch (error) {
     fail(error.message);
+    clearTimeout(timer);
     if (error.status === 404) return;
     timer = setTimeout(follow, IDLE);
   }
@@ -38,9 +39,9 @@ async function start(task, options = {}) { await take(await json("POST", pathTo(
 
 async function begin() {
   const fresh = await json("POST", "/api/cases");
-  history.replaceState(null, "", `#${token}.${fresh.id}`);
   for (const name of Object.keys(shown)) delete shown[name];
   await take(fresh);
+  showView(byId("tune").hidden ? "identify" : "tune");
 }
 
 // --- what is shown -------------------------------------------------------------------------------------------------
@@ -79,9 +80,11 @@ function showJob() {
   byId("job").hidden = !runs;
   if (runs) {
     byId("job-task").textContent = WORDS[job.task];
-    byId("job-text").textContent = `${job.cancelled ? "ending with the best result" : job.text}, ${job.seconds.toFixed(0)} s`;
+    byId("job-text").textContent = `${job.cancelled ? job.task === "tune" ? "restoring the machine" : "ending with the best result" : job.text}, ${job.seconds.toFixed(0)} s`;
     byId("job-share").value = job.share;
     byId("cancel").hidden = job.task !== "identify" || job.cancelled;
+    byId("stop").hidden = ["plan", "undo"].includes(job.task) || (job.task === "tune" && job.cancelled);
+    byId("stop").textContent = job.task === "tune" ? "Stop, and restore the machine" : "Stop now, without a result";
   }
   for (const id of ["identify", "compensate-now", "export", "design", "check-now"]) {
     const control_ = byId(id);
@@ -107,6 +110,7 @@ const VIEWS = {
     replace("excited", excitedView(data, () => doing(() => saved(pathTo("/parts/excited/archive"), "motion.zip"))));
     doing(() => report("excited", "excited-report"));
   },
+  planned: (data) => replace("planned", planView(data)),
 };
 // Steps 5 and 6 after an identification, and again after another controller.
 function showResults() {
@@ -117,7 +121,7 @@ function showResults() {
   doing(() => report("identified", "report"));
 }
 
-const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"] };
+const HOLDERS = { looked: ["columns"], checked: ["check"], identified: ["verdict", "compensate"], compensated: [], predicted: ["predicted"], exported: ["exported"], excited: ["excited"], planned: ["planned"] };
 const RESULTS = { identified: "step-5", compensated: "step-6", exported: "exported" }; // where the page goes when they are ready
 
 async function show() {
@@ -138,6 +142,7 @@ async function show() {
   showSteps(); // last: what a step unlocks stays where it appears
   if (ready) byId(ready).scrollIntoView();
   showJob();
+  await showRun();
 }
 
 async function report(part, place) {
@@ -186,7 +191,7 @@ function listen() {
   byId("new").addEventListener("click", () => doing(begin));
   byId("close").addEventListener("click", () => doing(async () => { if (confirm("Remove logs and results of this analysis?")) { await json("DELETE", pathTo()); await begin(); } }));
   byId("to-excite").addEventListener("click", (event) => { event.preventDefault(); byId("excite-more").open = true; byId("excite").scrollIntoView(); });
-  document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); byId("files").focus(); });
+  document.querySelector(".skip").addEventListener("click", (event) => { event.preventDefault(); byId(byId("tune").hidden ? "files" : "machine-file").focus(); });
 }
 
 doing(async () => {
@@ -194,10 +199,16 @@ doing(async () => {
   byId("targets").append(...choicesOf(settings.targets, "target", "radio"));
   replace("excitation", excitationForm((options) => doing(() => start("excite", options))));
   listen();
+  listenForRuns();
   if (!token) throw new Refusal("The address lacks its token. Open the address printed by bristle");
   try {
     if (!opened) await begin();
     else await take(await json("GET", `/api/cases/${opened}`));
+    for (const [id, name] of [["machine-file", "file"], ["run-folder", "folder"]]) byId(id).value = state.machine?.[name] ?? byId(id).value;
+    if (view === "tune") {
+      showView(view);
+      await showRun();
+    }
   } catch (error) {
     if (error.status !== 404) throw error;
     await begin();
