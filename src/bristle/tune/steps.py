@@ -259,9 +259,14 @@ def _feedforward(run: Run) -> FrictionFeedforward:
     return FrictionFeedforward(path.parent, name, plant, friction, run.facts["identification"]["lead"], run.limits.effort)
 
 
+def cycles_compared(cycles: int) -> int:
+    """Return the number of cycles of a record that is compared, without those that run in."""
+    return max(cycles // 2 - 1, 2)
+
+
 def comparison(run: Run) -> None:
     """Record before and after alternately: the change of each quantity with its interval, without thermal drift."""
-    gain, motion = run.facts["stages"]["gain"], run.motion(max(run.file.cycles // 2 - 1, 2) + RUN_IN)
+    gain, motion = run.facts["stages"]["gain"], run.motion(cycles_compared(run.file.cycles) + RUN_IN)
     if run.feedforward is None:
         run.load(_feedforward(run))
     records: tuple[list[Recording], list[Recording]] = ([], [])

@@ -17,7 +17,7 @@ from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, SavingMachine
 from bristle.tune.machines import connected
 from bristle.tune.run import MODEL, RESULTS, Options, Run
-from bristle.tune.steps import STEPS, Step
+from bristle.tune.steps import ORDER, RUN_IN, STEPS, Step, cycles_compared
 
 SUMMARY = "summary.json"
 COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
@@ -288,7 +288,7 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
         "excitation": run.options.duration,
         "stages": 12 * cycle,
     }
-    seconds["comparison"] = 4 * run.file.cycles * cycle
+    seconds["comparison"] = len(ORDER) * (cycles_compared(run.file.cycles) + RUN_IN) * cycle
     low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
     stroke = run.limits.travel
     travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke}
