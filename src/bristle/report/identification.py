@@ -15,10 +15,10 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
+from bristle.report.judgement import WRITTEN_BY, feedforward_text, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import advice_of, assumptions_of, message, notes_of, warnings_of, why_effective
+from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -122,7 +122,12 @@ def identification_report(
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table" if usable else ""),
+        Section(
+            "parameters",
+            "Parameters",
+            [second_pass_of(fit), Block("table", parameter_table(fit, axis), ("long",))],
+            "Drive table" if usable else "",
+        ),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
         Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
@@ -143,6 +148,7 @@ def identification_report(
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
         next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
+        feedforward=feedforward_text(fit),
     )
     return report_page("identification", facts, front, sections, living=living, **options)
 
