@@ -107,10 +107,10 @@ def test_rejected_lines_leave_the_first_pass_and_state_both_errors(cogged, taken
 def test_lines_with_which_no_model_fits_are_rejected(cogged, monkeypatch):
     original = identifying._passed
 
-    def refused(asked, share, pairs, *why):
+    def refused(common, share, pairs, *reason):
         if pairs[0][1].cogging:
             raise InputError("has too few rows", path="log")
-        return original(asked, share, pairs, *why)
+        return original(common, share, pairs, *reason)
 
     monkeypatch.setattr(identifying, "_passed", refused)
     result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)

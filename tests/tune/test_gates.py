@@ -7,7 +7,6 @@ import pytest
 from tests.tune.machine import BenchMachine, written
 
 import bristle as br
-from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.files import read_machine
 from bristle.prediction import first_gain

@@ -27,7 +27,7 @@ from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import KNOWN, PriorKnowledge, Role, names_of, offset_of
+from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, calmed, treat_all
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, second_pass
@@ -44,7 +44,7 @@ WITHOUT_SLOTS = "interrupted: the search for slots is incomplete"
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 AGAIN = "second pass, "  # before a task of the progress
-_Asked = tuple[
+_Common = tuple[
     Sequence[FrictionModel], bool, int | None, Settings, Callable[[Axis | None], PriorKnowledge], tuple[float | None, int | None]
 ]  # of each pass: models, whether with slots, blocks, thresholds, prior knowledge, cut-off and decimation
 TELLS_CHANNEL = "lugre"
@@ -116,7 +116,7 @@ def identify(
     settings : Settings or mapping of str to float, optional
         Thresholds of diagnostics, by name; by default the thresholds of the axis, else the default values.
     progress : callable, optional
-        Called with the share of the work done and the current task.
+        Called with the share of the work better and the current task.
 
     Returns
     -------
@@ -148,33 +148,33 @@ def identify(
             mend = "Name the column of force, torque or current in the axis file"
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, _), kind = pairs[0], pairs[0][0].kind
-    freed, treatment_asked = request.freed(free, components), request.treatment_of(cutoff, decimation, kind)
+    shapes = request.freed(free, components)
 
-    def known(axis: Axis | None) -> PriorKnowledge:
-        return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=freed)
+    def prior_of(axis: Axis | None) -> PriorKnowledge:
+        return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
-    asked = components, extended, blocks, chosen, known, treatment_asked
+    common = components, extended, blocks, chosen, prior_of, request.treatment_of(cutoff, decimation, kind)
     twice, count = chosen.lines_gain < 1.0 and blocks != 0, len(components) + extended
     fitting = (1 + twice) * count
     share = partial(_share, progress, fitting + DRAWING * bool(draws))
-    done, second = _passed(asked, share, pairs), None
+    better, second = _passed(common, share, pairs), None
     if twice:
-        again = partial(_passed, asked, lambda number, task: share(count + number, f"{AGAIN}{task}"))
-        done, second = second_pass(done, pairs, again, chosen.lines_gain)
+        again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"))
+        better, second = second_pass(better, pairs, again, chosen.lines_gain)
         share(fitting - 1, f"fitting {components[-1].name}")(1.0)
-    (best, *rest), unfinished = done.fits, done.unfinished or WITHOUT_DRAWS * (done.interrupted and bool(draws))
+    (best, *rest), unfinished = better.fits, better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
-        report, estimation = share(fitting, f"fitting {best.name} to simulated logs"), done.estimations[best.name]
+        report, estimation = share(fitting, f"fitting {best.name} to simulated logs"), better.estimations[best.name]
         observed = all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
         try:
             best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
             if observed:
-                logs = [log for log, _ in done.pairs]
-                best = foreseen(best, estimation, done.context, logs, between(report, 0.5 * DRAWING, DRAWING))
-            best = with_loops(best, done.pairs)
+                logs = [log for log, _ in better.pairs]
+                best = foreseen(best, estimation, better.context, logs, between(report, 0.5 * DRAWING, DRAWING))
+            best = with_loops(best, better.pairs)
         except KeyboardInterrupt:
             unfinished = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
-    dataset = done.context.dataset
+    dataset = better.context.dataset
     treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),
@@ -186,16 +186,16 @@ def identify(
         **({"lag": best.lag} if best.lag is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
-    further = tuple(log for log, _ in done.pairs[1:])
-    return Identification((best, *rest), first_log, treatment, further, unfinished, broken, done.left_out, chosen, second)
+    further = tuple(log for log, _ in better.pairs[1:])
+    return Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
 
 
 def _passed(
-    asked: _Asked, share: Callable[[int, str], Report], pairs: Sequence[tuple[Log, Axis | None]], why_offset: str = KNOWN
+    common: _Common, share: Callable[[int, str], Report], pairs: Sequence[tuple[Log, Axis | None]], offset_reason: str = STATED
 ) -> Passed:
     """Return the fits of all models with these axes, and with the reason of a known offset."""
-    components, extended, blocks, settings, known, treatment = asked
-    prior = replace(known(pairs[0][1]), why_offset=why_offset)
+    components, extended, blocks, settings, prior_of, treatment = common
+    prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
     context = _context(pairs, prior, settings, share, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)

@@ -13,7 +13,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, unit_of
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.parameters import KNOWN, TAKEN
+from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
 
@@ -93,8 +93,8 @@ def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, 
         "harmonics": lambda value: ("[[cogging]]", "harmonics", str(list(value))),
         "travel": lambda value: ("[transmission]", "lead", f'"{value!r} m"'),
     }
-    known = any(line.value == "screw" for line in lines)
-    return [written[line.key](line.value) for line in lines if line.key != "travel" or not known]
+    has_lead = any(line.value == "screw" for line in lines)
+    return [written[line.key](line.value) for line in lines if line.key != "travel" or not has_lead]
 
 
 def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float) -> tuple[Passed, SecondPass | None]:
@@ -104,9 +104,9 @@ def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Pass
     if not lines or before == math.inf or first.unfinished or first.interrupted:
         return first, None
     # All models are fitted again: with a known force, another model may be the best.
-    again, why = first, TAKEN if any(line.key == "offset" for line in lines) else KNOWN
+    again, reason = first, PROPOSED if any(line.key == "offset" for line in lines) else STATED
     try:
-        again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], why)
+        again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], reason)
         after = _held_out(again.fits[0])
     except KeyboardInterrupt:
         return first._replace(unfinished=INTERRUPTED), None
@@ -115,8 +115,8 @@ def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Pass
     if again.unfinished or again.interrupted:
         return first._replace(unfinished=INTERRUPTED), None
     second = SecondPass(lines, before, after, after < (1.0 - gain) * before)
-    done = again if second.taken else first
-    return done._replace(fits=[_noted(done.fits[0], second, axis), *done.fits[1:]]), second
+    better = again if second.taken else first
+    return better._replace(fits=[_noted(better.fits[0], second, axis), *better.fits[1:]]), second
 
 
 def _held_out(fit: Fit) -> float:

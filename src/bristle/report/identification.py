@@ -103,13 +103,12 @@ def identification_report(
     thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts: list[object] = [why_only_similar(fit)]
-    doubts += [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
+    doubts = [why_only_similar(fit), Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
     if measurements := next_measurements(fit):
         motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
         doubts += ["Measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
-    quality = ". ".join(map(capital, misfit(fit))) + "."
+    quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
     read = [
@@ -122,12 +121,7 @@ def identification_report(
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section(
-            "parameters",
-            "Parameters",
-            [second_pass_of(fit), Block("table", parameter_table(fit, axis), ("long",))],
-            "Drive table" if usable else "",
-        ),
+        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table" if usable else ""),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
         Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
