@@ -1,6 +1,7 @@
 """Lines that a first pass proposes for the axis file are tried in a second pass, and judged by the held-out error."""
 
 import importlib
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,9 @@ from bristle.core.errors import InputError
 from bristle.files import axis_text, read_axis
 from bristle.identification import identify
 from bristle.identification.second_pass import axis_with, proposed_lines
+from bristle.report.brief import brief
 from bristle.report.messages import second_pass_of
+from bristle.report.notebook import as_html
 
 identifying = importlib.import_module("bristle.identification.identify")
 AMPLITUDE, TURN = 5.0, 0.01
@@ -60,6 +63,10 @@ def test_result_and_summary_state_both_errors_and_the_lines(taken):
     assert text.startswith(("bristle took cogging (turn 10", "bristle took cogging (turn 9.99"))
     assert f"{second.error_with:.3g} % instead of {second.error_without:.3g} %" in text
     assert '`turn = "motor"` and `harmonics = [1]` under `[[cogging]]`' in text
+    assert text in [line.text for line in brief(taken, None, None)]
+    for page in (as_html(taken), taken.outcome.page):
+        assert " ".join(text.partition(". ")[0].split()) in re.sub(r"\s+", " ", page)
+        assert "Feedforward: safe to try at gain 0.25" in page
     proposals = [entry for entry in taken.outcome.summary["proposals"] if entry["section"] == "cogging"]
     assert {entry["key"] for entry in proposals} == {"turner", "harmonics", "travel"}
     for entry in proposals:
