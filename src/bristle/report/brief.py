@@ -74,9 +74,8 @@ def _model(identification: Identification) -> list[Line]:
         samples, delay = numbers["samples"], numbers["delay"]
         if isinstance(samples, float) and isinstance(delay, float) and abs(samples) >= HALF_SAMPLE:
             lines.append(Line("", f"bristle removed a delay of {fixed(delay, 's')} between effort and position"))
-    second = second_pass_of(fit)
-    lines += [Line("Axis", second)] if second else []
-    return lines + ([Line("", f"best of {further + 1} models (compare them: -v)")] if further else [])
+    lines += [Line("", f"best of {further + 1} models (compare them: -v)")] if further else []
+    return lines + ([Line("Axis", second)] if (second := second_pass_of(fit)) else [])
 
 
 def _parameters(fit: Fit) -> list[Line]:
