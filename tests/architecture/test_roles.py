@@ -14,6 +14,7 @@ ROOT = Path(bristle.__file__).parent / "identification"
 ALLOWED = {
     "identify.py": {"lugre"},  # tells a filtered position from a command that acts late
     "request.py": {"offset"},  # an argument of identify
+    "second_pass.py": {"offset", "lead"},  # keys of an axis file
     "estimation.py": {"coulomb_viscous", "F_C", "F_v"},
     "fixed_shape.py": {"k_i", "nu_i", "s"},
     "element_models.py": {"F_C"},

@@ -143,9 +143,16 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     held_out = Some(mean_percent=6.0)
     result = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
     monkeypatch.setattr(identify, "read_log", lambda place, axis, size_limit: recorded)
-    monkeypatch.setattr(identify, "identify", lambda log, model, axis: Identification((result,), log))
+    settings = []
+
+    def identified(log, model, axis, **options):
+        settings.append(options["settings"])
+        return Identification((result,), log)
+
+    monkeypatch.setattr(identify, "identify", identified)
     row = Identifier(fleet(log("a")))._numbers(log("a"))
     assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
+    assert settings == [{"lines_gain": 1.0}]  # the logs of a fleet have the same plant: no second pass
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
     with pytest.raises(InputError, match="has changed since the command began"):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))

@@ -24,6 +24,7 @@ COMMANDS = {
     "identify_open_loop": "identify ringing.npz --axis ringing.toml --model bouc_wen_classic --draws 0",
     "identify_several": "identify log.csv second.csv --axis axis.toml --model coulomb_viscous --draws 0",
     "identify_late": "identify late.csv --axis late.toml --model coulomb_viscous --draws 0",
+    "identify_second_pass": "identify cogged.csv --axis pulls.toml --model coulomb_viscous --draws 0",
     "identify_pulls": "identify pulls.csv --axis pulls.toml --model coulomb_viscous --draws 0 --cutoff 60Hz",
     "identify_own": "identify log.csv --axis axis.toml --model own.py --draws 0",
     "identify_curves": "identify curves.csv --axis curves.toml --model prandtl_ishlinskii,preisach",

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.io
 from tests.cli import conftest as bench
 from tests.golden import logs, simulated
+from tests.identification.known_logs import log_of, sines, sliding_effort
 
 from bristle.demo import axis_simulated
 from bristle.files import read_experiment
@@ -117,6 +118,8 @@ def yard() -> Path:
     _write_rows(folder / "late.csv", late)
     _write_rows(folder / "slower.csv", replace(late, effort=1.1 * np.asarray(late.effort)))
     _write_rows(folder / "pulls.csv", simulated.pulls()[0])
+    motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    _write_rows(folder / "cogged.csv", log_of(motion, sliding_effort(motion, 0) + 5.0 * np.sin(200.0 * np.pi * motion.position), step=1e-7))
     steady = simulated.ringing()
     assert steady.effort is not None
     np.savez(folder / "ringing.npz", u=steady.effort.values, y=steady.position.values)

@@ -265,7 +265,7 @@ def test_slots_that_cannot_be_fitted_are_omitted_and_the_comparison_is_not(motio
     monkeypatch.setattr(module, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    identification = identify(log, "all", axis=STATED, blocks=3, draws=0)
+    identification = identify(log, "all", axis=STATED, blocks=3, draws=0, settings={"lines_gain": 1.0})
     assert [item.name for item in identification.fits] == ["coulomb_viscous"]
     assert set(identification.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 

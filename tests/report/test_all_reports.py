@@ -61,6 +61,16 @@ def test_first_screen_has_title_picture_cards_next_step_and_few_words(kind):
     assert len(re.findall(r"[^\W\d]{2,}", " ".join(" ".join(page.text).split()))) <= MOST_WORDS
 
 
+def test_first_screen_of_an_identification_judges_the_feedforward():
+    _, summary, _ = report_of("identification")
+    gain = summary["feedforward"]["first_gain"]
+    assert gain == 0.25
+    assert f"Feedforward: safe to try at gain {gain:g}" in Page(first_screen(report_of("identification")[0])).words
+    again = Page(first_screen(rendered("identification", **DOUBTED)[0])).words
+    assert "Measure again" in again
+    assert "Feedforward: " in again
+
+
 def cards_of(kind):
     """The cards of a first screen: the value of each by its label."""
     found = re.findall(r'class="label">(.*?)</span>\s*<strong>(.*?)</strong>', first_screen(report_of(kind)[0]), re.DOTALL)

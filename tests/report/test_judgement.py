@@ -17,8 +17,9 @@ from bristle.identification.settings import Settings
 from bristle.identification.structure import CODES
 from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
+from bristle.report.brief import brief
 from bristle.report.identification import _correlations, next_steps, why_only_similar
-from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, judged, misfit, next_measurements
+from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, feedforward_text, judged, misfit, next_measurements
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
@@ -268,3 +269,26 @@ def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
     assert set(LACKING) == set(CODES)
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")}))
     assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({}, "safe to try at gain 0.25"),
+        ({"friction_alone_error_percent": 63.0}, "do not try it: the model error is 63 % of the friction"),
+        ({"diagnostics": (Diagnostic("sign_reversed", severity="error"),)}, f"do not try it: {SENTENCES['sign_reversed'].means}"),
+        ({"diagnostics": (Diagnostic("one_direction"),)}, f"do not try it: {SENTENCES['one_direction'].means}"),
+        ({"position_rmse": 1e-6}, "not judged, because the model was fitted to the position"),
+    ],
+)
+def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(changes, text):
+    facts = {"diagnostics": (Diagnostic("structure"),), "friction_alone_error_percent": 20.0, "position_rmse": None, "estimates": ()}
+    assert feedforward_text(SimpleNamespace(**(facts | changes))) == text
+
+
+def test_a_log_to_measure_again_may_give_a_feedforward(actual):
+    fit = with_open(doubted(actual.best, Diagnostic("structure")), 4)
+    again = replace(actual, fits=(fit,))
+    assert judged(fit, USUAL).level == "measure_again"
+    line = next(line for line in brief(again, None, None) if line.label == "Feedforward")
+    assert line.text == feedforward_text(fit) == "safe to try at gain 0.25"

@@ -9,10 +9,9 @@ from scipy import stats
 from tests.tune.machine import BenchMachine, written
 
 import bristle as br
-from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.files import read_machine
-from bristle.prediction import axis_with, first_gain, proposals_of
+from bristle.prediction import first_gain
 from bristle.tune import MachineRefusedError, Recording, steps
 from bristle.tune.journal import Journal
 from bristle.tune.run import Options, Run
@@ -239,33 +238,19 @@ def test_a_model_that_explains_too_little_stops_the_run(identified, monkeypatch)
     assert refused.value.code == "no_usable_model"
 
 
-RIPPLE = {"pulls": "alike", "harmonics": (1, 2), "turner": "screw", "travel": 0.01}
-
-
 def fit(*diagnostics, error=10.0):
     return SimpleNamespace(diagnostics=diagnostics, friction_alone_error_percent=error, plant=SimpleNamespace(values={"k": 1.0}))
-
-
-def test_cogging_offset_and_gravity_are_proposed_and_applied():
-    doubts = [
-        Diagnostic("missing_ripple", numbers=RIPPLE),
-        Diagnostic("weight_guessed", numbers={"weight": -19.0}),
-        Diagnostic("missing_gravity"),
-    ]
-    axis = axis_with(Axis(), proposals_of(fit(*doubts), Axis()))
-    (cogging,) = axis.cogging
-    assert (cogging.turner, cogging.turn, cogging.harmonics) == ("screw", 0.01, (1, 2))
-    assert (axis.offset, axis.gravity) == (-19.0, True)
-    assert proposals_of(fit(*doubts), axis) == []
-
-
-def test_friction_over_position_is_no_cogging():
-    assert proposals_of(fit(Diagnostic("missing_ripple", numbers=RIPPLE | {"pulls": "turning"})), Axis()) == []
 
 
 @pytest.mark.parametrize(("error", "gain"), [(49.0, 0.25), (51.0, 0.0)])
 def test_the_first_gain_needs_a_model_that_explains_half_of_the_friction(error, gain):
     assert first_gain(fit(error=error)) == gain
+    assert first_gain(fit(Diagnostic("one_speed"), error=error)) == gain
+
+
+@pytest.mark.parametrize("fault", [Diagnostic("sign_reversed", severity="error"), Diagnostic("one_direction")])
+def test_a_faulty_log_has_no_first_gain(fault):
+    assert first_gain(fit(fault, error=1.0)) == 0.0
 
 
 class Pushed(Scripted):

@@ -284,10 +284,10 @@ def show_identification(
     from bristle.report.brief import brief
 
     identification = outcome.identification
-    *lines, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
+    *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
     if quiet:
         show_lines([verdict])
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    show_lines([*lines, *results, verdict, *following])
+    show_lines([*lines, *results, feedforward, verdict, *following])

@@ -2,7 +2,9 @@
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 from bristle.core import units
@@ -254,13 +256,12 @@ def axis_text(axis: Axis | None, log: Log | None = None) -> bytes | None:
         injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))
         axis = replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
     assert axis is not None
-    if axis.text and read_axis(axis.text) == axis:
-        return axis.text
-    try:
-        text = _text_of(axis)
-        return text if read_axis(text) == axis else None
-    except InputError:
-        return None
+    for write in (attrgetter("text"), _text_of):
+        with suppress(InputError):
+            text = write(axis)
+            if text and read_axis(text) == axis:
+                return text
+    return None
 
 
 def _text_of(axis: Axis) -> bytes:

@@ -16,7 +16,7 @@ import numpy as np
 from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
 from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain
 from bristle.fleet.plan import Fleet
-from bristle.identification import Estimate, Identification, identify, models_of
+from bristle.identification import Estimate, Identification, Settings, identify, models_of
 from bristle.logs import LogFile, listed_logs, read_log, reading
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.plan import Block
@@ -105,7 +105,11 @@ class Identifier:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
             raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
-        identification = identify(log, self.fleet.model, axis=axis, **self.fleet.options).finished
+        # All axes of a fleet have the same plant: no second pass with other lines for a log.
+        options: dict[str, Any] = {"settings": {}} | dict(self.fleet.options)
+        beside = options.pop("settings")
+        settings = (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})) | {"lines_gain": 1.0}
+        identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
         fit = identification.fits[0]
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
         row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}

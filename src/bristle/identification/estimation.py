@@ -27,6 +27,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report, Search, Sliding, linear, silent
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import (
+    PROPOSED,
     Fixed,
     ParameterSet,
     PriorKnowledge,
@@ -139,7 +140,7 @@ def _with_offset(
     """Return the same fit with a free offset and levels by direction, if a model without levels by direction fits better."""
     # Unlike levels by direction, a weight shifts the reversal of friction: only a model with memory shows the difference.
     parameters, values = problem.parameters, problem.parameters.complete(solution.values)
-    held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers}
+    held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers and entry.reason != PROPOSED}
 
     def with_fixed(offsets: Mapping[str, Fixed]) -> InverseDynamics:
         fixed = {name: entry for name, entry in parameters.fixed.items() if name not in held} | dict(offsets)

@@ -27,7 +27,7 @@ from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedMode
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Fixed, Role, Scales, acts_in_sliding, names_of
+from bristle.identification.parameters import PROPOSED, Fixed, Role, Scales, acts_in_sliding, names_of
 from bristle.identification.problem import Contrast, Covariance, covariance_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
@@ -302,7 +302,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     variables, kind = problem.parameters.variables, problem.dataset.kind
     weights, reasons = list[Diagnostic](), list[Diagnostic]()
     for name, entry in problem.parameters.fixed.items():
-        if entry.half_width is None and entry.reason == GUESSED:
+        if entry.half_width is None and (entry.reason == GUESSED or (entry.reason == PROPOSED and entry.numbers["levels"])):
             weights.append(Diagnostic("weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind))
         if entry.half_width is None and entry.reason != "no_fall":
             reasons.append(why_fixed(name, entry, variables[name], kind))

@@ -27,9 +27,10 @@ from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
+from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import aligned, calmed, treat_all
 from bristle.identification.result import Fit, Identification
+from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.structure import next_models, with_structure
@@ -42,6 +43,10 @@ FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_SLOTS = "interrupted: the search for slots is incomplete"
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
+AGAIN = "second pass, "  # before a task of the progress
+_Common = tuple[
+    Sequence[FrictionModel], bool, int | None, Settings, Callable[[Axis | None], PriorKnowledge], tuple[float | None, int | None]
+]  # of each pass: models, whether with slots, blocks, thresholds, prior knowledge, cut-off and decimation
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # rounds of slots added to the best model
 DRAWING = 8  # duration of the intervals in fits
@@ -142,32 +147,34 @@ def identify(
         if entry.effort is None:
             mend = "Name the column of force, torque or current in the axis file"
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
-    (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
-    prior = replace(request.prior_knowledge_of(first_axis, mass, offset, kind), free=request.freed(free, components))
-    of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis), axis) for log, axis in pairs]
-    context = _context(pairs, prior, chosen, progress, *request.treatment_of(cutoff, decimation, kind))
-    count, held_out = len(components) + extended + DRAWING * bool(draws), blocks_for(context.dataset, blocks, chosen)
-    share, short = partial(_share, progress, count), blocks is None and not held_out
-    fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
+    (first_log, _), kind = pairs[0], pairs[0][0].kind
+    shapes = request.freed(free, components)
 
-    def judged() -> list[Fit]:
-        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-        best = with_structure(best, estimations[best.name], chosen, context.prior.pitch, [fit.name for fit in rest])
-        return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
+    def prior_of(axis: Axis | None) -> PriorKnowledge:
+        return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
-    (best, *rest), interrupted = to_the_end(judged)
-    unfinished = unfinished or WITHOUT_DRAWS * (interrupted and bool(draws))
+    common = components, extended, blocks, chosen, prior_of, request.treatment_of(cutoff, decimation, kind)
+    twice, count = chosen.lines_gain < 1.0 and blocks != 0, len(components) + extended
+    fitting = (1 + twice) * count
+    share = partial(_share, progress, fitting + DRAWING * bool(draws))
+    better, second = _passed(common, share, pairs), None
+    if twice:
+        again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"))
+        better, second = second_pass(better, pairs, again, chosen.lines_gain)
+        share(fitting - 1, f"fitting {components[-1].name}")(1.0)
+    (best, *rest), unfinished = better.fits, better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
-        report, estimation = share(count - DRAWING, f"fitting {best.name} to simulated logs"), estimations[best.name]
+        report, estimation = share(fitting, f"fitting {best.name} to simulated logs"), better.estimations[best.name]
         observed = all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
         try:
             best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
             if observed:
-                best = foreseen(best, estimation, context, [log for log, _ in pairs], between(report, 0.5 * DRAWING, DRAWING))
-            best = with_loops(best, pairs)
+                logs = [log for log, _ in better.pairs]
+                best = foreseen(best, estimation, better.context, logs, between(report, 0.5 * DRAWING, DRAWING))
+            best = with_loops(best, better.pairs)
         except KeyboardInterrupt:
             unfinished = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
-    dataset = context.dataset
+    dataset = better.context.dataset
     treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),
@@ -179,15 +186,36 @@ def identify(
         **({"lag": best.lag} if best.lag is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
-    (_, *further), _ = zip(*pairs, strict=True)
-    return Identification((best, *rest), first_log, treatment, tuple(further), unfinished, broken, left_out, chosen)
+    further = tuple(log for log, _ in better.pairs[1:])
+    return Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
+
+
+def _passed(
+    common: _Common, share: Callable[[int, str], Report], pairs: Sequence[tuple[Log, Axis | None]], offset_reason: str = STATED
+) -> Passed:
+    """Return the fits of all models with these axes, and with the reason of a known offset."""
+    components, extended, blocks, settings, prior_of, treatment = common
+    prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
+    of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
+    context = _context(pairs, prior, settings, share, *treatment)
+    held_out = blocks_for(context.dataset, blocks, settings)
+    short = blocks is None and not held_out
+    fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
+
+    def judged() -> list[Fit]:
+        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
+        best = with_structure(best, estimations[best.name], settings, context.prior.pitch, [fit.name for fit in rest])
+        return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
+
+    ranked, interrupted = to_the_end(judged)
+    return Passed(ranked, estimations, left_out, unfinished, interrupted, context, pairs)
 
 
 def _context(
     pairs: Sequence[tuple[Log, Axis | None]],
     prior: PriorKnowledge,
     settings: Settings,
-    progress: Progress | None,
+    share: Callable[[int, str], Report],
     cutoff: float | None,
     decimation: int | None,
 ) -> Context:
@@ -207,8 +235,8 @@ def _context(
         alignment = alignment_of(logs, axes, settings, sought=sought)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
-            rows, share = calmed(aligned(treated_dataset, alignment))
-            treated_dataset = replace(treat(rows), calmed_from=share) if rows > treated_dataset.decimation else treated_dataset
+            rows, noise = calmed(aligned(treated_dataset, alignment))
+            treated_dataset = replace(treat(rows), calmed_from=noise) if rows > treated_dataset.decimation else treated_dataset
         dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
@@ -218,7 +246,7 @@ def _context(
             alignment = alignment_of(logs, axes, settings, sought=sought)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
-    return _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
+    return _of_channel(context, treated_dataset, share(0, "looking for the channel that was filtered"))
 
 
 def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:

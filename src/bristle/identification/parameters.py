@@ -32,6 +32,7 @@ ALIKE = 1e-9  # relative difference below which two unit factors are equal
 ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
 SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
+STATED, PROPOSED = "held_known", "held_taken"  # reasons of a fixed value: the user gave it, or a first pass proposed it
 
 
 class Role(Enum):
@@ -245,13 +246,14 @@ class PriorKnowledge:
     plant: Plant = inertia
     pitch: float | None = None
     free: tuple[str, ...] = ()  # shapes
+    offset_reason: str = STATED
     measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # before the fit: value and half-width of its 95 % interval
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
     """Return the free and the fixed parameters of a model, with the reasons."""
     held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
-    held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
+    held |= {name: Fixed(value, STATED) for name, value in prior.values.items()}
     # Redundant parameters are fixed at a round number of the right magnitude.
     length = 10.0 ** math.floor(math.log10(stroke_of(dataset)))
     for name, factors in component.redundancies:
@@ -297,7 +299,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         variables = component.variables.items()
         forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
         offset = None if not side or not forces else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
-    offset = offset if prior.offset is None else Fixed(prior.offset, "held_known")
+    numbers = {"levels": tuple(levels)} if prior.offset_reason == PROPOSED else {}
+    offset = offset if prior.offset is None else Fixed(prior.offset, prior.offset_reason, numbers=numbers)
     if offset is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)
     free = tuple(name for name in (*prior.plant.variables, *component.variables) if name not in held)

@@ -19,13 +19,14 @@ from bristle.simulation.result import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
+    from bristle.identification.second_pass import SecondPass
     from bristle.identification.simulated_bands import Bands
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 
 TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters with unreliable intervals."""
-CONSTANT_HELD = ("held_levels", "held_constant")
+CONSTANT_HELD = ("held_levels", "held_constant", "held_taken")
 LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force above both is reported
 LACKING = ("structure", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
@@ -298,6 +299,8 @@ class Identification:
         Requested models that bristle cannot compare, by name, with the reason.
     settings : Settings
         The thresholds of the diagnostics.
+    second_pass : SecondPass or None
+        The pass with lines that the first pass proposed for the axis file; None without such lines.
     """
 
     fits: tuple[Fit, ...]
@@ -308,6 +311,7 @@ class Identification:
     break_aways: tuple[BreakAway, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
     settings: Settings = DEFAULT
+    second_pass: SecondPass | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:

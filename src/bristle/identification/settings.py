@@ -74,6 +74,7 @@ class Settings(CheckThresholds):
     # Validation and comparison of models.
     held_out_rows: float = _set(20.0, "smallest held-out block, without its margins", "rows", least=2.0)
     same_error: float = _set(1e-3, "largest relative difference between held-out errors that count as equal")
+    lines_gain: float = _set(1e-3, "smallest relative fall of the held-out error that keeps a second pass; 1 disables this pass", most=1.0)
     doubtful_share: float = _set(0.5, "share of unidentified parameters from which a simpler model is preferred")
 
     # The loop in simulation.

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
     from bristle.prediction.predict import TREATED, effort_of_motion, fit_at_samples, unexplained_force
-    from bristle.prediction.proposals import ProposedLine, axis_with, first_gain, proposals_of
+    from bristle.prediction.proposals import first_gain, proposals_of
 
 __getattr__ = loaded_from(__name__)
 

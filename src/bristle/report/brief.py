@@ -9,8 +9,8 @@ from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.cards import no_gain
 from bristle.report.compensation import gain_of
-from bristle.report.judgement import DOUBTS, is_one_sided, judged
-from bristle.report.messages import advice_of
+from bristle.report.judgement import DOUBTS, feedforward_text, is_one_sided, judged
+from bristle.report.messages import advice_of, second_pass_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
@@ -49,7 +49,7 @@ def brief(
     lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
     if ruling.level != "measure_again":
         lines += [*_to_type_in(fit, axis), *_gain(simulation, following)]
-    return [*lines, verdict(ruling)]
+    return [*lines, Line("Feedforward", feedforward_text(fit)), verdict(ruling)]
 
 
 def advice_to_record(fit: Fit) -> str:
@@ -74,7 +74,8 @@ def _model(identification: Identification) -> list[Line]:
         samples, delay = numbers["samples"], numbers["delay"]
         if isinstance(samples, float) and isinstance(delay, float) and abs(samples) >= HALF_SAMPLE:
             lines.append(Line("", f"bristle removed a delay of {fixed(delay, 's')} between effort and position"))
-    return lines + ([Line("", f"best of {further + 1} models (compare them: -v)")] if further else [])
+    lines += [Line("", f"best of {further + 1} models (compare them: -v)")] if further else []
+    return lines + ([Line("Axis", second)] if (second := second_pass_of(fit)) else [])
 
 
 def _parameters(fit: Fit) -> list[Line]:

@@ -15,10 +15,10 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, is_one_sided, judged, misfit, next_measurements
+from bristle.report.judgement import WRITTEN_BY, feedforward_text, is_one_sided, judged, misfit, next_measurements
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
-from bristle.report.messages import advice_of, assumptions_of, message, notes_of, warnings_of, why_effective
+from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -103,13 +103,12 @@ def identification_report(
     thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
     assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
     warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts: list[object] = [why_only_similar(fit)]
-    doubts += [Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
+    doubts = [why_only_similar(fit), Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
     if measurements := next_measurements(fit):
         motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
         doubts += ["Measure next:", Block("items", motions)]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
-    quality = ". ".join(map(capital, misfit(fit))) + "."
+    quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
     read = [
@@ -143,6 +142,7 @@ def identification_report(
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
         next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
+        feedforward=feedforward_text(fit),
     )
     return report_page("identification", facts, front, sections, living=living, **options)
 

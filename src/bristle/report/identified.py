@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 from bristle.core import Axis, InputError, Origin, Progress, cached_property
 from bristle.files import axis_text, logs_and_axes, origins_of_code, provenance
 from bristle.friction import DEFAULT_MODELS
-from bristle.identification import Identification, models_of
+from bristle.identification import Identification, axis_with, models_of
 from bristle.identification import identify as models_fitted
 from bristle.logs import Log
 from bristle.prediction import drive_table, steady_curve
@@ -263,11 +263,15 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
         words = {name: options[name] for name in parameters.parameters if name in options and name != "progress"}
+        call = _call(logs, model, axes, words, parameters)
+        if result.second_pass is not None and result.second_pass.taken:
+            named = [axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind) for log, axis in pairs]
+            axes = [axis_with(axis, result.second_pass.lines) for axis in named]
         return Identified(
             **{name: getattr(result, name) for name in Identification.__dataclass_fields__},
             axes=tuple(axes),
             code=origins_of_code(models_of(model)),
-            call=_call(logs, model, axes, words, parameters),
+            call=call,
         )
 
     identify.__module__, identify.__qualname__ = __name__, "identify"  # so that a process may be sent it by name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
-from bristle.prediction import level_values
+from bristle.prediction import first_gain, level_values
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -137,6 +137,17 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     level = "measure_again" if grave else "with_care" if doubts else "usable"
     remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
     return Ruling(level, LEVELS[level], tuple(dict.fromkeys((*grave, *doubts, *remarks))))
+
+
+def feedforward_text(fit: Fit) -> str:
+    """Return whether a feedforward of the model is safe to try, even if parameters are open."""
+    if fit.position_rmse is not None:
+        return "not judged, because the model was fitted to the position"
+    if gain := first_gain(fit):
+        return f"safe to try at gain {gain:g}"
+    faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
+    error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
+    return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
 
 
 def is_one_sided(fit: Fit) -> bool:

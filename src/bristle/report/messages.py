@@ -77,9 +77,15 @@ def warnings_of(fit: Fit) -> tuple[str, ...]:
     return tuple(message(diagnostic) for diagnostic in errors_first if diagnostic.severity != "note")
 
 
+def second_pass_of(fit: Fit) -> str:
+    """Return the result of the second pass as a sentence; empty without a second pass."""
+    return next((whole_sentence(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "second_pass"), "")
+
+
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
     """Return the assumptions of a fit as sentences."""
-    return tuple(message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.severity == "note")
+    notes = (diagnostic for diagnostic in fit.diagnostics if diagnostic.severity == "note" and diagnostic.code != "second_pass")
+    return tuple(map(message, notes))
 
 
 def notes_of(prediction: Prediction) -> tuple[str, ...]:

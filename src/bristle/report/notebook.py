@@ -94,9 +94,9 @@ def _of_identification(identified: Any) -> list[str]:
     from bristle.report.brief import brief  # with matplotlib, which a model does without
     from bristle.report.cards import cards_of
     from bristle.report.compensation import gain_of
-    from bristle.report.judgement import LEVELS, judged
-    from bristle.report.messages import warnings_of
-    from bristle.report.page import Ruling, macro
+    from bristle.report.judgement import LEVELS, feedforward_text, judged
+    from bristle.report.messages import second_pass_of, warnings_of
+    from bristle.report.page import Ruling, macro, worded
 
     fit, outcome, lines = identified.best, getattr(identified, "outcome", None), []
     if outcome is None:  # loaded
@@ -104,7 +104,7 @@ def _of_identification(identified: Any) -> list[str]:
         ruling = Ruling(level, LEVELS[level], tuple(identified.summary["verdict"]["reasons"]))
     else:
         ruling = judged(fit, identified.settings, outcome.following)
-        lines = brief(identified, outcome.simulation, outcome.following, identified.axis)[:-1]
+        lines = brief(identified, outcome.simulation, outcome.following, identified.axis)[:-2]
     gain = lines[next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :]
 
     cards = cards_of(fit, identified.axis, usable=ruling.level != "measure_again")
@@ -119,9 +119,11 @@ def _of_identification(identified: Any) -> list[str]:
         return gain_at_reversal(simulation, [step.name for step in gained.steps[-2:]])
 
     verdict = Markup('<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>')
+    facts = (f"Feedforward: {feedforward_text(fit)}", second_pass_of(fit))
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),
+        *(Markup("<p>{}</p>").format(worded(fact)) for fact in facts if fact),
         f'<div class="cards">{"".join(macro("card")(card, None) for card in cards)}</div>',
         *(Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text)) for line in gain),
         _picture(draw, f"Following error or effort of {fit.name}"),

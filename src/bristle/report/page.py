@@ -74,7 +74,8 @@ class Plate(NamedTuple):
 class Front(NamedTuple):
     """The first screen of a report; without a ruling only heading and facts.
 
-    `title` is the sentence over the large picture, `basis` the log or run behind it, and `next` the next step.
+    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `feedforward`
+    whether a feedforward is safe to try.
     """
 
     heading: str
@@ -87,6 +88,7 @@ class Front(NamedTuple):
     csv: str = ""
     figures: Sequence[Picture] = ()
     beside: Sequence[Picture] = ()
+    feedforward: str = ""
 
     @property
     def has_more(self) -> bool:

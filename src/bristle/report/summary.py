@@ -45,7 +45,7 @@ def identification_summary(
         "kind": kind,
         "verdict": {"level": ruling.level, "reasons": ruling.reasons},
         "feedforward": {"first_gain": first_gain(best), "error_percent": best.friction_alone_error_percent},
-        "proposals": [line._asdict() for line in proposals_of(best, axis or Axis(kind=kind))],
+        "proposals": proposals_of(best, axis or Axis(kind=kind), identification.second_pass),
         "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,

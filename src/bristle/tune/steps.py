@@ -11,9 +11,9 @@ import numpy as np
 
 from bristle.excitation import excite
 from bristle.logs import Log
-from bristle.prediction import axis_with, first_gain, proposals_of
+from bristle.prediction import first_gain
 from bristle.report.compared import compare
-from bristle.report.identified import Identified, identify
+from bristle.report.identified import identify
 from bristle.report.judgement import judged
 from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording
 from bristle.tune.run import MODEL, REST, RESULTS, Run, cycles_of, rms
@@ -165,13 +165,10 @@ def excitation(run: Run) -> None:
 
 
 def identification(run: Run) -> None:
-    """Identify the axis, a second time with the lines that the first result proposes; stop without a usable feedforward."""
-    log, axis = run.log("excitation"), run.axis
-    result = _identified(run, log, axis)
-    proposed = [proposal for proposal in proposals_of(result.best, axis) if proposal.key != "presliding"]
-    if proposed:
-        again = _identified(run, log, axis_with(axis, proposed))
-        result, proposed = (again, proposed) if _held_out(again) <= _held_out(result) else (result, [])
+    """Identify the axis; stop without a usable feedforward."""
+    run.tell("identifying")
+    result = identify(run.log("excitation"), run.options.models, axis=run.axis, draws=run.options.draws)
+    second = result.second_pass
     ruling = judged(result.best, result.settings)
     result.save(run.folder / RESULTS, force=True)
     run.note(MODEL)
@@ -181,21 +178,12 @@ def identification(run: Run) -> None:
         "reasons": list(ruling.reasons),
         "error_percent": result.best.friction_alone_error_percent,
         "lead": max(0.0, -float(result.treatment.get("delay", 0.0))),
-        "proposals": [proposal._asdict() for proposal in proposed],
+        "proposals": [line._asdict() for line in second.lines] if second is not None and second.taken else [],
     }
     if not first_gain(result.best):
         reason = f"{ruling.words}: {'; '.join(ruling.reasons[:2])}"
         raise MachineRefusedError("no_usable_model", reason, "The records of this run are in the folder records")
     run.finish(**facts)
-
-
-def _identified(run: Run, log: Any, axis: Any) -> Identified:
-    run.tell("identifying")
-    return identify(log, run.options.models, axis=axis, draws=run.options.draws)
-
-
-def _held_out(result: Identified) -> float:
-    return result.best.error_percent if result.best.held_out is None else result.best.held_out.mean_percent
 
 
 def stages(run: Run) -> None:

@@ -36,7 +36,31 @@ _REMOVED = (
     "accelerations that change fast, or write `delay` under [timing] of the axis file"
 )
 
+
+def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return the text about proposed lines: taken, rejected, or without a fit."""
+    *names, taken, rejected, unfitted = texts
+    named = " and ".join(name for name, key in zip(names, ("offset", "gravity", "harmonics"), strict=True) if key in numbers)
+    return (taken if numbers["taken"] else rejected if numbers["percent"] < float("inf") else unfitted).replace("LINES", named)
+
+
 FITS: dict[str, Sentence] = {
+    "second_pass": Sentence(
+        (
+            "the offset of {offset:force}",
+            "the gravity of a link",
+            "cogging (turn {travel:length}, harmonics {harmonics:whole numbers})",
+            "bristle took LINES into the axis. The held-out error is {percent:3 digits} % instead of {before:3 digits} %. For the next "
+            "log, write {lines:list} into the axis file",
+            "bristle tried LINES in a second pass and rejected it. The held-out error would be {percent:3 digits} % instead of "
+            "{before:3 digits} %",
+            "bristle tried LINES in a second pass and rejected it. No model fits the log with it",
+        ),
+        "bristle identified the log a second time, with lines that the first pass proposed for the axis file",
+        "write the lines into the axis file if bristle took them",
+        choose=_lines,
+        also=("turner", "taken"),
+    ),
     # Pairs of parameters, noise, residual.
     "correlated": says(
         "{other} and {parameter} are confounded in this log (correlation {correlation:.3f})",

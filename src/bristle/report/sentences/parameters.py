@@ -134,6 +134,7 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     # A parameter that is held constant.
     "held_known": held("given as known", "the user gave the value, so bristle did not fit it"),
+    "held_taken": held("proposed by a first pass of this log", "bristle took the value from a first pass of the log"),
     "held_default": held(
         "the default value of a shape parameter", "bristle fits a shape parameter only on request", "identify the parameter with --free"
     ),

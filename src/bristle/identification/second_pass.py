@@ -1,0 +1,134 @@
+"""Lines that a fit proposes for the axis file: gravity, offset, cogging; and the second pass with these lines."""
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
+from typing import Any, NamedTuple
+
+from bristle.core.axis import Axis, Cogging
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS, unit_of
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.parameters import PROPOSED, STATED
+from bristle.identification.result import Fit
+from bristle.logs.log import Log
+
+INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
+Pairs = list[tuple[Log, Axis | None]]
+
+
+class ProposedLine(NamedTuple):
+    """A line for the axis file: section, key, value in SI units of the axis, and the code of its reason."""
+
+    section: str
+    key: str
+    value: Any
+    reason: str
+
+
+class SecondPass(NamedTuple):
+    """A second pass with proposed lines, and the held-out errors without and with them [%]; infinite if no model fits."""
+
+    lines: tuple[ProposedLine, ...]
+    error_without: float
+    error_with: float
+    taken: bool
+
+
+class Passed(NamedTuple):
+    """The fits of all models to logs with their axes, the best first, without intervals."""
+
+    fits: list[Fit]
+    estimations: dict[str, Estimation]
+    left_out: dict[str, str]
+    unfinished: str
+    interrupted: bool
+    context: Context
+    pairs: Pairs
+
+
+def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
+    """Return the lines that a second pass tries; a key that the axis states is not proposed."""
+    lines: list[ProposedLine] = []
+    for diagnostic in fit.diagnostics:
+        numbers, code = diagnostic.numbers, diagnostic.code
+        if code == "missing_ripple" and numbers["pulls"] == "alike" and numbers["harmonics"] and not axis.cogging:
+            values = {key: numbers[key] for key in ("turner", "harmonics", "travel")}
+            # Without a lead, the travel is an estimated period.
+            values |= {"travel": float(f"{values['travel']:.5g}")} if values["turner"] == "motor" else {}
+            lines += [ProposedLine("cogging", key, value, code) for key, value in values.items()]
+        if code == "weight_guessed" and axis.offset == "identify":
+            lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
+        if code == "missing_gravity" and not axis.gravity:
+            lines.append(ProposedLine("plant", "gravity", "link", code))
+    return tuple(lines)
+
+
+def axis_with(axis: Axis, lines: Sequence[ProposedLine]) -> Axis:
+    """Return an axis with proposed lines, also in the text of its file."""
+    values, changed = {line.key: line.value for line in lines}, axis
+    if "travel" in values:
+        turn = math.tau * (values["travel"] / math.tau)  # as the reader of a file with this lead computes it
+        lead = values["travel"] if axis.pitch is None and axis.kind == KINDS[0] else axis.pitch
+        changed = replace(changed, cogging=(Cogging(values["turner"], turn, tuple(values["harmonics"])),), pitch=lead)
+    text = axis.text.decode("utf-8", "surrogateescape")
+    for table, key, value in reversed(_written(lines, axis)) if text else ():
+        head = re.search(rf"^{re.escape(table)}.*\n", text, re.MULTILINE)
+        text, place = (text, head.end()) if head else (f"{text}\n{table}\n", len(text) + len(table) + 2)
+        text = f"{text[:place]}{key} = {value}\n{text[place:]}"
+    facts = {"offset": values.get("offset", axis.offset), "gravity": axis.gravity or "gravity" in values}
+    return replace(changed, text=text.encode("utf-8", "surrogateescape"), **facts)
+
+
+def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, str]]:
+    """Return lines as in an axis file: table, key and value."""
+    written = {
+        "offset": lambda value: ("[plant]", "offset", f'"{value!r} {unit_of("force", axis.kind)}"'),
+        "gravity": lambda value: ("[plant]", "gravity", f'"{value}"'),
+        "turner": lambda value: ("[[cogging]]", "turn", f'"{value}"'),
+        "harmonics": lambda value: ("[[cogging]]", "harmonics", str(list(value))),
+        "travel": lambda value: ("[transmission]", "lead", f'"{value!r} m"'),
+    }
+    has_lead = any(line.value == "screw" for line in lines)
+    return [written[line.key](line.value) for line in lines if line.key != "travel" or not has_lead]
+
+
+def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float) -> tuple[Passed, SecondPass | None]:
+    """Return a pass, or one with the lines that its best model proposes if the held-out error falls by this share."""
+    best, axis = first.fits[0], pairs[0][1] or Axis(kind=pairs[0][0].kind)
+    lines, before, after = proposed_lines(best, axis), _held_out(best), math.inf
+    if not lines or before == math.inf or first.unfinished or first.interrupted:
+        return first, None
+    # All models are fitted again: with a known force, another model may be the best.
+    again, reason = first, PROPOSED if any(line.key == "offset" for line in lines) else STATED
+    try:
+        again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], reason)
+        after = _held_out(again.fits[0])
+    except KeyboardInterrupt:
+        return first._replace(unfinished=INTERRUPTED), None
+    except InputError:  # no model can be fitted with these lines
+        after = math.inf
+    if again.unfinished or again.interrupted:
+        return first._replace(unfinished=INTERRUPTED), None
+    second = SecondPass(lines, before, after, after < (1.0 - gain) * before)
+    better = again if second.taken else first
+    return better._replace(fits=[_noted(better.fits[0], second, axis), *better.fits[1:]]), second
+
+
+def _held_out(fit: Fit) -> float:
+    return math.inf if fit.held_out is None else fit.held_out.mean_percent
+
+
+def _noted(fit: Fit, second: SecondPass, axis: Axis) -> Fit:
+    """Return a fit with the note about a second pass; rejected harmonics are no advice."""
+    tables = groupby(_written(second.lines, axis), itemgetter(0))
+    texts = (f"{' and '.join(f'`{key} = {value}`' for _, key, value in keys)} under `{table}`" for table, keys in tables)
+    numbers: dict[str, Number] = {line.key: line.value for line in second.lines}
+    numbers |= {"before": second.error_without, "percent": second.error_with, "taken": int(second.taken), "lines": tuple(texts)}
+    rejected: dict[str, Number] = {} if second.taken else {"harmonics": ()}
+    about = [replace(item, numbers={**item.numbers, **rejected}) if item.code == "missing_ripple" else item for item in fit.diagnostics]
+    return replace(fit, diagnostics=(*about, Diagnostic("second_pass", "", "note", numbers, axis.kind)))

@@ -1,0 +1,225 @@
+"""Lines that a first pass proposes for the axis file are tried in a second pass, and judged by the held-out error."""
+
+import importlib
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.test_structure import WEIGHT, swinging, with_scatter
+
+import bristle as br
+from bristle.core import Axis, Diagnostic
+from bristle.core.axis import Cogging
+from bristle.core.errors import InputError
+from bristle.files import axis_text, read_axis
+from bristle.identification import identify
+from bristle.identification.second_pass import axis_with, proposed_lines
+from bristle.report.brief import brief
+from bristle.report.messages import second_pass_of
+from bristle.report.notebook import as_html
+
+identifying = importlib.import_module("bristle.identification.identify")
+AMPLITUDE, TURN = 5.0, 0.01
+AXIS = Axis(seeks_delay=False, offset=0.0, resolution=1e-7)
+
+
+@pytest.fixture(scope="module")
+def cogged():
+    """A log of a sliding axis with cogging of one period per turn."""
+    motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    ripple = AMPLITUDE * np.sin(2.0 * np.pi * motion.position / TURN + 1.0)
+    return log_of(motion, sliding_effort(motion, 0) + ripple, step=1e-7)
+
+
+@pytest.fixture(scope="module")
+def taken(cogged):
+    return br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
+
+
+@pytest.fixture
+def fitted(monkeypatch):
+    """The names of the fitted models, in order."""
+    names, original = [], identifying.fit
+    monkeypatch.setattr(identifying, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
+    return names
+
+
+def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken, cogged):
+    single = br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, settings={"lines_gain": 1.0})
+    second = taken.second_pass
+    assert second.taken
+    assert second.error_without == single.best.held_out.mean_percent
+    assert second.error_with == taken.best.held_out.mean_percent < 0.6 * second.error_without
+    wave = np.hypot(*(taken.parameters[name].value for name in ("motor_1_cos", "motor_1_sin")))
+    assert wave == pytest.approx(AMPLITUDE, rel=0.1)
+    assert taken.axis.cogging[0].turn == pytest.approx(TURN, rel=2e-3)
+    assert not any(diagnostic.code == "missing_ripple" for diagnostic in taken.best.diagnostics)
+
+
+def test_result_and_summary_state_both_errors_and_the_lines(taken):
+    second, text = taken.second_pass, second_pass_of(taken.best)
+    assert text.startswith(("bristle took cogging (turn 10", "bristle took cogging (turn 9.99"))
+    assert f"{second.error_with:.3g} % instead of {second.error_without:.3g} %" in text
+    assert '`turn = "motor"` and `harmonics = [1]` under `[[cogging]]`' in text
+    assert text in [line.text for line in brief(taken, None, None)]
+    for page in (as_html(taken), taken.outcome.page):
+        assert " ".join(text.partition(". ")[0].split()) in re.sub(r"\s+", " ", page)
+        assert "Feedforward: safe to try at gain 0.25" in page
+    proposals = [entry for entry in taken.outcome.summary["proposals"] if entry["section"] == "cogging"]
+    assert {entry["key"] for entry in proposals} == {"turner", "harmonics", "travel"}
+    for entry in proposals:
+        assert entry["taken"] is True
+        assert (entry["error_without"], entry["error_with"]) == (second.error_without, second.error_with)
+
+
+def test_the_written_axis_file_has_the_lines_and_needs_no_second_pass(taken, cogged, fitted):
+    again = br.identify(cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0)
+    assert (again.second_pass, fitted) == (None, ["coulomb_viscous"])
+    assert again.best.held_out.mean_percent == pytest.approx(taken.best.held_out.mean_percent, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("axis", "options"),
+    [(replace(AXIS, cogging=(Cogging("motor", TURN, (1,)),)), {}), (AXIS, {"settings": {"lines_gain": 1.0}}), (AXIS, {"blocks": 0})],
+    ids=["stated cogging", "no gain is enough", "no held-out stretches"],
+)
+def test_there_is_a_single_pass_if_the_axis_states_it_or_no_error_could_judge_a_second(cogged, fitted, axis, options):
+    result = identify(cogged, "coulomb_viscous", axis=axis, draws=0, **options)
+    assert (result.second_pass, fitted) == (None, ["coulomb_viscous"])
+
+
+def test_a_log_without_a_missing_force_is_fitted_once(fitted):
+    motion = sines(8.0)
+    assert identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=AXIS, draws=0).second_pass is None
+    assert fitted == ["coulomb_viscous"]
+
+
+def test_rejected_lines_leave_the_first_pass_and_state_both_errors(cogged, taken):
+    settings = {"lines_gain": 0.99}
+    rejected = br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, settings=settings)
+    assert rejected.second_pass == taken.second_pass._replace(taken=False)
+    assert (rejected.axis.cogging, rejected.best.held_out.mean_percent) == ((), taken.second_pass.error_without)
+    text = second_pass_of(rejected.best)
+    assert "rejected it. The held-out error would be" in text
+    assert "into the axis file" not in text
+    (ripple,) = (diagnostic for diagnostic in rejected.diagnostics if diagnostic.code == "missing_ripple")
+    assert "[[cogging]]" not in ripple.message
+    entries = [entry for entry in rejected.outcome.summary["proposals"] if entry["section"] == "cogging"]
+    assert [entry["taken"] for entry in entries] == [False, False, False]
+    assert entries[0]["error_with"] == taken.second_pass.error_with
+
+
+def test_lines_with_which_no_model_fits_are_rejected(cogged, monkeypatch):
+    original = identifying._passed
+
+    def refused(common, share, pairs, *reason):
+        if pairs[0][1].cogging:
+            raise InputError("has too few rows", path="log")
+        return original(common, share, pairs, *reason)
+
+    monkeypatch.setattr(identifying, "_passed", refused)
+    result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
+    assert (result.second_pass.taken, result.second_pass.error_with) == (False, np.inf)
+    assert "No model fits" in second_pass_of(result.best)
+
+
+@pytest.mark.slow
+def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch):
+    seen, original = [], identifying.with_uncertainty
+    monkeypatch.setattr(identifying, "with_uncertainty", lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest))
+    axis, shares = replace(AXIS, method="inverse_dynamics"), []
+    result = identify(cogged, "coulomb_viscous", axis=axis, draws=20, progress=lambda share, task: shares.append((share, task)))
+    assert [list(values) for values in seen] == [list(result.best.plant.values)]
+    assert "motor_1_sin" in seen[0]
+    assert "motor_1_sin" in result.best.resampling.bands.draws
+    assert [share for share, _ in shares] == sorted(share for share, _ in shares)
+    assert {share for share, task in shares if task.startswith("second pass, ")} != set()
+    assert shares[-1][0] == 1.0
+
+
+def test_an_interrupted_second_pass_keeps_the_first(cogged, monkeypatch):
+    original = identifying.fit
+
+    def interrupted(context, *rest):
+        if context.prior.plant.name != "inertia" or "motor_turn" in context.prior.plant.variables:
+            raise KeyboardInterrupt
+        return original(context, *rest)
+
+    monkeypatch.setattr(identifying, "fit", interrupted)
+    result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=20)
+    assert result.unfinished == "interrupted: the second pass with the proposed lines is incomplete"
+    assert (result.second_pass, result.best.resampling) == (None, None)
+
+
+def test_gravity_of_a_link_is_taken():
+    motion = swinging()
+    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4)
+    axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6)
+    result = br.identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, draws=0)
+    assert result.axis.gravity
+    assert np.hypot(result.parameters["g_sin"].value, result.parameters["g_cos"].value) == pytest.approx(WEIGHT, rel=0.04)
+    assert "the gravity of a link" in second_pass_of(result.best)
+
+
+def proposing(*diagnostics):
+    return type("Fit", (), {"diagnostics": diagnostics})()
+
+
+RIPPLE = {"pulls": "alike", "harmonics": (1, 2), "turner": "screw", "travel": 0.01}
+DOUBTS = (
+    Diagnostic("missing_ripple", numbers=RIPPLE),
+    Diagnostic("weight_guessed", numbers={"weight": -19.0}),
+    Diagnostic("missing_gravity"),
+)
+
+
+def test_cogging_offset_and_gravity_are_proposed_and_applied():
+    axis = axis_with(Axis(), proposed_lines(proposing(*DOUBTS), Axis()))
+    (cogging,) = axis.cogging
+    assert (cogging.turner, cogging.turn, cogging.harmonics) == ("screw", 0.01, (1, 2))
+    assert (axis.offset, axis.gravity) == (-19.0, True)
+    assert proposed_lines(proposing(*DOUBTS), axis) == ()
+
+
+def test_a_stated_offset_of_zero_is_kept():
+    assert proposed_lines(proposing(DOUBTS[1]), Axis(offset=0.0)) == ()
+
+
+def test_friction_over_position_is_no_cogging():
+    assert proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | {"pulls": "turning"})), Axis()) == ()
+
+
+PLAIN = """# my axis
+schema = 1
+kind = "translational"
+[columns]
+position = { column = "x", unit = "m" }
+[plant] # known
+mass = 3.0
+"""
+
+
+@pytest.mark.parametrize("turner", ["screw", "motor"])
+@pytest.mark.parametrize("lead", ["", '[transmission]\nlead = "7 mm"\n'])
+def test_lines_enter_the_text_of_an_axis_file_and_keep_its_comments(turner, lead):
+    axis = read_axis((PLAIN + lead).encode())
+    travel = axis.pitch if turner == "screw" and axis.pitch else 0.007
+    doubts = Diagnostic("missing_ripple", numbers=RIPPLE | {"turner": turner if not axis.pitch else "screw", "travel": travel}), DOUBTS[1]
+    if turner == "screw" and axis.pitch is None:
+        pytest.skip("without a lead, the turning part is the motor")
+    changed = axis_with(axis, proposed_lines(proposing(*doubts), axis))
+    text = axis_text(changed)
+    assert read_axis(text) == changed
+    assert text.startswith(b"# my axis")
+    assert text.count(b"[plant]") == text.count(b"[transmission]") == 1
+
+
+def test_an_axis_file_in_another_notation_is_written_anew():
+    text = PLAIN.replace("[plant] # known\nmass = 3.0\n", "").replace("[columns]", 'plant = { mass = 3.0, offset = "identify" }\n[columns]')
+    axis = read_axis(text.encode())
+    changed = axis_with(axis, proposed_lines(proposing(DOUBTS[1]), axis))
+    written = axis_text(changed)
+    assert read_axis(written) == changed
+    assert (changed.offset, changed.mass) == (-19.0, 3.0)
