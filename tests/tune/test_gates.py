@@ -1,5 +1,6 @@
 """The gates of a run, on records that are made here: each lets the right axis pass, and refuses the wrong one by name."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -236,6 +237,19 @@ def test_a_model_that_explains_too_little_stops_the_run(identified, monkeypatch)
     with pytest.raises(MachineRefusedError) as refused:
         steps.identification(run)
     assert refused.value.code == "no_usable_model"
+
+
+def test_an_interrupted_identification_ends_the_run(identified, monkeypatch):
+    make, folder = identified
+    run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
+    run.step = "identification"
+
+    def interrupted(log, *_, **__):
+        return replace(br.identify(log, "coulomb_viscous", draws=0), unfinished="interrupted")
+
+    monkeypatch.setattr(steps, "identify", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        steps.identification(run)
 
 
 def fit(*diagnostics, error=10.0):

@@ -27,6 +27,18 @@ def test_a_line_that_a_kill_left_incomplete_is_skipped_and_the_chain_goes_on(jou
     assert [entry["value"] for entry in Journal(tmp_path).entries] == [0, 1, 2, 9]
 
 
+def test_a_write_that_the_operator_interrupts_does_not_break_the_chain(journal, tmp_path):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bristle.tune.journal.os.fsync", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            journal.write("check", "write", value=3)
+    journal.write("check", "restored", value=4)
+    assert [entry["value"] for entry in Journal(tmp_path).entries] == [0, 1, 2, 3, 4]
+
+
 @pytest.mark.parametrize("changed", [0, 1])
 def test_a_changed_entry_is_refused_with_its_line(journal, tmp_path, changed):
     lines = (tmp_path / NAME).read_text().splitlines()

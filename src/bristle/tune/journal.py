@@ -36,13 +36,13 @@ class Journal:
         """Append an entry: `event` of a step (begun, write, file, done, stopped, restored, kept, saving, saved, removed)."""
         entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
         line = json.dumps(entry, ensure_ascii=False).encode()
-        with self.path.open("ab") as file:
-            file.write((b"\n" if self._is_cut else b"") + line + b"\n")
-            file.flush()
-            os.fsync(file.fileno())
-        self._is_cut = False
-        self._last = _hash(line)
-        self.entries.append(entry)
+        try:
+            with self.path.open("ab") as file:
+                file.write((b"\n" if self._is_cut else b"") + line + b"\n")
+                file.flush()
+                os.fsync(file.fileno())
+        finally:  # an interrupted write may have written the entry
+            self.entries, self._last, self._is_cut = _read(self.path)
         return entry
 
     def with_events(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:

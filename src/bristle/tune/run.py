@@ -36,7 +36,7 @@ class Options:
 
 @dataclass
 class Run:
-    """A run on a machine, with its folder, and the played and planned time of the present step [s]."""
+    """A run on a machine, with its folder, the played and planned time of the present step, and that of all records [s]."""
 
     file: MachineFile
     machine: Machine
@@ -50,6 +50,7 @@ class Run:
     compared: Compared | None = None
     played: float = 0.0
     planned: float = 1.0
+    recorded: float = 0.0
 
     @property
     def axis(self) -> Axis:
@@ -126,7 +127,9 @@ class Run:
         signals = {"position": recording.position, "effort": recording.effort, "reference": recording.reference}
         if skip is not None:
             signals = {channel: cycles_of(self, signal, skip).ravel() for channel, signal in signals.items()}
-        signals["time"] = np.arange(signals["position"].size) * self.sample_time
+        # The times of the records state their order.
+        signals["time"] = self.recorded + np.arange(signals["position"].size) * self.sample_time
+        self.recorded += seconds
         write_log(folder / f"{name}.csv", self.axis, signals)
         self.note(f"{RECORDS}/{name}.csv")
         return recording

@@ -167,7 +167,7 @@ def excitation(run: Run) -> None:
 def identification(run: Run) -> None:
     """Identify the axis; stop without a usable feedforward."""
     run.tell("identifying")
-    result = identify(run.log("excitation"), run.options.models, axis=run.axis, draws=run.options.draws)
+    result = identify(run.log("excitation"), run.options.models, axis=run.axis, draws=run.options.draws).finished
     second = result.second_pass
     ruling = judged(result.best, result.settings)
     result.save(run.folder / RESULTS, force=True)
@@ -259,13 +259,11 @@ def comparison(run: Run) -> None:
         run.load(_feedforward(run))
     records: tuple[list[Recording], list[Recording]] = ([], [])
     logs: tuple[list[Log], list[Log]] = ([], [])
-    for place, side in enumerate(ORDER):
+    for side in ORDER:
         run.set(gain=side * gain)
         name = f"{('before', 'after')[side]}_{len(logs[side]) + 1}"
         records[side].append(run.record(name, motion, skip=RUN_IN))
-        log = run.log(name)
-        # The times of the logs state their order.
-        logs[side].append(replace(log, time=log.time.values + place * motion.size * run.sample_time))
+        logs[side].append(run.log(name))
     run.set()
     run.compared = compared = compare(*logs, axis=run.axis)
     ratios = {
