@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.timing import BRISTLE
 from bristle.arm.identify import read_joints
 from bristle.arm.motion import Motion
 from bristle.arm.robot import read_robot
@@ -71,8 +72,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         inputs(folder)
-        command = ["bristle", "identify", "train.csv", "--robot", "robot.toml", "--axis", "joints.toml", "--draws", "0", "--out", "arm"]
-        subprocess.run([sys.executable, "-m", *command], cwd=folder, check=True, capture_output=True)
+        command = [BRISTLE, "identify", "train.csv", "--robot", "robot.toml", "--axis", "joints.toml", "--draws", "0", "--out", "arm"]
+        subprocess.run(command, cwd=folder, check=True, capture_output=True)
         summary = json.loads((folder / "arm/summary.json").read_text())["arm"]["joints"]
         robot = read_robot(content_of(folder / "robot.toml"))
         motion = read_joints(folder / "val.csv", content_of(folder / "joints.toml"))

@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.arm.files import arm_scene, with_inertias
     from bristle.arm.identify import Arm, identify_arm
-    from bristle.arm.robot import Robot, read_robot
 
 __getattr__ = loaded_from(__name__)

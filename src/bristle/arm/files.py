@@ -17,15 +17,15 @@ INERTIAS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 
 def with_inertias(robot: Robot, bodies: np.ndarray) -> bytes:
     """Return the URDF of a robot with the inertia of each moved body, in the frame of its joint; links fixed to it have none."""
     tree = Xml.fromstring(robot.urdf)
-    links, at = {link.get("name"): link for link in tree.iter("link")}, dict(zip(robot.names, bodies, strict=True))
+    links, at = {link.get("name", ""): link for link in tree.iter("link")}, dict(zip(robot.names, bodies, strict=True))
     for joint in tree.iter("joint"):
         child = joint.find("child")
-        link = links.get(None if child is None else child.get("link"))
+        link = None if child is None else links.get(child.get("link", ""))
         if link is None:
             continue
         for inertial in link.findall("inertial"):
             link.remove(inertial)
-        if (row := at.get(joint.get("name"))) is not None:
+        if (row := at.get(joint.get("name", ""))) is not None:
             mass, centre, about = centred(row)
             inertial = Xml.SubElement(link, "inertial")
             Xml.SubElement(inertial, "origin", xyz=_text(centre), rpy="0 0 0")
@@ -54,7 +54,9 @@ def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: M
         place, joint = model.jointPlacements[body], model.joints[body]
         # The columns of the motion subspace: a translation, then a rotation.
         along = np.asarray(joint.createData().S).ravel() if joint.nq == joint.nv else np.array([0.0] * 5 + [1.0])
-        element = Xml.SubElement(chain[model.parents[body]], "body", name=name, pos=_text(place.translation), quat=_quaternion(place.rotation))
+        element = Xml.SubElement(
+            chain[model.parents[body]], "body", name=name, pos=_text(place.translation), quat=_quaternion(place.rotation)
+        )
         slides = bool(np.any(along[:3]))
         attributes = {"name": name, "type": "slide" if slides else "hinge", "axis": _text(along[:3] if slides else along[3:])}
         attributes |= {"armature": repr(float(rotor))}

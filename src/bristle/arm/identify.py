@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import hashlib
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.motion import Motion, motion_of
 from bristle.arm.parameters import Dynamics, identify_dynamics
 from bristle.arm.robot import Robot, read_robot
-from bristle.core import SIZE_LIMIT, Axis, Content, InputError
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Model, cached_property
 from bristle.files import as_toml, joints_in, read_axis
 from bristle.logs import read_log
 
-KNOWN = "arm"  # name of the known column of a joint: its effort from the bodies of the arm
+COLUMN = "arm"  # name of the known column of a joint: its effort from the bodies of the arm
 FOLDER = "joints"
 
 
@@ -36,18 +34,22 @@ class Arm:
         """Return the axis of each joint with the effort of the arm as a known column, for results in a folder."""
         return [read_axis(Content(folder / name, text)) for name, text in self.files.items() if name.endswith(".toml")]
 
-    @property
+    def exported(self, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], list[str]]:
+        """Return files for other programs, with the friction of the joints, and the joints whose friction MuJoCo lacks."""
+        scene, lacking = arm_scene(self.robot, self.dynamics.bodies, self.dynamics.rotors, frictions)
+        return {"arm.xml": scene} | ({"arm.urdf": with_inertias(self.robot, self.dynamics.bodies)} if self.robot.urdf else {}), lacking
+
+    @cached_property
     def files(self) -> dict[str, bytes]:
         """Axis file of each joint, and table with the effort of the arm, by the name in the folder of the results."""
         motion, contents = self.motion, dict[str, bytes]()
         efforts = self.robot.effort(self.dynamics.bodies, motion.position, motion.velocity, motion.acceleration)
         for (name, table), effort, rotor in zip(self.tables.items(), efforts.T, self.dynamics.rotors.tolist(), strict=True):
-            written = io.StringIO()
-            np.savetxt(written, np.column_stack([motion.time, effort]), "%.9g", ",", header=f"time [s],{KNOWN}", comments="")
-            known = {"column": KNOWN, "name": KNOWN, "coefficient": 1.0, "file": f"{name}.csv"}
-            plant = {"inertia": rotor} | table.get("plant", {})
-            axis = table | {"plant": plant, "known": [*table.get("known", []), known]}
-            known_effort = written.getvalue().encode()
+            rows = (f"{time:.9g},{value:.9g}" for time, value in zip(motion.time.tolist(), effort.tolist(), strict=True))
+            known_effort = "\n".join([f"time [s],{COLUMN}", *rows, ""]).encode()
+            entry = {"column": COLUMN, "name": COLUMN, "coefficient": 1.0, "file": f"{name}.csv"}
+            plant = {"inertia" if table.get("kind") == "rotational" else "mass": rotor} | table.get("plant", {})
+            axis = table | {"plant": plant, "known": [*table.get("known", []), entry]}
             head = f"# Effort of the arm: SHA-256 {hashlib.sha256(known_effort).hexdigest()}\n"
             contents |= {f"{FOLDER}/{name}.csv": known_effort, f"{FOLDER}/{name}.toml": (head + as_toml(axis)).encode()}
         return contents
@@ -78,4 +80,4 @@ def read_joints(log: Path, axis: Content, *, size_limit: int = SIZE_LIMIT) -> Mo
     if not tables:
         raise InputError("is missing", path="joint", mend="Write a [[joint]] table into the axis file for each joint of the robot")
     described = [read_axis(Content(axis.source, as_toml(table).encode())) for table in tables.values()]
-    return motion_of([read_log(log, each, size_limit=size_limit) for each in described], list(tables))
+    return motion_of([read_log(log, joint, size_limit=size_limit) for joint in described], list(tables))

@@ -63,10 +63,12 @@ def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
         if not np.array_equal(log.time.values, first.time.values):
             raise InputError(f"has other times than {names[0]}", path=f"joint {name}", mend="Record all joints in one log")
     step = max(int(1.0 / (dt * BANDWIDTH * ROWS_PER_PERIOD)), 1)
-    raw = np.array([[log.position.values for log in logs], [log.effort.values for log in logs if log.effort is not None]])
-    signals = np.empty((4, *raw.shape[1:]))
+    recorded = np.array([[log.position.values for log in logs], [log.effort.values for log in logs if log.effort is not None]])
+    signals = {name: np.empty(recorded.shape[1:]) for name in ("position", "velocity", "acceleration", "effort")}
     for part in first.segments or (slice(0, len(first)),):
-        position, effort = low_passed(raw[..., part], BANDWIDTH, dt) if step > 1 else raw[..., part]
-        spline = make_interp_spline(first.time.values[part], position, k=5, axis=1)
-        signals[..., part] = position, spline(first.time.values[part], 1), spline(first.time.values[part], 2), effort
-    return Motion(first.time.values, *(signal.T for signal in signals), step)
+        times = first.time.values[part]
+        position, effort = low_passed(recorded[..., part], BANDWIDTH, dt) if step > 1 else recorded[..., part]
+        spline = make_interp_spline(times, position, k=5, axis=1)
+        for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
+            signal[:, part] = values
+    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,12 +68,12 @@ def base_of(robot: Robot) -> tuple[list[int], np.ndarray]:
     columns = with_rotors(robot.regressor(q, v, a), a).reshape(POSES * count, -1)
     # Each column in turn either adds a direction or is a sum of earlier columns: outer masses move into inner inertias.
     order = [*range(count), *(count + 10 * body + k for body in range(count) for k in (*range(4, 10), 1, 2, 3, 0))]
-    upper = np.linalg.qr(columns[:, order], mode="r")
-    kept = np.flatnonzero(np.abs(np.diag(upper)) > ALIKE * np.abs(upper).max()).tolist()
-    factors = np.zeros((len(kept), len(order)))
-    factors[:, order] = np.linalg.lstsq(upper[:, kept], upper, rcond=None)[0]
+    upper = np.asarray(np.linalg.qr(columns[:, order], mode="r"))
+    independent = np.flatnonzero(np.abs(np.diag(upper)) > ALIKE * np.abs(upper).max()).tolist()
+    factors = np.zeros((len(independent), len(order)))
+    factors[:, order] = np.linalg.lstsq(upper[:, independent], upper, rcond=None)[0]
     factors[np.abs(factors) < ALIKE**0.5] = 0.0
-    return [order[place] for place in kept], factors
+    return [order[place] for place in independent], factors
 
 
 def with_rotors(columns: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
@@ -85,20 +86,22 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
     columns = with_rotors(robot.regressor(q, v, a), a)
     places, factors = base_of(robot)
-    kept, left = np.empty_like(columns), np.empty_like(effort)
+    dynamic, left = np.empty_like(columns), np.empty_like(effort)
     reduced = np.empty((len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1))  # with the same sums of squares
     for joint in range(len(robot.names)):
         friction = np.linalg.qr(motion.friction_columns(joint))[0]
-        kept[:, joint], left[:, joint] = _without(friction, columns[:, joint]), _without(friction, effort[:, joint])
-        reduced[joint] = np.linalg.qr(np.column_stack([kept[:, joint], left[:, joint]]), mode="r")
+        dynamic[:, joint], left[:, joint] = _without(friction, columns[:, joint]), _without(friction, effort[:, joint])
+        reduced[joint] = np.linalg.qr(np.column_stack([dynamic[:, joint], left[:, joint]]), mode="r")
     design, target, deviation = reduced[..., :-1], reduced[..., -1], np.sqrt(np.mean(left**2, axis=0))
     base = np.zeros(len(places))
     for _ in range(WEIGHTINGS):
-        weighted, wanted = design[..., places] / deviation[:, None, None], target / deviation[:, None]
-        base = _least_squares(weighted.reshape(-1, len(places)), wanted.ravel())
+        weighted, right_side = design[..., places] / deviation[:, None, None], target / deviation[:, None]
+        base = _least_squares(weighted.reshape(-1, len(places)), right_side.ravel())
         deviation = np.linalg.norm(target - design[..., places] @ base, axis=1) / np.sqrt(len(q))
-    half_widths = _half_widths(kept[..., places] / deviation[:, None], (left - kept[..., places] @ base) / deviation)
-    start = np.maximum(ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)]))  # the base parameters of rotors come first
+    half_widths = _half_widths(dynamic[..., places] / deviation[:, None], (left - dynamic[..., places] @ base) / deviation)
+    start = np.maximum(
+        ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)])
+    )  # the base parameters of rotors come first
     bodies, rotors = _consistent(start, robot.prior, design / deviation[:, None, None], target / deviation[:, None], len(q))
     residual = target - design @ np.concatenate([rotors, bodies.ravel()])
     names = names_of(robot.names)
@@ -109,9 +112,9 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     return Dynamics(tuple(described), bodies, rotors, np.linalg.norm(residual, axis=1) / np.linalg.norm(effort, axis=0))
 
 
-def _least_squares(columns: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     scale = np.linalg.norm(columns, axis=0)
-    return np.asarray(np.linalg.lstsq(columns / scale, wanted, rcond=1e-10)[0] / scale)
+    return np.asarray(np.linalg.lstsq(columns / scale, right_side, rcond=1e-10)[0] / scale)
 
 
 def _without(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -126,10 +129,12 @@ def _half_widths(columns: np.ndarray, residual: np.ndarray) -> np.ndarray:
     count = min(BLOCKS, len(columns) // 2)
     scale = np.linalg.norm(columns, axis=(0, 1))
     bread = np.linalg.pinv(np.einsum("nji,njk->ik", columns / scale, columns / scale), rcond=1e-14, hermitian=True)
-    scores = np.array([
-        np.einsum("nji,nj->i", block / scale, left)
-        for block, left in zip(np.array_split(columns, count), np.array_split(residual, count), strict=True)
-    ])
+    scores = np.array(
+        [
+            np.einsum("nji,nj->i", block / scale, left)
+            for block, left in zip(np.array_split(columns, count), np.array_split(residual, count), strict=True)
+        ]
+    )
     spread = bread @ (scores.T @ scores) @ bread * count / (count - 1)
     return np.asarray(t.ppf(0.975, count - 1) * np.sqrt(np.diag(spread)) / scale)
 
@@ -139,7 +144,7 @@ def _consistent(rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, targe
     from scipy.optimize import least_squares
 
     count, weight = len(prior), TO_PRIOR * np.sqrt(rows * len(prior))
-    upper = np.linalg.qr(np.column_stack([design.reshape(-1, 11 * count), target.ravel()]), mode="r")
+    upper = np.asarray(np.linalg.qr(np.column_stack([design.reshape(-1, 11 * count), target.ravel()]), mode="r"))
     design, target = upper[:-1, :-1], upper[:-1, -1]
     begin = np.concatenate([np.log(rotors), *map(_factor_of, prior)])
 
@@ -154,8 +159,9 @@ def _consistent(rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, targe
             inner[place, place] = _slope_of_body(theta[place])
         return np.vstack([design @ inner, weight * np.eye(len(theta))])
 
-    found = _parameters(least_squares(residual, begin, jac=slope, x_scale="jac", max_nfev=SEARCH).x, count)
-    return found[count:].reshape(count, 10), found[:count]
+    search: Any = least_squares
+    values = _parameters(search(residual, begin, jac=slope, x_scale="jac", max_nfev=SEARCH).x, count)
+    return values[count:].reshape(count, 10), values[:count]
 
 
 _UPPER = np.triu_indices(4)

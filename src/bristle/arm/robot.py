@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -32,10 +33,9 @@ KEYS = {"d": "translational", "a": "translational", "alpha": "rotational", "offs
 def pinocchio() -> Any:
     """Return the library of rigid-body dynamics."""
     try:
-        import pinocchio as pin
+        return import_module("pinocchio")
     except ImportError:
         raise MissingExtraError.of("the dynamics of an arm", "arm") from None
-    return pin
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,9 @@ def _chain(joints: Sequence[Mapping[str, Any]]) -> Any:
     pin = pinocchio()
     model, parent, place = pin.Model(), 0, pin.SE3.Identity()
     if not joints:
-        raise InputError("is missing", path="joint", mend='Write a [[joint]] table with d, a, alpha and offset for each joint, or name a URDF')
+        raise InputError(
+            "is missing", path="joint", mend="Write a [[joint]] table with d, a, alpha and offset for each joint, or name a URDF"
+        )
     for number, joint in enumerate(joints):
         path = f"joint[{number}]"
         if unknown := set(joint) - {"name", "reversed", *KEYS}:
@@ -147,8 +149,11 @@ def _chain(joints: Sequence[Mapping[str, Any]]) -> Any:
         values = {key: _value(joint, key, path) for key in KEYS}
         turned = pin.SE3(pin.utils.rotate("z", values["offset"]), np.zeros(3))
         axis = [0.0, 0.0, -1.0 if joint.get("reversed", False) else 1.0]
-        parent = model.addJoint(parent, pin.JointModelRevoluteUnaligned(*axis), place * turned, str(joint.get("name", f"joint_{number + 1}")))
+        parent = model.addJoint(
+            parent, pin.JointModelRevoluteUnaligned(*axis), place * turned, str(joint.get("name", f"joint_{number + 1}"))
+        )
         density = values["mass"] * PRIOR_DENSITY
+        model.addJointFrame(parent)
         model.appendBodyToJoint(parent, pin.Inertia(values["mass"], np.zeros(3), density * np.eye(3)), pin.SE3.Identity())
         along = pin.SE3(np.eye(3), np.array([values["a"], 0.0, values["d"]]))
         place = along * pin.SE3(pin.utils.rotate("x", values["alpha"]), np.zeros(3))

@@ -307,11 +307,10 @@ def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: 
 def _write_arm(arm: Arm, store: FleetStore) -> None:
     """Write the files of an arm for other programs, with the friction of the joints that bristle identified."""
     from bristle.files import read_model
-    from bristle.report.arm import arm_files
 
     places = {name: store.folder / name / "model.toml" for name in arm.tables}
     frictions = {name: read_model(place).friction for name, place in places.items() if place.exists()}
-    contents, lacking = arm_files(arm, frictions)
+    contents, lacking = arm.exported(frictions)
     for name, content in contents.items():
         store.grown.write(name, content)
     if lacking:

@@ -26,6 +26,9 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
             message = "must be a word that no other joint has"
             raise InputError(message, path=f"{JOINT}[{number - 1}].name", value=name, mend="Write a word of letters, digits and _")
         described[name] = _numbered(_merged(common, own), str(number))
+        for known in described[name].get("known", []):  # the file of a joint may be written to another folder
+            if isinstance(known, dict) and isinstance(known.get("file"), str):
+                known["file"] = str(content.source.absolute().parent / known["file"])
     return described
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
-from bristle.arm import Arm, arm_scene, with_inertias
-from bristle.core import Model, number
+from bristle.arm import Arm
+from bristle.core import number
 from bristle.report.page import Section
 from bristle.report.table import Table, percent_text
 
@@ -41,7 +40,9 @@ def base_table(arm: Arm) -> Table:
     for entry in arm.dynamics.base:
         unit = UNITS[entry.name.rpartition(".")[2].partition("_")[0]]
         members = " ".join(f"{'+' if factor > 0 else '−'} {number(abs(factor), digits=3)} {name}" for name, factor in entry.members)
-        rows.append((entry.name, number(entry.value, entry.half_width), number(entry.half_width, digits=2), unit, members.removeprefix("+ ")))
+        rows.append(
+            (entry.name, number(entry.value, entry.half_width), number(entry.half_width, digits=2), unit, members.removeprefix("+ "))
+        )
     return Table("The base parameters", ("Name", "Value", "Half-width (95 %)", "Unit", "Sum of"), rows)
 
 
@@ -52,10 +53,3 @@ def arm_sections(arm: Arm) -> list[Section]:
         "positive masses, and otherwise the values of the robot file."
     )
     return [Section("arm", "The arm", [text, joints_table(arm), base_table(arm)], "Arm")]
-
-
-def arm_files(arm: Arm, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], list[str]]:
-    """Return the files of an arm for other programs, and the joints whose friction MuJoCo lacks."""
-    dynamics = arm.dynamics
-    scene, lacking = arm_scene(arm.robot, dynamics.bodies, dynamics.rotors, frictions)
-    return {"arm.xml": scene} | ({"arm.urdf": with_inertias(arm.robot, dynamics.bodies)} if arm.robot.urdf else {}), lacking

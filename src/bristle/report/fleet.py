@@ -49,7 +49,7 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
 
 def holds_several_axes(runs: Runs) -> bool:
     """Return whether one log contains all axes of a fleet; their parameters need not agree."""
-    logs = runs.described["logs"]
+    logs = runs.described.get("logs", ())
     return len(logs) > 1 and len({log["sha256"] for log in logs}) == 1
 
 
@@ -199,7 +199,8 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
     ]
     ruling, columns = fleet_ruling(runs), runs.columns
     # First the parameters that differ between logs.
-    differ = dict.fromkeys(names, np.zeros(0, dtype=int)) if holds_several_axes(runs) else {name: differing(columns, name) for name in names}
+    compared, alone = not holds_several_axes(runs), np.zeros(0, dtype=int)
+    differ = {name: differing(columns, name) if compared else alone for name in names}
     ordered = sorted(names, key=lambda name: not differ[name].size)
     heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
@@ -213,7 +214,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
     facts = {
         "fleet": runs,
         "names": ordered or None,
-        "apart": {name: np.union1d([] if holds_several_axes(runs) else apart(columns, name), differ[name]).astype(int) for name in names},
+        "apart": {name: np.union1d(apart(columns, name) if compared else alone, differ[name]).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
     }
@@ -251,7 +252,9 @@ def _next(summary: Mapping[str, Any], command: str) -> Step:
         return Step("Complete the fleet:", command)
     suspects = [*summary["again"], *summary["failures"], *(entry for about in summary["parameters"].values() for entry in about["apart"])]
     if suspects:
-        return Step("Check the first log in doubt:", shlex.join(["bristle", "log", suspects[0]["log"].rpartition(": ")[2], "--axis", "axis.toml"]))
+        return Step(
+            "Check the first log in doubt:", shlex.join(["bristle", "log", suspects[0]["log"].rpartition(": ")[2], "--axis", "axis.toml"])
+        )
     return Step("Add logs of further axes, or later logs, with the same command:", command)
 
 
