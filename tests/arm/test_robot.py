@@ -47,7 +47,7 @@ def test_both_kinds_of_files_give_the_same_efforts(chain):
     # In the URDF, the second joint does not turn by the offset: its angle is that much larger, against its direction.
     q, v, a = np.random.default_rng(0).normal(size=(3, 20, 2))
     of_urdf = robot(URDF, "robot.urdf")
-    turned = q + [0.0, np.pi / 2]
+    turned = q + np.array([0.0, np.pi / 2])
     np.testing.assert_allclose(chain.effort(BODIES, q, v, a), of_urdf.effort(BODIES, turned, v, a), atol=1e-9)
     assert chain.names == of_urdf.names == ("turn", "lift")
 
@@ -84,7 +84,7 @@ def test_the_scene_has_a_motor_for_each_joint_and_the_friction_that_mujoco_knows
     from bristle import friction
 
     frictions = {"turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0), "lift": friction.dahl(F_C=3.0, sigma_0=1e3)}
-    text, lacking = arm_scene(chain, BODIES, np.array([0.5, 0.25]), {name: model for name, model in frictions.items()})
+    text, lacking = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)
     assert lacking == ["lift"]
     assert '<joint name="turn" type="hinge" axis="0.0 0.0 1.0" armature="0.5" frictionloss="3.0" damping="2.0" />' in text
     assert text.count("<motor ") == 2

@@ -118,8 +118,8 @@ def identify(
     from bristle.friction import DEFAULT_MODELS
 
     axes = [toml_content(file) for file in axis or ()]
-    several = robot is not None or any(joints_in(content) for content in axes)
-    separate = separate or several
+    of_joints = robot is not None or any(joints_in(content) for content in axes)
+    separate = separate or of_joints
     if separate:
         refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
         refuse(
@@ -267,8 +267,8 @@ def _identify_each(
         with opened(output.out, fleet, source, FleetStore) as store:
             for name, text in (arm.files if arm else {}).items():
                 store.grown.write(name, text)
-            several = any(map(joints_in, axes))
-            identifier = partial(Identifier, level_of=level_of, models=store.folder if several else None)
+            of_joints = any(map(joints_in, axes))
+            identifier = partial(Identifier, level_of=level_of, models=store.folder if of_joints else None)
             with interruptible(output.out, "logs"):
                 ran = run_within(store, workers=workers, progress=report, simulator=identifier)
             report(1.0, "writing the report")
@@ -279,7 +279,7 @@ def _identify_each(
             if arm:
                 _write_arm(arm, store)
     tables = [joints_table(arm), base_table(arm)] if arm else []
-    table = logs_table(runs, summary) if several else parameters_table(summary)
+    table = logs_table(runs, summary) if of_joints else parameters_table(summary)
     output.tell(summary, *tables, table, failed_logs_table(summary), *fleet_sentences(summary))
     return exit_code(ran, summary)
 

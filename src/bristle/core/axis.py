@@ -18,7 +18,7 @@ COLUMNS = CHANNELS | {"following_error": "length"}
 """Allowed columns: a channel, or the following error, which gives the reference together with the position."""
 
 _NUMBER = amount(Variable("1", "factor"))
-_GIVEN = optional(_NUMBER)
+_COEFFICIENT = optional(_NUMBER)
 
 
 def _flag(*, default: bool = False) -> Any:
@@ -125,7 +125,7 @@ class KnownColumn:
     name: str = taken(TEXT)
     optional: bool = _flag()
     unit: str = taken(TEXT, "")
-    coefficient: float | None = taken(_GIVEN, None)
+    coefficient: float | None = taken(_COEFFICIENT, None)
     file: str = taken(TEXT, "")
 
     @property
