@@ -122,7 +122,7 @@ def read_robot(content: Content) -> Robot:
     """
     pin = pinocchio()
     if content.source.suffix.lower() == ".toml":
-        return Robot(_chain(read_toml(content).data.get("joint", [])))
+        return chain_of(read_toml(content).data.get("joint", []))
     try:
         model = pin.buildModelFromXML(content.data.decode("utf-8"))
     except (ValueError, RuntimeError, UnicodeDecodeError) as error:
@@ -134,8 +134,8 @@ def read_robot(content: Content) -> Robot:
     return Robot(model, content.data)
 
 
-def _chain(joints: Sequence[Mapping[str, Any]]) -> Any:
-    """Return the model of a chain: turn by `offset` + q about z, move by `d` along z and `a` along x, turn by `alpha` about x."""
+def chain_of(joints: Sequence[Mapping[str, Any]]) -> Robot:
+    """Return a chain of joints that each turn by `offset` + q about z, move by `d` along z and `a` along x, and turn by `alpha` about x."""
     pin = pinocchio()
     model, parent, place = pin.Model(), 0, pin.SE3.Identity()
     if not joints:
@@ -157,7 +157,7 @@ def _chain(joints: Sequence[Mapping[str, Any]]) -> Any:
         model.appendBodyToJoint(parent, pin.Inertia(values["mass"], np.zeros(3), density * np.eye(3)), pin.SE3.Identity())
         along = pin.SE3(np.eye(3), np.array([values["a"], 0.0, values["d"]]))
         place = along * pin.SE3(pin.utils.rotate("x", values["alpha"]), np.zeros(3))
-    return model
+    return Robot(model)
 
 
 def _value(joint: Mapping[str, Any], key: str, path: str) -> float:
