@@ -96,14 +96,14 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
 def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT) -> Table:
     """Return the table of a log with the known columns of other tables, interpolated to the times of the log."""
     columns, units_of = dict(table.columns), dict(table.units)
-    for number, known in enumerate(axis.regressors if axis else ()):
-        if not known.file:
+    for number, term in enumerate(axis.regressors if axis else ()):
+        if not term.file:
             continue
         assert axis is not None
-        path, second = f"known[{number}]", read_table(known.file, size_limit=size_limit)
-        name = second.name_of(known.column)
+        path, second = f"known[{number}]", read_table(term.file, size_limit=size_limit)
+        name = second.name_of(term.column)
         if name is None:
-            raise second.missing(known.column, path)
+            raise second.missing(term.column, path)
         own = axis.columns.get("time")
         times = _times_of(table, None if own is None else own.name, own and own.unit, path)
         stamps = _times_of(second, next(filter(is_time, second.names), None), None, path)
@@ -111,8 +111,8 @@ def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT)
             span = f"{stamps[0]:g} to {stamps[-1]:g} s"
             raise InputError(f"ends within the log, which lasts from {times[0]:g} to {times[-1]:g} s", path=f"{path}.file", value=span)
         values = second.columns[name]
-        columns[known.place] = values if np.array_equal(times, stamps) else np.interp(times, stamps, values)
-        units_of |= {known.place: second.units[name]} if name in second.units else {}
+        columns[term.place] = values if np.array_equal(times, stamps) else np.interp(times, stamps, values)
+        units_of |= {term.place: second.units[name]} if name in second.units else {}
     return dataclasses.replace(table, columns=columns, units=units_of)
 
 

@@ -190,7 +190,7 @@ def columns_of(axis: Axis | None) -> Choice:
         [
             *(column.name for column in axis.columns.values()),
             *(channel.column for channel in axis.injected),
-            *(known.column for known in axis.regressors if not known.file),
+            *(term.column for term in axis.regressors if not term.file),
         ]
     )
 
