@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -56,6 +57,9 @@ def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristl
     assert data["friction.F_C"].values == pytest.approx([6.0, 3.0], rel=0.05)
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["verdict"]["words"] == "Axes identified"
+    assert (tmp_path / "out/turn/model.toml").exists()
+    repeated = bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out")
+    assert (repeated.code, len(list((tmp_path / "out/runs").iterdir()))) == (0, 2)
     assert read_model("out/lift/model.toml").friction.values["F_C"] == data["friction.F_C"].values[1]
 
 
@@ -87,3 +91,33 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     assert json.loads(again.out)["parameters"]["F_C"]["value"] == data["friction.F_C"].values[1]
     assert 'frictionloss="' in (tmp_path / "out/arm.xml").read_text()
     assert (tmp_path / "out/arm.urdf").read_text().count("<inertial>") == 2
+
+
+def test_a_robot_needs_joints_and_one_log(tmp_path, monkeypatch, bristle):
+    pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
+    monkeypatch.chdir(tmp_path)
+    _, q, v, a = swing(2, 5.0)
+    write_trace(tmp_path, q, v, a)
+    (tmp_path / "arm.urdf").write_text(URDF)
+    (tmp_path / "plain.toml").write_text(JOINTS.partition("[[joint]]")[0].replace("{joint}", "1"))
+    command = ["identify", "arm.csv", "--robot", "arm.urdf", "--out", "out"]
+    for more, message in (
+        (["--axis", "plain.toml"], "joint: is missing"),
+        ([], "needs one log of all joints and one axis file"),
+        (["--axis", "joints.toml", "--axis", "joints.toml"], "needs one log of all joints and one axis file"),
+    ):
+        ended = bristle(*command, *more)
+        assert ended.code == 2
+        assert message in " ".join(ended.err.split())
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_pinocchio_the_command_names_the_extra(tmp_path, monkeypatch, bristle):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    _, q, v, a = swing(2, 5.0)
+    write_trace(tmp_path, q, v, a)
+    (tmp_path / "arm.urdf").write_text(URDF)
+    ended = bristle("identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--out", "out")
+    assert ended.code != 0
+    assert 'pip install "bristle[arm]"' in " ".join(ended.err.split())
