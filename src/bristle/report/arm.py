@@ -27,7 +27,7 @@ def arm_summary(arm: Arm) -> dict[str, Any]:
 def joints_table(arm: Arm) -> Table:
     """Return the error of each joint with the bodies of the arm and any friction, its body and its rotor."""
     rows = [
-        (name, percent_text(100.0 * error), *(number(value) for value in (body[0], *body[1:4] / body[0], rotor)))
+        (name, percent_text(100.0 * error), number(body[0]), *(number(value, 1e-3) for value in body[1:4] / body[0]), number(rotor))
         for name, error, body, rotor in zip(arm.tables, arm.dynamics.errors, arm.dynamics.bodies, arm.dynamics.rotors, strict=True)
     ]
     heads = ("Joint", "Error without a friction model", "Mass [kg]", "Centre x [m]", "y [m]", "z [m]", "Rotor inertia [kg·m²]")
