@@ -90,6 +90,18 @@ def test_the_scene_has_a_motor_for_each_joint_and_the_friction_that_mujoco_knows
     assert text.count("<motor ") == 2
 
 
+def test_mujoco_computes_the_same_efforts_from_the_scene(chain):
+    mujoco = pytest.importorskip("mujoco", reason="needs pip install bristle[bench]")
+    rotors = np.array([0.5, 0.25])
+    model = mujoco.MjModel.from_xml_string(arm_scene(chain, BODIES, rotors, {})[0])
+    data = mujoco.MjData(model)
+    for q, v, a in np.random.default_rng(4).normal(size=(5, 3, 2)):
+        data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
+        mujoco.mj_inverse(model, data)
+        expected = chain.effort(BODIES, q[None], v[None], a[None])[0] + rotors * a
+        np.testing.assert_allclose(data.qfrc_inverse, expected, atol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("text", "name", "message"),
     [
