@@ -4,18 +4,22 @@ import doctest
 import re
 import shlex
 import tomllib
+from pathlib import Path
 
 import pytest
 import typer
 from tests.cli.conftest import EXPERIMENT
 from tests.docs.conftest import PAGES, ROOT, blocks
 
+from bristle.arm.robot import read_robot
 from bristle.cli.application import app
+from bristle.core import Content
 from bristle.core.dimensions import NAMES
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.axis import axis_from
 from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged, planned_in, with_models
+from bristle.files.joints import joints_in
 from bristle.files.model import friction_from
 from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
@@ -129,6 +133,18 @@ def test_parts_of_axis_files_in_pages_are_read(block):
     assert axis.columns["position"].name == part["columns"]["position"]["column"]
 
 
+@each("toml joints")
+def test_joints_in_pages_are_read(block):
+    axes = [axis_from(table) for table in joints_in(Content(Path("joints.toml"), block.text.encode())).values()]
+    assert [axis.columns["position"].name for axis in axes] == ["q1", "q2"]
+
+
+@each("toml robot")
+def test_robots_in_pages_are_read(block):
+    pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
+    assert read_robot(Content(Path("robot.toml"), block.text.encode())).names == ("A1", "A2")
+
+
 @each("toml hysteresis")
 def test_files_of_curves_in_pages_are_read(block, tmp_path):
     (tmp_path / "axis.toml").write_text(block.text)
@@ -186,6 +202,8 @@ def test_no_block_goes_unchecked():
         "toml axis-part",
         "toml contact",
         "toml hysteresis",
+        "toml joints",
+        "toml robot",
         "toml experiment",
         "toml friction",
         "toml experiment-part",

@@ -81,17 +81,17 @@ def test_outlier_is_beyond_three_and_a_half_robust_deviations(value, far):
 
 def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
     summary = fleet_summary(fleet(), provenance={})
-    table = report._logs_table(fleet(), summary, ["friction.F_C"])
+    table = report.logs_table(fleet(), summary)
     assert table.heads == ["Number", "Folder", "Log", "Held-out error", "friction.F_C [N]", "Warnings"]
     assert table.rows[0] == ["0", "a", "0.csv", "1.00 %", "5.00 ± 0.20", "clipped, one_speed"]
     assert table.rows[6] == ["6", "b", "6.csv", "", "", ""]
     assert table.caption == "The logs"
     monkeypatch.setattr(report, "LOGS_SHOWN", 3)
-    short = report._logs_table(fleet(), summary, ["friction.F_C"])
+    short = report.logs_table(fleet(), summary)
     assert (short.caption, len(short.rows)) == ("The logs (the first 3; the folder runs/ has all)", 3)
     open_ = fleet()
     open_.columns["friction.F_C.upper"][0] = np.nan
-    assert report._logs_table(open_, summary, ["friction.F_C"]).rows[0][4] == "5.00"
+    assert report.logs_table(open_, summary).rows[0][4] == "5.00"
 
 
 def test_failed_logs_have_reasons_and_a_limited_list():

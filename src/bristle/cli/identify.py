@@ -31,7 +31,9 @@ from bristle.cli.study import exit_code, interruptible
 from bristle.cli.terminal import complain, progress, show, show_lines
 
 if TYPE_CHECKING:
-    from bristle.core import Content
+    from bristle.arm import Arm
+    from bristle.core import Axis, Content
+    from bristle.fleet.identify import FleetStore
     from bristle.identification import Identification
     from bristle.prediction import Following
     from bristle.report.brief import Line
@@ -53,6 +55,10 @@ Method = Annotated[
     ),
 ]
 Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR. Later runs add rows.")]
+Robot = Annotated[
+    Path | None,
+    typer.Option("--robot", metavar="ROBOT.urdf", help="Identify an arm: URDF or Denavit-Hartenberg parameters. One row per joint in DIR."),
+]
 Workers = Annotated[
     int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: number of processes; by default one per core.")
 ]
@@ -88,6 +94,7 @@ def identify(
     free: Free = "",
     method: Method = None,
     separate: Separate = False,
+    robot: Robot = None,
     workers: Workers = None,
     reader: Readers = None,
     verbose: Verbose = False,
@@ -104,11 +111,15 @@ def identify(
 
     With --each, bristle writes one row per log into DIR, for br.read_study. If a log fails, its row states the reason. LOG
     may be a folder, and FILE::* selects every table of a file. Give the same command again to add missing or new logs.
+    With --robot, LOG contains all joints of an arm, and AXIS.toml has a table [[joint]] for each of them.
     """
     from bristle.core import Variable, amount
-    from bristle.files import describes_curves
+    from bristle.files import describes_curves, joints_in
     from bristle.friction import DEFAULT_MODELS
 
+    axes = [toml_content(file) for file in axis or ()]
+    of_joints = robot is not None or any(joints_in(content) for content in axes)
+    separate = separate or of_joints
     if separate:
         refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
         refuse(
@@ -119,14 +130,13 @@ def identify(
     else:
         refuse({"--workers": workers is not None}, "applies to --each only", "Add --each")
     output.context.with_resource(own_readers(reader))
-    axes = [toml_content(file) for file in axis or ()]
     if axes and describes_curves(axes[0]) and not separate:
         from bristle.cli.operators import identify_operators
 
         refuse({"--figure": figure}, "applies to friction, not to recorded curves")
         return identify_operators(log, axes, model, output)
     # Parameters of different models cannot be compared.
-    names = model if model is not None else "coulomb_viscous" if separate else DEFAULT_MODELS
+    names = model if model is not None else "lugre" if robot else "coulomb_viscous" if separate else DEFAULT_MODELS
     hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
     options = {
         "model": [own_model(part, "--model") if holds_own(part) else part for part in map(str.strip, names.split(","))],
@@ -136,7 +146,7 @@ def identify(
         "method": method,
     }
     if separate:
-        return _identify_each(log, axes, options, output, readers=reader or (), workers=workers)
+        return _identify_each(log, axes, options, output, readers=reader or (), workers=workers, robot=robot)
     return _identify_friction(log, axes, options, output, figure, verbose=verbose)
 
 
@@ -219,12 +229,21 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
 
 
 def _identify_each(
-    logs: Sequence[Path], axes: Sequence[Any], options: Mapping[str, Any], output: Output, *, readers: Sequence[Path], workers: int | None
+    logs: Sequence[Path],
+    axes: Sequence[Content],
+    options: Mapping[str, Any],
+    output: Output,
+    *,
+    readers: Sequence[Path],
+    workers: int | None,
+    robot: Path | None,
 ) -> int:
-    """Identify each of many logs separately."""
-    from bristle.files import provenance, read_axis
+    """Identify each of many logs separately, or each axis of one log."""
+    from bristle.core import content_of
+    from bristle.files import joints_in, provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, parameters_table
+    from bristle.report.arm import arm_sections, arm_summary, base_table, joints_table
+    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, logs_table, parameters_table
     from bristle.report.judgement import level_of
     from bristle.report.results import write_report
     from bristle.study.run import run_within
@@ -233,26 +252,69 @@ def _identify_each(
     refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
     assert output.out is not None
     options = dict(options)
-    fleet = fleet_of(
-        logs,
-        model=options.pop("model"),
-        axes=[read_axis(file) for file in axes],
-        name=output.out.name,
-        options=options,
-        size_limit=size_limit(),
-        readers=[code_in(file) for file in readers],
-    )
-    source = provenance(output.command, axis=axes, reader=fleet.readers)
-    with opened(output.out, fleet, source, FleetStore) as store, progress("beginning") as report:
-        with interruptible(output.out, "logs"):
-            ran = run_within(store, workers=workers, progress=report, simulator=partial(Identifier, level_of=level_of))
-        report(1.0, "writing the report")
-        runs = runs_in(store.folder)
-        summary = fleet_summary(runs, provenance=runs.described["provenance"])
-        write_report(store.grown, fleet_report(runs, summary, command=output.command), summary)
-
-    output.tell(summary, parameters_table(summary), failed_logs_table(summary), *fleet_sentences(summary))
+    with progress("beginning") as report:
+        arm = None if robot is None else _arm(logs, axes, content_of(robot), report)
+        fleet = fleet_of(
+            logs,
+            model=options.pop("model"),
+            axes=_axes_of_joints(axes) if arm is None else arm.axes(output.out),
+            name=output.out.name,
+            options=options,
+            size_limit=size_limit(),
+            readers=[code_in(file) for file in readers],
+        )
+        source = provenance(output.command, axis=axes, reader=fleet.readers)
+        with opened(output.out, fleet, source, FleetStore) as store:
+            for name, text in (arm.files if arm else {}).items():
+                store.grown.write(name, text)
+            of_joints = any(map(joints_in, axes))
+            identifier = partial(Identifier, level_of=level_of, models=store.folder if of_joints else None)
+            with interruptible(output.out, "logs"):
+                ran = run_within(store, workers=workers, progress=report, simulator=identifier)
+            report(1.0, "writing the report")
+            runs = runs_in(store.folder)
+            summary = fleet_summary(runs, provenance=runs.described["provenance"]) | ({"arm": arm_summary(arm)} if arm else {})
+            page = fleet_report(runs, summary, command=output.command, further=arm_sections(arm) if arm else ())
+            write_report(store.grown, page, summary)
+            if arm:
+                _write_arm(arm, store)
+    tables = [joints_table(arm), base_table(arm)] if arm else []
+    table = logs_table(runs, summary) if of_joints else parameters_table(summary)
+    output.tell(summary, *tables, table, failed_logs_table(summary), *fleet_sentences(summary))
     return exit_code(ran, summary)
+
+
+def _axes_of_joints(axes: Sequence[Content]) -> list[Axis]:
+    """Return the axes in some axis files, each file with one axis or with a table for each joint."""
+    from bristle.core import Content
+    from bristle.files import as_toml, joints_in, read_axis
+
+    described = [[Content(file.source, as_toml(table).encode()) for table in joints_in(file).values()] or [file] for file in axes]
+    return [read_axis(content) for contents in described for content in contents]
+
+
+def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: Callable[[float, str], None]) -> Arm:
+    """Identify the dynamics of an arm from one log."""
+    from bristle.arm import identify_arm
+    from bristle.core import InputError
+
+    if len(logs) != 1 or len(axes) != 1:
+        raise InputError("needs one log of all joints and one axis file", path="--robot", value=f"{len(logs)} logs, {len(axes)} axis files")
+    report(0.0, "identifying the bodies of the arm")
+    return identify_arm(logs[0], robot, axes[0], size_limit=size_limit())
+
+
+def _write_arm(arm: Arm, store: FleetStore) -> None:
+    """Write the files of an arm for other programs, with the friction of the joints that bristle identified."""
+    from bristle.files import read_model
+
+    places = {name: store.folder / name / "model.toml" for name in arm.tables}
+    frictions = {name: read_model(place).friction for name, place in places.items() if place.exists()}
+    contents, lacking = arm.exported(frictions)
+    for name, content in contents.items():
+        store.grown.write(name, content)
+    if lacking:
+        complain(f"arm.xml has no friction for {', '.join(lacking)}, because MuJoCo lacks this friction model")
 
 
 def identification_parts(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, taken, whole
@@ -17,6 +18,7 @@ COLUMNS = CHANNELS | {"following_error": "length"}
 """Allowed columns: a channel, or the following error, which gives the reference together with the position."""
 
 _NUMBER = amount(Variable("1", "factor"))
+_COEFFICIENT = optional(_NUMBER)
 
 
 def _flag(*, default: bool = False) -> Any:
@@ -101,21 +103,35 @@ class Injected:
 @guarded()
 @dataclass(frozen=True)
 class KnownColumn:
-    """A column of a log whose product with an identified coefficient is an effort.
+    """A column of a log, or of a second table, whose product with a coefficient is an effort.
 
     Parameters
     ----------
     column : str
-        Name in the log.
+        Name in the log or in the second table.
     name : str
         Suffix of the name of the coefficient: ``known_NAME``.
     optional : bool
         Whether a log may lack the column; bristle then uses zeros.
+    unit : str
+        Unit of the column to which the coefficient refers; empty for the unit in the log.
+    coefficient : float or None
+        Effort for 1 `unit` of the column [N or N*m]; None to identify it.
+    file : str
+        Path of the second table, which has a column of time; empty if the log itself holds the column.
     """
 
     column: str = taken(TEXT)
     name: str = taken(TEXT)
     optional: bool = _flag()
+    unit: str = taken(TEXT, "")
+    coefficient: float | None = taken(_COEFFICIENT, None)
+    file: str = taken(TEXT, "")
+
+    @property
+    def place(self) -> str:
+        """Name of the column beside those of the log: a column of a second table has the name of its file before it."""
+        return f"{Path(self.file).stem}.{self.column}" if self.file else self.column
 
 
 @guarded()
@@ -238,7 +254,7 @@ class Axis:
     cogging : tuple of Cogging
         Periodic efforts per turn of motor or screw.
     regressors : tuple of KnownColumn
-        Columns of the log with identified coefficients.
+        Known columns, with identified or given coefficients.
     """
 
     name: str = taken(TEXT, "axis")

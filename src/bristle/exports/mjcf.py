@@ -53,15 +53,13 @@ def write(request: Request) -> Product:
 
 def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     """Return a scene with one joint, its friction, and a motor for the effort."""
-    attributes, values = _attributes(model), model.values
+    (joint, actuator), values = friction_of_joint(model), model.values
     linear = model.kind == "translational"
-    of_joint = "".join(f' {key.removeprefix("joint.")}="{value}"' for key, value in attributes.items() if key.startswith("joint."))
+    of_joint = "".join(f' {key}="{value}"' for key, value in joint.items())
     actuators, time = "", STEP
-    if "dcmotor.lugre" in attributes:
-        actuators = (
-            f'    <dcmotor name="{name}_friction" joint="{name}" motorconst="0" resistance="1" input="none" '
-            f'damping="{attributes["dcmotor.damping"]}" lugre="{attributes["dcmotor.lugre"]}"/>\n'
-        )
+    if actuator:
+        of_actuator = " ".join(f'{key}="{value}"' for key, value in actuator.items())
+        actuators = f'    <dcmotor name="{name}_friction" joint="{name}" {of_actuator}/>\n'
         time = math.sqrt(mass / values["sigma_0"])
     offset, keyframe = values.get("offset", 0.0), ""
     if offset:
@@ -76,8 +74,8 @@ def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
     return TEXT.format(model=plain(model.name), version=version(), time=time, name=name, step=STEP, **parts)
 
 
-def _attributes(model: Model) -> dict[str, str]:
-    """Return the friction attributes of a scene, such as ``joint.frictionloss``."""
+def friction_of_joint(model: Model) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the friction attributes of a joint, such as ``frictionloss``, and those of the actuator ``dcmotor``."""
     base, values = base_of(model.component).name, model.values
     if base not in MODELS_OF_MUJOCO:
         raise InputError(
@@ -96,6 +94,7 @@ def _attributes(model: Model) -> dict[str, str]:
         )
     if base == "lugre":
         lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
-        return {"dcmotor.damping": repr(float(values["sigma_2"])), "dcmotor.lugre": lugre}
-    places = (("joint.frictionloss", "F_C"), ("joint.damping", "F_v"))
-    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values}
+        motor = {"motorconst": "0", "resistance": "1", "input": "none"}
+        return {}, motor | {"damping": repr(float(values["sigma_2"])), "lugre": lugre}
+    places = (("frictionloss", "F_C"), ("damping", "F_v"))
+    return {key: repr(float(values[parameter])) for key, parameter in places if parameter in values}, {}

@@ -5,6 +5,7 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from operator import attrgetter
+from pathlib import Path
 from typing import Any
 
 from bristle.core import units
@@ -66,11 +67,11 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
     """
     data, source, content = read_toml(path, path="axis", what="an axis or an axis file")
     with located(source):
-        return replace(axis_from(data), text=content.data if content else b"")
+        return replace(axis_from(data, source.absolute().parent), text=content.data if content else b"")
 
 
-def axis_from(data: dict[str, Any]) -> Axis:
-    """Return the axis described by the content of an axis file."""
+def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
+    """Return the axis described by the content of an axis file; paths in it refer to its `folder`."""
     check_schema(data)
     refuse_open(data)
     refuse_misspelt(data.get("columns"))
@@ -123,7 +124,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         "keeps_rests": file.identification.rests == "keep",
         "gravity": file.plant.gravity is not None,
         "cogging": _cogging(file, drive.transmission),
-        "regressors": _known_columns(file),
+        "regressors": _known_columns(file, drive, folder),
     }
     try:
         axis = Axis(**fields)
@@ -239,13 +240,18 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
     return tuple(coggings)
 
 
-def _known_columns(file: AxisFile) -> tuple[KnownColumn, ...]:
+def _known_columns(file: AxisFile, drive: Drive, folder: Path) -> tuple[KnownColumn, ...]:
     columns: list[KnownColumn] = []
     for place, entry in enumerate(file.known):
         name = entry.name or re.sub(r"\W+", "_", entry.column).strip("_") or f"column_{place + 1}"
         if name in [column.name for column in columns]:
             raise InputError("is defined twice", path=f"known[{place}].name", value=name, mend="Give each known column a unique name")
-        columns.append(KnownColumn(entry.column, name, entry.optional))
+        path, given = f"known[{place}]", entry.coefficient
+        coefficient = None if given == "identify" else _effort(given, file, drive, f"{path}.coefficient")
+        if entry.unit and not units.is_unit(entry.unit):
+            raise InputError("is not a unit", path=f"{path}.unit", value=entry.unit)
+        table = str(folder / entry.file) if entry.file else ""
+        columns.append(KnownColumn(entry.column, name, entry.optional, entry.unit, coefficient, table))
     return tuple(columns)
 
 
@@ -288,7 +294,7 @@ def _text_of(axis: Axis) -> bytes:
         "name": axis.name,
         "kind": axis.kind,
         "injected": [_entry(column, column=column.column, gain=column.gain) for column in axis.injected],
-        "known": [_entry(column, column=column.column, name=column.name) for column in axis.regressors],
+        "known": [_known_entry(known) for known in axis.regressors],
         "cogging": [{"turn": term.turner, "harmonics": "identify" if term.harmonics is None else term.harmonics} for term in axis.cogging],
         "columns": {
             name: _entry(column, column=column.name, unit=column.unit or None, sign=-1 if column.scale < 0.0 else None)
@@ -302,6 +308,11 @@ def _text_of(axis: Axis) -> bytes:
     document["controller"] = {} if axis.controller is None else {"model": axis.controller.name} | gains
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
     return ("# The axis of these results, in SI units.\n" + as_toml(filled)).encode("utf-8", "backslashreplace")
+
+
+def _known_entry(known: KnownColumn) -> dict[str, Any]:
+    beside = {"unit": known.unit or None, "coefficient": known.coefficient, "file": known.file or None}
+    return _entry(known, column=known.column, name=known.name, **beside)
 
 
 def _entry(column: Column | Injected | KnownColumn, /, **keys: Any) -> dict[str, Any]:

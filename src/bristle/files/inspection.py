@@ -11,7 +11,7 @@ from bristle.core.errors import InputError
 from bristle.files.proposal import Proposal, propose_axis
 from bristle.logs.log import Log
 from bristle.logs.passages import Passage
-from bristle.logs.readers import read_table
+from bristle.logs.readers import read_table, with_known
 from bristle.logs.summary import Summary, summary_of, summary_of_columns
 from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
@@ -37,7 +37,11 @@ class Inspection:
             with suppress(InputError):  # a column for the position is missing
                 proposal = propose_axis(content, size_limit=size_limit)
         axis = proposal.axis if proposal else axis
-        table = proposal.table if proposal else read_table(content, axis and axis.table, size_limit=size_limit)
+        table = (
+            proposal.table
+            if proposal
+            else with_known(read_table(content, axis and axis.table, size_limit=size_limit), axis, size_limit=size_limit)
+        )
         summary = _looked_at(table, axis, proposal.unknown if proposal else ())
         return cls(summary.data, content, table, axis, proposal, summary.log, summary.passages)
 

@@ -175,11 +175,14 @@ class InjectedEntry(Strict):
 
 
 class KnownEntry(Strict):
-    """A column of the log whose product with an identified coefficient is an effort."""
+    """A column of the log, or of the table `file`, whose product with a coefficient is an effort."""
 
     column: ColumnName
     name: Annotated[str, Field(pattern=r"^\w+$")] | None = None
     optional: bool = False
+    unit: str = ""
+    coefficient: Quantity = "identify"
+    file: str = ""
 
 
 class CoggingEntry(Strict):

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
-from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain
+from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, write_model
 from bristle.fleet.plan import Fleet
 from bristle.identification import Estimate, Identification, Settings, identify, models_of
 from bristle.logs import LogFile, listed_logs, read_log, reading
@@ -69,10 +69,10 @@ class FleetStore(Store):
 
 
 class Identifier:
-    """Identification of the logs of a fleet in this process; `level_of` judges each."""
+    """Identification of the logs of a fleet in this process; `level_of` judges each, and `models` names a folder for their models."""
 
-    def __init__(self, fleet: Fleet, level_of: Callable[[Identification], str] = lambda _: "") -> None:
-        self.fleet, self.level_of = fleet, level_of
+    def __init__(self, fleet: Fleet, level_of: Callable[[Identification], str] = lambda _: "", models: Path | None = None) -> None:
+        self.fleet, self.level_of, self.models = fleet, level_of, models
         self.formats = [load_reader_file(content) for content in fleet.readers]
 
     def columns(self, block: Block) -> dict[str, Any]:
@@ -111,6 +111,10 @@ class Identifier:
         settings = (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})) | {"lines_gain": 1.0}
         identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
         fit = identification.fits[0]
+        if self.models is not None and axis is not None:
+            (self.models / axis.name).mkdir(exist_ok=True)
+            place = self.models / axis.name / "model.toml"
+            write_model(place, fit.plant, fit.friction, estimates=fit.estimates, treatment=identification.treatment)
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
         row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}
         row["verdict"] = self.level_of(identification)
@@ -159,9 +163,14 @@ def fleet_of(
             mend="Compare models on one log first, then name the best model",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
+    if len(listed) == 1 < len(described):  # one trace of several axes
+        named = [axis.name if axis is not None else "" for axis in described]
+        if len(set(named)) < len(named):
+            raise InputError("must differ, because one log contains all axes", path="name", value=", ".join(named))
+        listed = [replace(listed[0], name=f"{name}: {listed[0].name}") for name in named]
     axes_for(described, len(listed))
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
-    plants = {(axis.plant, axis.gravity, axis.cogging, axis.regressors) for axis in described if axis is not None}
+    plants = {(axis.plant, axis.gravity, axis.cogging, tuple(term.name for term in axis.regressors)) for axis in described if axis}
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("the files describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
     if not kinds:  # the kind of the log; the usual kind if it cannot be read

@@ -170,6 +170,7 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
     values = {name: number for name, variable in plant.variables.items() if (number := by_quantity.get(variable.quantity)) is not None}
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
+    values |= {f"known_{known.name}": known.coefficient for known in axis.regressors if known.coefficient is not None}
     constant = offset if offset is not None else axis.offset
     if isinstance(constant, str) and constant == "identify":
         return PriorKnowledge(None, values, plant, axis.pitch)

@@ -60,9 +60,10 @@ def gather(table: Table, axis: Axis) -> Gathered:
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
             gathered.injected.append(channel)
     for index, known in enumerate(axis.regressors):
-        channel = _channel(table, Column(known.column, "", "", optional=known.optional), f"known[{index}]", axis.kind, gathered)
+        column = Column(known.place, "", known.unit, optional=known.optional)
+        channel = _channel(table, column, f"known[{index}]", axis.kind, gathered)
         if channel is None and known.optional and gathered.channels:
-            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", known.column)
+            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", known.place)
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
     if motion is None:

@@ -150,7 +150,7 @@ def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
     """Yield notes on the choice of columns."""
     named = {channel: column.name for channel, column in axis.columns.items()}
     yield from (f"bristle uses column {name} as the {channel}" for channel, name in named.items() if name != channel)
-    used = {*named.values(), *(beside.column for beside in (*axis.injected, *axis.regressors))}
+    used = {*named.values(), *(injected.column for injected in axis.injected), *(term.place for term in axis.regressors)}
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
         yield f"unused columns: {some_of(left)}"

@@ -8,6 +8,9 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
+import numpy as np
+
+from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError
@@ -90,6 +93,37 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     return dataclasses.replace(table, **changes, format=log_format.title, source=content.source)
 
 
+def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT) -> Table:
+    """Return the table of a log with the known columns of other tables, interpolated to the times of the log."""
+    columns, units_of = dict(table.columns), dict(table.units)
+    for number, term in enumerate(axis.regressors if axis else ()):
+        if not term.file:
+            continue
+        assert axis is not None
+        path, second = f"known[{number}]", read_table(term.file, size_limit=size_limit)
+        name = second.name_of(term.column)
+        if name is None:
+            raise second.missing(term.column, path)
+        own = axis.columns.get("time")
+        times = _times_of(table, None if own is None else own.name, own and own.unit, path)
+        stamps = _times_of(second, next(filter(is_time, second.names), None), None, path)
+        if times[0] < stamps[0] or times[-1] > stamps[-1]:
+            span = f"{stamps[0]:g} to {stamps[-1]:g} s"
+            raise InputError(f"ends within the log, which lasts from {times[0]:g} to {times[-1]:g} s", path=f"{path}.file", value=span)
+        values = second.columns[name]
+        columns[term.place] = values if np.array_equal(times, stamps) else np.interp(times, stamps, values)
+        units_of |= {term.place: second.units[name]} if name in second.units else {}
+    return dataclasses.replace(table, columns=columns, units=units_of)
+
+
+def _times_of(table: Table, named: str | None, unit: str | None, path: str) -> np.ndarray:
+    """Return the times of the rows of a table [s]."""
+    name = None if named is None else table.name_of(named)
+    if name is None:
+        raise InputError("needs a column of time in both tables", path=f"{path}.file", value=str(table.source))
+    return table.columns[name] * units.factor(unit or table.units.get(name, "s"), "s", path=path)
+
+
 def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
     """Return the log in a file, in SI units of the axis, on a uniform grid of time.
 
@@ -109,5 +143,5 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
         If the file is truncated, a column is missing, has a wrong unit, is not finite, constant or saturated, or time is not in
         order; the error names the column and the sample.
     """
-    table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
+    table = with_known(read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit), axis, size_limit=size_limit)
     return log_of(record_of(table, axis or axis_of(table)))

@@ -16,7 +16,7 @@ from bristle.logs.gather import axis_of, gather
 from bristle.logs.log import Log, log_of
 from bristle.logs.passages import Passage, passages
 from bristle.logs.problems import problems_of
-from bristle.logs.readers import read_table
+from bristle.logs.readers import read_table, with_known
 from bristle.logs.table import Table
 
 
@@ -54,7 +54,7 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     InputError
         If the file cannot be read.
     """
-    return summary_of(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis).data
+    return summary_of(with_known(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis), axis).data
 
 
 def summary_of(table: Table, axis: Axis | None = None) -> Summary:

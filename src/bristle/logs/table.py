@@ -187,7 +187,11 @@ def columns_of(axis: Axis | None) -> Choice:
     if axis is None:
         return Choice(frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True)
     return columns_named(
-        [*(column.name for column in axis.columns.values()), *(channel.column for channel in (*axis.injected, *axis.regressors))]
+        [
+            *(column.name for column in axis.columns.values()),
+            *(channel.column for channel in axis.injected),
+            *(term.column for term in axis.regressors if not term.file),
+        ]
     )
 
 

@@ -18,7 +18,7 @@ from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table, capital, percent_text
 from bristle.study.store import OK, Runs
 
-LOGS_SHOWN = 200
+LOGS_SHOWN, PARAMETERS_SHOWN = 200, 12
 APART = 3.5  # robust standard deviations, including the interval of the log
 
 
@@ -38,11 +38,19 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
         ],
         "again": [_log(columns, place) for place in measure_again(columns).tolist()],
         "verdict": fleet_ruling(runs).as_data(),
-        "parameters": {name: _spread(columns, name, described["columns"][name]) for name in parameters},
+        "parameters": {
+            name: _spread(columns, name, described["columns"][name], compared=not holds_several_axes(runs)) for name in parameters
+        },
         "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
         "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
         "provenance": dict(provenance),
     }
+
+
+def holds_several_axes(runs: Runs) -> bool:
+    """Return whether one log contains all axes of a fleet; their parameters need not agree."""
+    logs = runs.described.get("logs", ())
+    return len(logs) > 1 and len({log["sha256"] for log in logs}) == 1
 
 
 def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
@@ -88,9 +96,10 @@ def fleet_ruling(runs: Runs) -> Ruling:
     """Return whether the logs of a fleet agree, with the parameters that differ and the logs to measure again."""
     columns, names = runs.columns, short_names(runs.columns)
     again, failed = ([names[place] for place in places] for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK)))
-    apart_in = {name: [names[place] for place in differing(columns, name)] for name in runs.described["metrics"]}
+    compared = () if holds_several_axes(runs) else runs.described["metrics"]
+    apart_in = {name: [names[place] for place in differing(columns, name)] for name in compared}
     reasons = [f"{name.rpartition('.')[2]} of {names_text(logs)} differs" for name, logs in apart_in.items() if logs]
-    words = "Logs differ" if reasons else "Check some logs" if again or failed else "Logs agree"
+    words = "Logs differ" if reasons else "Check some logs" if again or failed else "Logs agree" if compared else "Axes identified"
     reasons += [f"measure again: {names_text(again)}"] if again else []
     reasons += [f"not fitted: {names_text(failed)}"] if failed else []
     if not any(identified(columns, name).any() for name in runs.described["metrics"]):
@@ -98,7 +107,7 @@ def fleet_ruling(runs: Runs) -> Ruling:
     return Ruling("with_care" if reasons else "usable", words, tuple(reasons))
 
 
-def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str]) -> dict[str, Any]:
+def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str], *, compared: bool) -> dict[str, Any]:
     tells = identified(columns, name)
     values = columns[name][tells]
     low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
@@ -111,7 +120,9 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
         "median": median,
         "high": high,
         "half_width": _of_finite(np.median, half),
-        "apart": [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()],
+        "apart": [
+            _log(columns, place) | {"value": float(columns[name][place])} for place in (apart(columns, name).tolist() if compared else ())
+        ],
     }
 
 
@@ -178,9 +189,9 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
-def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str:
-    """Return the report of a fleet as an HTML page."""
-    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:12]
+def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = ()) -> str:
+    """Return the report of a fleet as an HTML page, with further sections."""
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
     rows = [
         (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
         for name, about in summary["parameters"].items()
@@ -188,19 +199,22 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str) -> str
     ]
     ruling, columns = fleet_ruling(runs), runs.columns
     # First the parameters that differ between logs.
-    ordered = sorted(names, key=lambda name: not differing(columns, name).size)
+    compared, alone = not holds_several_axes(runs), np.zeros(0, dtype=int)
+    differ = {name: differing(columns, name) if compared else alone for name in names}
+    ordered = sorted(names, key=lambda name: not differ[name].size)
     heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
         Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary)]),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
         Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart], "Check"),
-        Section("logs", "Every log", [_logs_table(runs, summary, names)], "Logs"),
+        Section("logs", "Every log", [logs_table(runs, summary)], "Logs"),
+        *further,
     ]
     facts = {
         "fleet": runs,
         "names": ordered or None,
-        "apart": {name: np.union1d(apart(columns, name), differing(columns, name)).astype(int) for name in names},
+        "apart": {name: np.union1d(apart(columns, name) if compared else alone, differ[name]).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
     }
@@ -238,13 +252,15 @@ def _next(summary: Mapping[str, Any], command: str) -> Step:
         return Step("Complete the fleet:", command)
     suspects = [*summary["again"], *summary["failures"], *(entry for about in summary["parameters"].values() for entry in about["apart"])]
     if suspects:
-        return Step("Check the first log in doubt:", shlex.join(["bristle", "log", suspects[0]["log"], "--axis", "axis.toml"]))
+        return Step(
+            "Check the first log in doubt:", shlex.join(["bristle", "log", suspects[0]["log"].rpartition(": ")[2], "--axis", "axis.toml"])
+        )
     return Step("Add logs of further axes, or later logs, with the same command:", command)
 
 
-def _logs_table(runs: Runs, summary: Mapping[str, Any], names: Sequence[str]) -> Table:
-    """Return each log with these parameters, their half-widths, and the codes of its warnings."""
-    columns = runs.columns
+def logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
+    """Return each log with the first parameters, their half-widths, and the codes of its warnings."""
+    columns, names = runs.columns, [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
     rows = []

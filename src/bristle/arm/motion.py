@@ -1,0 +1,74 @@
+"""The common motion of the joints of an arm, and the parts of the joint efforts that friction may explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core import InputError
+from bristle.core.lazy import cached_property
+from bristle.logs import Log
+from bristle.logs.filters import low_passed
+
+BANDWIDTH = 20.0  # of the rigid-body motion [Hz]: filter of logs with a higher rate
+ROWS_PER_PERIOD = 2.5  # of the bandwidth
+WIDTHS = np.geomspace(2e-5, 0.1, 8)  # yield distances of elements, over the stroke
+SPEEDS = np.geomspace(0.01, 0.3, 4)  # decay of friction over speed, over the largest speed
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Angles and efforts of all joints at the common times of their logs, each of shape (sample, joint)."""
+
+    time: np.ndarray  # [s]
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
+    step: int  # samples for each row of the identification
+
+    @cached_property
+    def rows(self) -> slice:
+        """The samples that are rows."""
+        return slice(0, len(self.time), self.step)
+
+    def friction_columns(self, joint: int) -> np.ndarray:
+        """Return columns that span the friction of a joint, shape (row, column): pre-sliding, fall over speed, damping, constant."""
+        q, v = self.position[self.rows, joint], self.velocity[self.rows, joint]
+        elements = stops(q, WIDTHS * np.ptp(q))
+        fall = np.exp(-np.abs(v)[:, None] / (SPEEDS * np.max(np.abs(v))))
+        return np.hstack([elements, elements[:, :1] * fall, v[:, None], np.ones((len(q), 1))])
+
+
+def stops(position: np.ndarray, widths: np.ndarray) -> np.ndarray:
+    """Return the relative forces of elastic elements that slip at these distances, shape (sample, element), from 0."""
+    forces, force = np.zeros((len(position), len(widths))), np.zeros(len(widths))
+    steps = np.diff(position)[:, None] / widths
+    for row, step in enumerate(steps, start=1):
+        force = np.clip(force + step, -1.0, 1.0)
+        forces[row] = force
+    return forces
+
+
+def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
+    """Return the common motion of the logs of all joints, with derivatives along each stretch without a gap."""
+    from scipy.interpolate import make_interp_spline
+
+    first, dt = logs[0], float(logs[0].sample_time)
+    for name, log in zip(names, logs, strict=True):
+        if log.effort is None:
+            raise InputError("has no effort", path=f"joint {name}", mend="Name its column under [columns]")
+        if not np.array_equal(log.time.values, first.time.values):
+            raise InputError(f"has other times than {names[0]}", path=f"joint {name}", mend="Record all joints in one log")
+    step = max(int(1.0 / (dt * BANDWIDTH * ROWS_PER_PERIOD)), 1)
+    recorded = np.array([[log.position.values for log in logs], [log.effort.values for log in logs if log.effort is not None]])
+    signals = {name: np.empty(recorded.shape[1:]) for name in ("position", "velocity", "acceleration", "effort")}
+    for part in first.segments or (slice(0, len(first)),):
+        times = first.time.values[part]
+        position, effort = low_passed(recorded[..., part], BANDWIDTH, dt) if step > 1 else recorded[..., part]
+        spline = make_interp_spline(times, position, k=5, axis=1)
+        for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
+            signal[:, part] = values
+    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step)

@@ -1,0 +1,66 @@
+"""Dynamic parameters beside friction with memory: the right values, honest intervals, and bodies that can exist."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.arm.conftest import DT, GRAVITY, Pendulum, motion_with, swing
+
+from bristle import friction
+from bristle.arm.motion import stops
+from bristle.arm.parameters import base_of, identify_dynamics, pseudo_inertia
+from bristle.engine.motion import along
+
+TRUE = {"I_zz": 2.0, "mc_x": 3.0, "mc_y": -1.0}
+LUGRE = friction.lugre(F_C=8.0, F_S=11.0, v_S=0.05, sigma_0=4e4, sigma_1=30.0, sigma_2=4.0)
+
+
+def effort_of(q, v, a, seed=0, noise=0.3):
+    x = np.ascontiguousarray(q[:, 0] + 0.5 * DT * v[:, 0])
+    force = along(LUGRE.model if hasattr(LUGRE, "model") else LUGRE, dt=DT, v=np.ascontiguousarray(v[:, 0]), x=x)
+    weight = GRAVITY * (TRUE["mc_x"] * np.sin(q[:, 0]) + TRUE["mc_y"] * np.cos(q[:, 0]))
+    total = TRUE["I_zz"] * a[:, 0] + weight + force
+    return (total + noise * np.random.default_rng(seed).normal(size=len(q)))[:, None]
+
+
+@pytest.fixture(scope="module")
+def estimated():
+    t, q, v, a = swing(1, 60.0)
+    return identify_dynamics(Pendulum(), motion_with(effort_of(q, v, a), t, q, v, a))
+
+
+def test_gravity_and_inertia_are_found_beside_friction(estimated):
+    values = {entry.name: entry for entry in estimated.base}
+    assert set(values) == {"hinge.J", "hinge.mc_x", "hinge.mc_y"}
+    for name, true in (("hinge.J", 2.0), ("hinge.mc_x", 3.0), ("hinge.mc_y", -1.0)):
+        assert abs(values[name].value - true) < 1.5 * values[name].half_width < 0.3
+    assert dict(values["hinge.J"].members) == pytest.approx({"hinge.J": 1.0, "hinge.I_zz": 1.0})
+
+
+def test_bodies_have_positive_mass_and_explain_the_efforts(estimated):
+    body = estimated.bodies[0]
+    assert np.linalg.eigvalsh(pseudo_inertia(body))[0] > 0.0
+    assert body[1:3] == pytest.approx([3.0, -1.0], abs=0.15)
+    assert body[9] + estimated.rotors[0] == pytest.approx(2.0, abs=0.1)
+    assert estimated.errors[0] < 0.05
+
+
+def test_a_link_without_mass_is_no_body_of_the_prior(estimated):
+    # The link is too light for its moment: the mass must grow to hold the centre of mass within its moments of inertia.
+    t, q, v, a = swing(1, 30.0)
+    light = identify_dynamics(Pendulum(mass=1e-3), motion_with(effort_of(q, v, a), t, q, v, a)).bodies[0]
+    assert light[0] * light[9] > light[1] ** 2 + light[2] ** 2
+
+
+def test_base_parameters_do_not_depend_on_the_order_of_magnitude_of_a_motion():
+    places, factors = base_of(Pendulum())
+    assert places == [0, 2, 3]
+    assert factors.shape == (3, 11)
+    assert np.count_nonzero(factors) == 4
+
+
+def test_elements_slip_at_their_distance_and_remember():
+    x = np.array([0.0, 0.5, 2.0, 1.5, 0.0, 0.0])[:, None].ravel()
+    force = stops(x, np.array([1.0, 2.0]))
+    assert force[:, 0].tolist() == [0.0, 0.5, 1.0, 0.5, -1.0, -1.0]
+    assert force[:, 1].tolist() == [0.0, 0.25, 1.0, 0.75, 0.0, 0.0]
