@@ -83,16 +83,16 @@ class Elastic(NamedTuple):
 
 def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
     """Return the elastic coupling that logs of one axis show, or None."""
-    whole = _spectra_of(logs, axes)
-    found = whole and _Search(whole).resonance
-    if whole is None or found is None:
+    log = _spectra_of(logs, axes)
+    best = log and _Search(log).resonance
+    if log is None or best is None:
         return None
-    best, time = found, np.cumsum(whole.lengths) / np.sum(whole.lengths)
+    antiresonance, time = best.values[0], np.cumsum(log.lengths) / np.sum(log.lengths)
     for start, end in PARTS:
-        some = (time > start - 1e-9) & (time < end + 1e-9)
-        if np.count_nonzero(some) >= FEWEST:
-            part = _Search(whole._replace(slides=whole.slides[some], lengths=whole.lengths[some])).resonance
-            if part is not None and abs(part.values[0] - found.values[0]) < math.log(ALIKE) and part.error < best.error:
+        inside = (time > start - 1e-9) & (time < end + 1e-9)
+        if np.count_nonzero(inside) >= FEWEST:
+            part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
+            if part is not None and abs(part.values[0] - antiresonance) < math.log(ALIKE) and part.error < best.error:
                 best = part
     values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
     widths = np.append(
@@ -240,8 +240,8 @@ class _Search:
         best = np.asarray(minimize(lambda point: -self._fitted(point)[1], start, method="Nelder-Mead", bounds=bounds, options=options).x)
         (factors, _), values, damping = self._fitted(best), self._values(best), math.exp(best[1])
         antiresonance, resonance, ratio = np.exp(values[:3]).tolist()
-        shown = antiresonance > LOWEST and resonance < self.highest
-        if not (shown and factors[0] > 0.0 and RATIOS[0] < ratio < RATIOS[1] and 1.1 * DAMPED[0] < damping < DAMPED[1]):
+        in_range = antiresonance > LOWEST and resonance < self.highest
+        if not (in_range and factors[0] > 0.0 and RATIOS[0] < ratio < RATIOS[1] and 1.1 * DAMPED[0] < damping < DAMPED[1]):
             return None
         elastic = response.left(1e-3 * best[2], factors, *response.elastic(np.exp(best[:1]), np.exp(best[1:2])))
         fits = [(delay, *response.fitted(delay, *response.rigid())) for delay in response.delay + np.arange(-30, 31, 3) * DELAY_STEP]
@@ -259,9 +259,9 @@ class _Search:
         """Return the standard errors of the values, from the curvature of the explained squares."""
         steps, curvature = np.diag([2e-3, 0.05, 0.02]), np.empty((3, 3))
         for n, step in enumerate(steps):
-            for m, other in enumerate(steps):
-                corners = [i * j * self._fitted(best + i * step + j * other)[1] for i in (1, -1) for j in (1, -1)]
-                curvature[n, m] = -sum(corners) / (4.0 * step[n] * other[m])
+            for m, step_2 in enumerate(steps):
+                corners = [i * j * self._fitted(best + i * step + j * step_2)[1] for i in (1, -1) for j in (1, -1)]
+                curvature[n, m] = -sum(corners) / (4.0 * step[n] * step_2[m])
         slope = np.array([(self._values(best + step) - self._values(best - step)) / (2.0 * step[n]) for n, step in enumerate(steps)])
         # The log-likelihood of complex rows is minus the squares.
         return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
@@ -312,7 +312,7 @@ def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarra
     dt, step = log.sample_time, smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
     longest = round(LONGEST / dt)
     for part in log.segments or (slice(0, len(log)),):
-        position, effort, found = log.position.values[part], log.effort.values[part], list[slice]()
+        position, effort, slides = log.position.values[part], log.effort.values[part], list[slice]()
         if position.size * dt < SHORTEST:
             continue
         smooth = low_passed(position - position[0], min(0.1 / dt, SIDES), dt)
@@ -320,7 +320,7 @@ def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarra
         least = BRISK * float(np.quantile(np.abs(velocity), 0.99))
         for run in (*runs(velocity > least), *runs(velocity < -least)):
             if abs(smooth[run.stop - 1] - smooth[run.start]) > STEPS * step:
-                found += [slice(first, min(first + longest, run.stop)) for first in range(run.start, run.stop, longest)]
-        for some in sorted(found, key=attrgetter("start")):
-            if (some.stop - some.start) * dt > SHORTEST:
-                yield position[some], effort[some]
+                slides += [slice(first, min(first + longest, run.stop)) for first in range(run.start, run.stop, longest)]
+        for slide in sorted(slides, key=attrgetter("start")):
+            if (slide.stop - slide.start) * dt > SHORTEST:
+                yield position[slide], effort[slide]
