@@ -102,16 +102,13 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
 
 
 def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
-    """Return the alignment of an axis: of an elastic axis, with the sum of the masses, and with the delay of the response if unknown."""
+    """Return the alignment of an axis; that of an elastic axis has the more precise sum of the masses, and the delay of the response."""
     if coupling is None:
         return alignment
     if coupling.mass_half_width < (alignment.mass_half_width or math.inf):
-        alignment = replace(
-            alignment, mass=coupling.mass, mass_half_width=coupling.mass_half_width, slow=alignment.slow or coupling.one_mass
-        )
-    if alignment.delay is None and alignment.sought:
-        alignment = replace(alignment, delay=coupling.delay, delay_half_width=coupling.delay_half_width, smoothing=None)
-    return alignment
+        alignment = replace(alignment, mass=coupling.mass, mass_half_width=coupling.mass_half_width)
+    late = {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width} if alignment.delay is not None else {}
+    return replace(alignment, slow=alignment.slow or coupling.one_mass, **late)
 
 
 class _Resonance(NamedTuple):

@@ -37,6 +37,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.identification.dataset import Alignment
+from bristle.identification.elasticity import Elastic, one_mass
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, WIDTHS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
@@ -76,13 +77,15 @@ class _Channels(NamedTuple):
 
 
 def alignment_of(
-    logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True, highest: float | None = None
+    logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True, coupling: Elastic | None = None
 ) -> Alignment:
-    """Return the alignment of the channels of logs of one axis; the delay is zero if not `sought`; instruments up to `highest` [Hz]."""
+    """Return the alignment of the channels of logs of one axis; a delay that is not `sought` is zero, or that of an elastic `coupling`."""
+    highest = coupling and coupling.one_mass
+    sought, delay = sought and coupling is None, coupling.delay if sought and coupling is not None else 0.0
     rows = wide_rows(logs, axes)
     if rows is None:
         return Alignment(sought=sought)
-    start = rows.scanned() if sought else 0.0
+    start = rows.scanned() if sought else delay
     rows.find_waves(start)
     rungs = list[Rung]()
     for cutoff in _cutoffs(rows, highest):
@@ -94,7 +97,8 @@ def alignment_of(
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
     alignment = _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
-    return _without_noise(alignment, logs, axes, settings, highest)
+    alignment = _without_noise(replace(alignment, delay=delay) if delay else alignment, logs, axes, settings, highest)
+    return one_mass(alignment, coupling)
 
 
 def _cutoffs(rows: WideRows, highest: float | None) -> list[float]:

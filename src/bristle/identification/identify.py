@@ -19,7 +19,7 @@ from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
-from bristle.identification.elasticity import elastic_coupling, one_mass
+from bristle.identification.elasticity import elastic_coupling
 from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
@@ -212,7 +212,7 @@ def _context(
     treat = partial(treat_all, treated, axes, low or cutoff)
     dataset = treated_dataset = treat(decimation)
     if finds:
-        alignment = one_mass(alignment_of(logs, axes, settings, sought=sought, highest=low), coupling if low else None)
+        alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
             rows, share = calmed(aligned(treated_dataset, alignment))
@@ -223,7 +223,7 @@ def _context(
         if finds:
             # Waves of known length determine the delay better than waves found in the residual.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
-            alignment = one_mass(alignment_of(logs, axes, settings, sought=sought, highest=low), coupling if low else None)
+            alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
     context = _of_channel(context, treated_dataset, _share(progress, 1, 0, "looking for the channel that was filtered"))
