@@ -3,7 +3,7 @@
 import pytest
 from benchmarks.elastic import tried
 
-SEEDS = (500, 501, 502, 504, 505, 506)
+SEEDS = (501, 504, 505, 509, 510, 511)  # without and with play; `benchmarks.elastic` measures the rates over sixty drives
 
 
 @pytest.mark.slow
