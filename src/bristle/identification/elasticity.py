@@ -45,7 +45,7 @@ SIDES, BRISK, STEPS = 60.0, 0.03, 10.0  # Hz: low-pass of the speed; of the top 
 SLOWEST, FASTEST, OF_RATE, LOWEST = 3.0, 500.0, 0.4, 5.0  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
 WIDTH, POOLED, MISFIT = 0.02, 0.08, 0.03  # of a group of bins; of pooled variances; model error as a share of the acceleration
 LATE, EARLY, DELAY_STEP = 12e-3, 4e-3, 1e-4  # s: search range of the delay
-STEP, DAMPINGS = 0.02, (0.02, 0.08)  # of the scan: frequency, damping
+STEP, DAMPINGS, AROUND = 0.015, (0.02, 0.08), (-6e-4, 0.0, 6e-4)  # of the scan: frequency, damping; s: delays around the first
 DAMPED, RATIOS = (2e-3, 0.3), (0.05, 8.0)  # damping of a resonance; load over motor
 BAND = 1.5  # around antiresonance and resonance
 LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = 60.0, 0.2, 0.3, 0.02  # of a clear resonance: squared deviation; shares; error
@@ -214,12 +214,15 @@ class _Search:
         """The best point of a scan."""
         frequencies = np.exp(np.arange(math.log(1.02 * LOWEST), math.log(self.highest), STEP))
         resonances, dampings = np.repeat(frequencies, len(DAMPINGS)), np.tile(DAMPINGS, frequencies.size)
-        delay = self.response.delay
-        factors, squares = self.response.fitted(delay, *self.response.elastic(resonances, dampings))
-        ratios = factors[:, 1] / np.where(factors[:, 0] > 0.0, factors[:, 0], np.inf)
-        squares = np.where((ratios > RATIOS[0]) & (ratios < RATIOS[1]), squares, 0.0)
-        place = int(np.argmax(squares))
-        return np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay]) if squares[place] > 0.0 else None
+        shapes, best, most = self.response.elastic(resonances, dampings), None, 0.0
+        for delay in self.response.delay + np.array(AROUND):
+            factors, squares = self.response.fitted(delay, *shapes)
+            ratios = factors[:, 1] / np.where(factors[:, 0] > 0.0, factors[:, 0], np.inf)
+            squares = np.where((ratios > RATIOS[0]) & (ratios < RATIOS[1]), squares, 0.0)
+            place = int(np.argmax(squares))
+            if squares[place] > most:
+                most, best = float(squares[place]), np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay])
+        return best
 
     @property
     def resonance(self) -> _Resonance | None:
