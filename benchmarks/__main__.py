@@ -20,6 +20,7 @@ from benchmarks.cluster import cluster
 from benchmarks.composite import composite
 from benchmarks.corners import corners
 from benchmarks.coverage import Share, coverage
+from benchmarks.elastic import elastic
 from benchmarks.exported import exported
 from benchmarks.fits import fits
 from benchmarks.hal import hal
@@ -204,6 +205,7 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
         strange_logs,
         lies,
         structures,
+        elastic,
         one_loop,
         unstated_lag,
         pushes,

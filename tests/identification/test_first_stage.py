@@ -384,7 +384,7 @@ def test_an_unknown_inertia_biased_by_noise_is_not_identified(monkeypatch):
 
 def test_an_unknown_delay_widens_the_interval_of_a_biased_inertia():
     logs = [in_a_band(3e-4)]
-    late, none = (first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT) for sought in (True, False))
+    late, none = (first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT, None) for sought in (True, False))
     assert late.mass == none.mass
     assert late.mass_half_width > 1.05 * none.mass_half_width
 

@@ -11,6 +11,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
 from bristle.identification import identify
 from bristle.identification.dataset import Alignment
+from bristle.identification.elasticity import Elastic
 from bristle.identification.missing_force import Missing
 from bristle.identification.settings import DEFAULT
 from bristle.identification.structure import (
@@ -271,17 +272,14 @@ def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(
 
 def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkeypatch):
     traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
-    looks_like = (Diagnostic("filter_suspect"),)
-    fit = FakeFit(SLIDING, traces, (*looks_like, Diagnostic("correlated")), (estimate("F_C"),))
-    for force, code, left in (
-        (Missing("elastic", 0.4, 1.0, amplitude=43.0), "elastic_load", ["correlated"]),
-        (Missing("speed", 0.4, 1.0), "missing_speed", ["filter_suspect", "correlated"]),
-    ):
-        monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_, force=force: ((force,), 0.7))
-        _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
-        assert (named.code, [item.code for item in others]) == (code, left)
-    assert "model" in named.numbers
-    monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((Missing("elastic", 0.4, 1.0, amplitude=43.0),), 0.7))
-    coupled = with_structure(fit, None, DEFAULT).diagnostics[1]
+    fit = FakeFit(SLIDING, traces, (Diagnostic("filter_suspect"), Diagnostic("correlated")), (estimate("F_C"),))
+    monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((Missing("position", 0.4, 1.0),), 0.7))
+    _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
+    assert [named.code, *(item.code for item in others)] == ["missing_position", "filter_suspect", "correlated"]
+    rows = SimpleNamespace(inverse=SimpleNamespace(dataset=SimpleNamespace(cutoff=8.0)))
+    coupling = Elastic(43.0, 0.4, 55.0, 0.5, 0.7, 0.02, 12.0, 0.1, 0.0, 1e-4)
+    coupled, *others = with_structure(fit, rows, DEFAULT, coupling=coupling).diagnostics
+    assert (coupled.code, coupled.severity) == ("elastic_load", "warning")
+    assert (coupled.numbers["antiresonance"], coupled.numbers["one_mass"]) == (43.0, 1)
     assert "model" not in coupled.numbers
-    assert coupled.numbers["antiresonance"] == 43.0
+    assert [item.code for item in others] == ["structure", "missing_position", "correlated"]

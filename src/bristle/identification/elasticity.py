@@ -1,186 +1,323 @@
-r"""An elastic coupling between motor and load, detected by the antiresonance in the residual of a rigid axis.
+r"""An elastic coupling between motor and load, identified from the frequency response of the motor before any friction model.
 
-With a load on a spring, the motor moves the apparent inertia :math:`m_1 + m_2 H_a`, where :math:`H` is the response of a
-resonator. The residual of a rigid axis is then :math:`\kappa (H_r - 1) u` for the effort `u`, with the resonance
-:math:`\omega_r = \omega_a \sqrt{1 + \kappa}` and :math:`\kappa = m_2 / m_1`. Friction adds a term of the same form if it
-is distributed differently from the inertia.
+A motor :math:`m_1` that moves a load :math:`m_2` through a spring answers an effort `u` with the acceleration `a`
 
-The controller feeds encoder noise back into the effort, and a transfer function between effort and position contains
-it. Therefore both are averaged over blocks (Welch [1]_) with instruments [2]_ that are free of noise: the signs of the
-smoothed velocity and acceleration. Delay, filter, inertia and level, and a smooth second-order lag of the same
-frequency, are fitted too. bristle reports a coupling if a resonance explains more than the largest of all frequencies
-would by chance, part of it below the resonance.
+.. math:: \frac{a}{u} = \frac{1}{M}\left[1 + \kappa\,\frac{s^2}{s^2 + 2 \zeta \omega_r s + \omega_r^2}\right] e^{s \tau}, \qquad
+   M = m_1 + m_2, \quad \kappa = \frac{m_2}{m_1}, \quad \omega_a = \frac{\omega_r}{\sqrt{1 + \kappa}} .
+
+It has an antiresonance at :math:`\omega_a` and a resonance at :math:`\omega_r`. A term :math:`1/s` stands for viscous
+friction. The response is estimated from slides: motions in one direction, in which friction is almost constant. Around
+reversals friction is neither constant nor linear, and a contact with pre-sliding has a resonance, too.
+
+The spectra are averaged over all slides (Welch [1]_). Bins within 2 % of a frequency share one cross-spectrum, and bins
+within 8 % one variance. For each resonance the response is linear in all other parameters (variable projection [2]_)
+except damping and delay, which a simplex search refines. A rigid axis with a lag of second order is the alternative. If
+the whole log shows a resonance, the part of the log with the smallest standard errors determines its values.
 
 References
 ----------
 .. [1] P. D. Welch, "The use of fast Fourier transform for the estimation of power spectra", IEEE Transactions on Audio
    and Electroacoustics 15(2), 1967. doi:10.1109/TAU.1967.1161901
-.. [2] U. Forssell, L. Ljung, "Closed-loop identification revisited", Automatica 35(7), 1999.
-   doi:10.1016/S0005-1098(99)00022-9
+.. [2] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems whose
+   variables separate", SIAM Journal on Numerical Analysis 10(2), 1973. doi:10.1137/0710036
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.least_squares import unbounded
-from bristle.identification.dataset import Dataset
-from bristle.identification.missing_rows import SMALLEST
+from bristle.core.axis import Axis
+from bristle.identification.dataset import Alignment
+from bristle.identification.preprocessing import smallest_step
+from bristle.logs.filters import derivative, low_passed
+from bristle.logs.log import Log
+from bristle.logs.turns import runs
 
-BLOCK, FEWEST_BLOCKS = 0.5, 20  # s; number of blocks, which overlap by half
-MOST_REST = 0.3  # of a block
-SLOWEST = 4.0  # Hz: below, friction and gravity dominate
-CALM, SLACK = 15.0, (0.02, 0.2)  # Hz: low-pass of the instruments; shares of velocity and acceleration too small for a sign
-DAMPING, SMOOTH = 0.05, 0.5  # damping of a resonance, and of a smooth lag
-STEP = 0.02  # step of the logarithm of the trial frequency
-POOLED = 0.1  # the same: width over which errors are averaged
-RATIOS = (0.08, 2.0)  # of load to motor
-FRICTION = (-0.5, 2.5)  # the same for friction: lower bound, and upper bound over the inertia ratio
-CORRELATED = 1.5  # factor of squared deviations due to correlation between frequencies
-FALSE_ALARM = 0.002  # of all logs of a rigid axis
-LEAST_SHARE, LEAST_BELOW = 0.1, 8.0  # of all squares; squared deviation explained below the resonance
+LONGEST, SHORTEST, FEWEST, TAPER = 8.0, 0.4, 3, 0.5  # s: of a slide; slides; tapered share of a slide
+PERIODS = 6.0  # of a frequency in a slide that determines its response
+SIDES, BRISK, STEPS = 60.0, 0.03, 10.0  # Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide
+SLOWEST, FASTEST, OF_RATE, LOWEST = 3.0, 500.0, 0.4, 5.0  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
+WIDTH, POOLED, MISFIT = 0.02, 0.08, 0.03  # of a group of bins; of pooled variances; model error as a share of the acceleration
+LATE, EARLY, DELAY_STEP = 12e-3, 4e-3, 1e-4  # s: search range of the delay
+STEP, DAMPINGS, AROUND = 0.015, (0.02, 0.08), (-6e-4, 0.0, 6e-4)  # of the scan: frequency, damping; s: delays around the first
+DAMPED, RATIOS = (2e-3, 0.3), (0.05, 8.0)  # damping of a resonance; load over motor
+BAND = 1.5  # around antiresonance and resonance
+LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = 60.0, 0.2, 0.3, 0.02  # of a clear resonance: squared deviation; shares; error
+PARTS = ((0.0, 0.5), (0.5, 1.0), (0.0, 0.34), (0.33, 0.67), (0.66, 1.0), (0.25, 0.75))  # of the slides
+ALIKE = 1.6  # largest ratio of the frequency in a part to that in the whole log
+STUDENT, SPARE, SPARE_DELAY = 4.0, 0.004, 0.1  # of the intervals: factor of the standard error; smallest relative half-width; in samples
+ONE_MASS = 0.2  # of the antiresonance: the highest frequency at which the axis is one mass
+TINY = float(np.finfo(float).tiny)
 
 
 class Elastic(NamedTuple):
-    """An elastic coupling: antiresonance [Hz], explained share of the residual, force [N or N*m]."""
+    """An elastic coupling: antiresonance and resonance [Hz], load over motor, sum of the masses [kg or kg*m^2], delay of the effort [s]."""
 
     antiresonance: float
-    share: float
-    force: float
+    antiresonance_half_width: float
+    resonance: float
+    resonance_half_width: float
+    inertia_ratio: float
+    inertia_ratio_half_width: float
+    mass: float
+    mass_half_width: float
+    delay: float
+    delay_half_width: float
+
+    @property
+    def facts(self) -> dict[str, float]:
+        """Antiresonance and resonance [Hz] and the ratio of inertias, each with its 95 % half-width."""
+        return dict(list(self._asdict().items())[:6])
+
+    @property
+    def one_mass(self) -> float:
+        """Highest frequency [Hz] at which the axis is one mass."""
+        return ONE_MASS * self.antiresonance
 
 
-def elastic_coupling(dataset: Dataset, plant: Model, friction: Model) -> Elastic | None:
-    """Return the elastic coupling in a log, or None."""
-    frictions = dataset.friction_along(friction, plant)
-    rigid = [dataset.mechanical_along(plant, segment) + force for segment, force in zip(dataset.segments, frictions, strict=True)]
-    spectra = _Spectra.of(dataset, rigid, frictions)
-    best = spectra and max(spectra.resonances(dataset.cutoff), key=lambda resonance: resonance.gain, default=None)
-    if best is None or not best.clear:
+def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
+    """Return the elastic coupling that logs of one axis show, or None."""
+    log = _spectra_of(logs, axes)
+    best = log and _Search(log).resonance
+    if log is None or best is None:
         return None
-    forces = [
-        dataset.without_edges(_lacking(best.ratio * segment.effort + best.of_friction * force, best.frequency, dataset.sample_time))
-        for segment, force in zip(dataset.segments, frictions, strict=True)
-    ]
-    force = float(np.sqrt(np.mean(np.concatenate(forces) ** 2)))
-    return Elastic(best.frequency / math.sqrt(1.0 + best.ratio), best.share, force)
+    antiresonance, time = best.values[0], np.cumsum(log.lengths) / np.sum(log.lengths)
+    for start, end in PARTS:
+        inside = (time > start - 1e-9) & (time < end + 1e-9)
+        if np.count_nonzero(inside) >= FEWEST:
+            part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
+            if part is not None and abs(part.values[0] - antiresonance) < math.log(ALIKE) and part.error < best.error:
+                best = part
+    values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
+    widths = np.append(
+        values[:4] * (STUDENT * best.errors[:4] + SPARE), 1e-3 * STUDENT * best.errors[4] + SPARE_DELAY * logs[0].sample_time
+    )
+    return Elastic(*(float(number) for pair in zip(values, widths, strict=True) for number in pair))
+
+
+def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
+    """Return the alignment of an axis; that of an elastic axis has the more precise sum of the masses, and the delay of the response."""
+    if coupling is None:
+        return alignment
+    if coupling.mass_half_width < (alignment.mass_half_width or math.inf):
+        alignment = replace(alignment, mass=coupling.mass, mass_half_width=coupling.mass_half_width)
+    late = {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width} if alignment.delay is not None else {}
+    return replace(alignment, slow=alignment.slow or coupling.one_mass, **late)
 
 
 class _Resonance(NamedTuple):
-    """A resonance: frequency [Hz], load over motor, the same for friction, squared deviation in total and below it, share, threshold."""
+    """Logarithms of antiresonance, resonance, load over motor and sum of the masses, and the delay [ms], with their standard errors."""
 
-    frequency: float
-    ratio: float
-    of_friction: float
-    gain: float
-    below: float
-    share: float
-    least: float
+    values: np.ndarray
+    errors: np.ndarray
 
     @property
-    def clear(self) -> bool:
-        return self.gain > self.least and self.share > LEAST_SHARE and LEAST_BELOW < self.below < self.gain
+    def error(self) -> float:
+        return float(np.hypot(*self.errors[:2]))
+
+
+class _Spectra(NamedTuple):
+    """Cross spectra of acceleration and effort of each slide in groups of bins, shape (slide, group, signal, signal)."""
+
+    frequency: np.ndarray  # of each group [Hz]
+    bins: np.ndarray  # of each group
+    slides: np.ndarray
+    lengths: np.ndarray  # of each slide, in lengths of the transform
+    highest: float  # Hz
+    scale: float  # of the effort over that of the acceleration
+
+    @property
+    def response(self) -> _Response:
+        """The response over all slides, with weights from its variance around each frequency."""
+        near = (np.abs(np.subtract.outer(*[np.log(self.frequency)] * 2)) < POOLED).astype(float)
+        rows = self.lengths[:, None] * self.bins * (self.frequency * LONGEST * self.lengths[:, None] > PERIODS)
+        total, rows = np.einsum("sg,sgij->gij", (rows > 0.0).astype(float), self.slides), rows.sum(axis=0)
+        square, power, cross = np.real(total[:, 0, 0]), np.maximum(np.real(total[:, 1, 1]), TINY), total[:, 1, 0]
+        left = np.maximum(square - np.abs(cross) ** 2 / power, 0.0) / np.maximum(1.0 - 1.0 / np.maximum(rows, 1.0), 0.1)
+        weight = near @ rows / np.maximum(near @ left + MISFIT**2 * (near @ square), TINY)
+        coherence = 1.0 - np.clip(near @ (weight * left) / np.maximum(near @ (weight * square), TINY), 0.0, 1.0)
+        return _Response(self.frequency, weight * square, weight * power, weight * cross, rows, coherence)
 
 
 @dataclass(frozen=True)
-class _Spectra:
-    """Cross spectra of the instruments with residual, effort and friction, shape (instrument and frequency,)."""
+class _Response:
+    """Weighted squares of acceleration and effort and their cross spectrum, with rows and coherence, shape (group,)."""
 
     frequency: np.ndarray
-    residual: np.ndarray
-    effort: np.ndarray
-    friction: np.ndarray
-    weight: np.ndarray
-    blocks: float
+    square: np.ndarray
+    power: np.ndarray
+    cross: np.ndarray
+    rows: np.ndarray
+    coherence: np.ndarray
 
-    @classmethod
-    def of(cls, dataset: Dataset, rigid: Sequence[np.ndarray], frictions: Sequence[np.ndarray]) -> _Spectra | None:
-        """Return the spectra of a data set; None if it is too short."""
-        dt, edge, parts = dataset.sample_time, dataset.dropped, list[np.ndarray]()
-        size = round(BLOCK / dt)
-        for segment, effort, friction in zip(dataset.segments, rigid, frictions, strict=True):
-            signals = (segment.effort - effort, segment.effort, friction, *_instruments(segment.velocity, dt))
-            inner = np.stack(signals)[:, edge : segment.time.size - edge]
-            rests = (segment.velocity == 0.0)[edge : segment.time.size - edge]
-            parts += [
-                inner[:, first : first + size]
-                for first in range(0, inner.shape[1] - size + 1, max(size // 2, 1))
-                if np.mean(rests[first : first + size]) <= MOST_REST
-            ]
-        frequency = np.fft.rfftfreq(size, dt)
-        inside = (frequency >= SLOWEST) & (frequency <= dataset.cutoff)
-        if len(parts) < FEWEST_BLOCKS or np.count_nonzero(inside) < FEWEST_BLOCKS:
+    @property
+    def delay(self) -> float:
+        """Delay of the effort [s] from the phase of the squared response, in which antiresonances cancel."""
+        phase = (self.cross / np.maximum(np.abs(self.cross), TINY)) ** 2
+        weight = np.gradient(self.frequency) * np.where(self.coherence > 0.5, self.coherence, 0.0) ** 2
+        delays = np.arange(-EARLY, LATE, DELAY_STEP)
+        return float(delays[np.argmax((np.exp(-4j * np.pi * np.outer(delays, self.frequency)) @ (weight * phase)).real)])
+
+    def fitted(self, delay: float, *shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return factors, shape (trial, shape), and explained squares, shape (trial,), of shapes of shape (trial, group)."""
+        cross = self.cross * np.exp(-2j * np.pi * self.frequency * delay)
+        stacked = np.stack(np.broadcast_arrays(*shapes), axis=1)
+        normal = np.real((stacked.conj() * self.power) @ np.swapaxes(stacked, 1, 2))
+        right = np.real(stacked.conj() @ cross)
+        scale = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), TINY))
+        normal = normal / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(len(shapes))
+        factors = np.linalg.solve(normal, (right / scale)[..., None])[..., 0]
+        return factors / scale, np.sum(factors * right / scale, axis=1)
+
+    def left(self, delay: float, factors: np.ndarray, *shapes: np.ndarray) -> np.ndarray:
+        """Return the weighted squares that a fit leaves in each group, shape (group,)."""
+        gain = sum(factor * shape[0] for factor, shape in zip(factors, shapes, strict=True)) * np.exp(2j * np.pi * self.frequency * delay)
+        return self.square - 2.0 * np.real(np.conj(gain) * self.cross) + np.abs(gain) ** 2 * self.power
+
+    def elastic(self, resonance: np.ndarray, damping: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the shapes of an elastic axis for some resonances [Hz], shape (trial, group)."""
+        relative = self.frequency / resonance[:, None]
+        resonant = -(relative**2) / (1.0 - relative**2 + 2j * damping[:, None] * relative)
+        return np.ones((1, 1)), resonant, 1.0 / (2j * np.pi * self.frequency[None])
+
+    def rigid(self) -> tuple[np.ndarray, ...]:
+        """Return the shapes of a rigid axis with a lag."""
+        relative = 2j * np.pi * self.frequency[None] / FASTEST
+        return np.ones_like(relative), relative, relative**2, 1.0 / relative
+
+
+class _Search:
+    """The search for a resonance; a point is the logarithm of resonance [Hz], that of damping, and the delay [ms]."""
+
+    def __init__(self, spectra: _Spectra) -> None:
+        self.response, self.highest, self.scale = spectra.response, spectra.highest / 1.05, spectra.scale
+
+    def _fitted(self, point: np.ndarray) -> tuple[np.ndarray, float]:
+        shapes = self.response.elastic(np.exp(point[:1]), np.exp(point[1:2]))
+        factors, squares = self.response.fitted(1e-3 * point[2], *shapes)
+        return factors[0], float(squares[0])
+
+    def _values(self, point: np.ndarray) -> np.ndarray:
+        factors, _ = self._fitted(point)
+        ratio = min(max(float(factors[1] / factors[0]), 1e-3), 1e3)
+        mass = math.log(self.scale / max(float(factors[0]), 1e-9))
+        return np.array([point[0] - 0.5 * math.log(1.0 + ratio), point[0], math.log(ratio), mass, point[2]])
+
+    @property
+    def _start(self) -> np.ndarray | None:
+        """The best point of a scan."""
+        frequencies = np.exp(np.arange(math.log(1.02 * LOWEST), math.log(self.highest), STEP))
+        resonances, dampings = np.repeat(frequencies, len(DAMPINGS)), np.tile(DAMPINGS, frequencies.size)
+        shapes, best, most = self.response.elastic(resonances, dampings), None, 0.0
+        for delay in self.response.delay + np.array(AROUND):
+            factors, squares = self.response.fitted(delay, *shapes)
+            ratios = factors[:, 1] / np.where(factors[:, 0] > 0.0, factors[:, 0], np.inf)
+            squares = np.where((ratios > RATIOS[0]) & (ratios < RATIOS[1]), squares, 0.0)
+            place = int(np.argmax(squares))
+            if squares[place] > most:
+                most, best = float(squares[place]), np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay])
+        return best
+
+    @property
+    def resonance(self) -> _Resonance | None:
+        """The resonance, if it is clear."""
+        from scipy.optimize import minimize
+
+        start, response = self._start, self.response
+        if start is None:
             return None
-        blocks = np.stack(parts)
-        window = np.hanning(size)
-        blocks = np.fft.rfft(window * (blocks - blocks.mean(axis=-1, keepdims=True)))[..., inside]
-        instruments = blocks[:, 3:].conj() / np.sqrt(np.mean(np.abs(blocks[:, 3:]) ** 2, axis=(0, 2), keepdims=True) + SMALLEST)
-        cross = [(instruments * blocks[:, number : number + 1]).reshape(len(blocks), -1) for number in range(3)]
-        residual, effort, friction = (np.mean(part, axis=0) for part in cross)
-        square = np.mean(np.abs(cross[0] - residual) ** 2, axis=0).reshape(len(SLACK), -1)
-        near = np.abs(np.subtract.outer(*[np.log(frequency[inside])] * 2)) < POOLED
-        error = np.sqrt(square @ near / near.sum(axis=0)).ravel()
-        weight = 1.0 / np.maximum(error, max(1e-9 * float(error.max()), SMALLEST))
-        return cls(np.tile(frequency[inside], len(SLACK)), residual, effort, friction, weight, 0.5 * len(blocks))
+        bounds = [(start[0] - 0.7, start[0] + 0.7), (math.log(DAMPED[0]), math.log(1.5 * DAMPED[1])), (-2e3 * EARLY, 2e3 * LATE)]
+        options = {"initial_simplex": np.vstack([start, start + np.diag([0.02, 0.5, 0.3])]), "xatol": 1e-4, "fatol": 1e-3, "maxfev": 250}
+        best = np.asarray(minimize(lambda point: -self._fitted(point)[1], start, method="Nelder-Mead", bounds=bounds, options=options).x)
+        (factors, _), values, damping = self._fitted(best), self._values(best), math.exp(best[1])
+        antiresonance, resonance, ratio = np.exp(values[:3]).tolist()
+        in_range = antiresonance > LOWEST and resonance < self.highest
+        if not (in_range and factors[0] > 0.0 and RATIOS[0] < ratio < RATIOS[1] and 1.1 * DAMPED[0] < damping < DAMPED[1]):
+            return None
+        elastic = response.left(1e-3 * best[2], factors, *response.elastic(np.exp(best[:1]), np.exp(best[1:2])))
+        fits = [(delay, *response.fitted(delay, *response.rigid())) for delay in response.delay + np.arange(-30, 31, 3) * DELAY_STEP]
+        delay, factors, _ = max(fits, key=lambda fit: float(fit[2][0]))
+        rigid = response.left(delay, factors[0], *response.rigid())
+        band = (response.frequency > antiresonance / BAND) & (response.frequency < BAND * resonance)
+        before, after, total, rows = (float(np.sum(part[band])) for part in (rigid, elastic, response.square, response.rows))
+        clear = (before - after) * rows > LEAST_GAIN * after and after < (1.0 - LEAST_SHARE) * before
+        if not clear or after > (1.0 - LEAST_EXPLAINED) * total or np.sum(elastic) > np.sum(rigid):
+            return None
+        errors = self._errors(best) * math.sqrt(max(after / rows, 1.0))
+        return _Resonance(values, errors) if float(np.max(errors[:2])) < MOST_ERROR else None
 
-    def rows(self, *signals: np.ndarray) -> np.ndarray:
-        """Return complex signals as columns of weighted real rows, shape (row, signal)."""
-        weighed = np.stack(signals, axis=-1) * self.weight[:, None]
-        return np.concatenate([np.real(weighed), np.imag(weighed)])
-
-    def resonances(self, highest: float) -> Iterator[_Resonance]:
-        """Yield the fit of a resonance at each trial frequency with a plausible load."""
-        relative = 1j * self.frequency / highest
-        rigid = [signal * relative**power for signal in (self.effort, self.friction) for power in range(3)]
-        rigid = np.linalg.qr(_scaled(self.rows(*rigid)))[0]
-        residual = _without(rigid, self.rows(self.residual)[:, 0])
-        total, of_rows = float(residual @ residual), np.tile(self.frequency, 2)
-        frequencies = np.exp(np.arange(math.log(1.5 * SLOWEST), math.log(0.95 * highest), STEP))
-        least = -2.0 * CORRELATED * math.log(FALSE_ALARM / max(frequencies.size, 1))
-        for frequency in frequencies.tolist():
-            lacking, lag = (_response(self.frequency / frequency, damping) - 1.0 for damping in (DAMPING, SMOOTH))
-            columns = self.rows(lacking * self.effort, lacking * self.friction, lag * self.effort)
-            columns = _without(rigid, columns)
-            smooth = _scaled(columns[:, 2:])
-            columns = _without(smooth, columns[:, :2])
-            ratio, of_friction = unbounded(columns, residual, rcond=1e-6).tolist()
-            if RATIOS[0] < ratio < RATIOS[1] and FRICTION[0] < of_friction < FRICTION[1] * ratio:
-                fitted = columns @ (ratio, of_friction)
-                gained = self.blocks * (2.0 * residual - fitted) * fitted
-                gain, below = float(gained.sum()), float(gained[of_rows < (1.0 + STEP) * frequency].sum())
-                yield _Resonance(frequency, ratio, of_friction, gain, below, gain / (self.blocks * total), least)
+    def _errors(self, best: np.ndarray) -> np.ndarray:
+        """Return the standard errors of the values, from the curvature of the explained squares."""
+        steps, curvature = np.diag([2e-3, 0.05, 0.02]), np.empty((3, 3))
+        for n, step in enumerate(steps):
+            for m, step_2 in enumerate(steps):
+                corners = [i * j * self._fitted(best + i * step + j * step_2)[1] for i in (1, -1) for j in (1, -1)]
+                curvature[n, m] = -sum(corners) / (4.0 * step[n] * step_2[m])
+        slope = np.array([(self._values(best + step) - self._values(best - step)) / (2.0 * step[n]) for n, step in enumerate(steps)])
+        # The log-likelihood of complex rows is minus the squares.
+        return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
 
 
-def _instruments(velocity: np.ndarray, dt: float) -> Iterator[np.ndarray]:
-    """Yield the signs of the smoothed velocity and acceleration; while a signal is small, its sign is kept."""
-    from scipy.ndimage import gaussian_filter1d
+def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | None:
+    """Return the spectra of all slides; None if the logs have too few."""
+    from scipy.signal.windows import tukey
 
-    signal = gaussian_filter1d(velocity, math.sqrt(math.log(2.0)) / (2.0 * math.pi * CALM * dt))
-    for slack in SLACK:
-        clear = np.abs(signal) > slack * float(np.quantile(np.abs(signal), 0.99))
-        yield np.sign(signal)[np.maximum.accumulate(np.where(clear, np.arange(signal.size), 0))]
-        signal = np.gradient(signal)
+    dt = float(logs[0].sample_time)
+    size, highest = round(LONGEST / dt), min(OF_RATE / dt, FASTEST)
+    frequency = np.fft.rfftfreq(size, dt)
+    inside = (frequency > SLOWEST) & (frequency < highest)
+    if highest < 2.0 * LOWEST:
+        return None
+    frequency, starts = frequency[inside], [0]
+    for place, hertz in enumerate(frequency.tolist()):
+        if hertz > (1.0 + WIDTH) * frequency[starts[-1]]:
+            starts.append(place)
+    # The gain of the second derivative over that of the second difference.
+    exact = (2.0 * np.pi * frequency * dt) ** 2 / (2.0 - 2.0 * np.cos(2.0 * np.pi * frequency * dt))
+    slides, lengths = list[np.ndarray](), list[float]()
+    for log, axis in zip(logs, axes, strict=True):
+        for position, effort in _slides(log, axis):
+            signals = np.stack([(position[2:] - 2.0 * position[1:-1] + position[:-2]) / dt**2, effort[1:-1]])
+            signals = tukey(signals.shape[1], TAPER) * (signals - signals.mean(axis=1, keepdims=True))
+            spectrum = np.fft.rfft(signals, size)[:, inside]
+            spectrum[0] *= exact
+            slides.append(np.add.reduceat(spectrum.conj()[:, None] * spectrum[None], starts, axis=2).transpose(2, 0, 1))
+            lengths.append((1.0 - 0.5 * TAPER) * signals.shape[1] / size)
+    if len(slides) < FEWEST:
+        return None
+    together, bins = np.array(slides), np.diff([*starts, frequency.size])
+    scale = np.sqrt(np.maximum(np.real(np.diagonal(together.sum(axis=(0, 1)))), TINY))
+    return _Spectra(
+        np.add.reduceat(frequency, starts) / bins,
+        bins,
+        together / scale[:, None] / scale,
+        np.array(lengths),
+        highest,
+        float(scale[1] / scale[0]),
+    )
 
 
-def _response(relative: np.ndarray, damping: float) -> np.ndarray:
-    """Return the response of a resonator at frequencies relative to its resonance."""
-    return 1.0 / (1.0 - relative**2 + 2j * damping * relative)
-
-
-def _lacking(signal: np.ndarray, frequency: float, dt: float) -> np.ndarray:
-    """Return the change of a signal by a resonator."""
-    spectrum = np.fft.rfft(signal - signal.mean())
-    return np.fft.irfft(spectrum * (_response(np.fft.rfftfreq(signal.size, dt) / frequency, DAMPING) - 1.0), signal.size)
-
-
-def _scaled(columns: np.ndarray) -> np.ndarray:
-    return columns / np.maximum(np.linalg.norm(columns, axis=0), SMALLEST)
-
-
-def _without(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    return columns - basis @ (basis.T @ columns)
+def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield position and effort of each slide: a motion in one direction that is not slow."""
+    assert log.effort is not None
+    dt, step = log.sample_time, smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+    longest = round(LONGEST / dt)
+    for part in log.segments or (slice(0, len(log)),):
+        position, effort, slides = log.position.values[part], log.effort.values[part], list[slice]()
+        if position.size * dt < SHORTEST:
+            continue
+        smooth = low_passed(position - position[0], min(0.1 / dt, SIDES), dt)
+        velocity = derivative(smooth, dt)
+        least = BRISK * float(np.quantile(np.abs(velocity), 0.99))
+        for run in (*runs(velocity > least), *runs(velocity < -least)):
+            if abs(smooth[run.stop - 1] - smooth[run.start]) > STEPS * step:
+                slides += [slice(first, min(first + longest, run.stop)) for first in range(run.start, run.stop, longest)]
+        for slide in sorted(slides, key=attrgetter("start")):
+            if (slide.stop - slide.start) * dt > SHORTEST:
+                yield position[slide], effort[slide]

@@ -22,6 +22,7 @@ from bristle.friction.next_model import nested_in
 from bristle.friction.slots import by_direction
 from bristle.friction.variation import PITCH
 from bristle.identification.dataset import Dataset
+from bristle.identification.elasticity import Elastic
 from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report, Search, Sliding, linear, silent
@@ -54,6 +55,7 @@ class Context:
     scales: Scales  # typical magnitudes
     settings: Settings = DEFAULT
     estimator: Estimator | None = None  # replaces `along_the_motion`
+    coupling: Elastic | None = None
     optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)  # of simpler models: starts of richer models
 
     def parameters(self, component: FrictionModel) -> ParameterSet:

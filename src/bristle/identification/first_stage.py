@@ -37,6 +37,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.identification.dataset import Alignment
+from bristle.identification.elasticity import Elastic, one_mass
 from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, WIDTHS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
@@ -75,15 +76,19 @@ class _Channels(NamedTuple):
     changes: tuple[float, float]
 
 
-def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True) -> Alignment:
-    """Return the alignment of the channels of logs of one axis; the delay is zero if not `sought`."""
+def alignment_of(
+    logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, *, sought: bool = True, coupling: Elastic | None = None
+) -> Alignment:
+    """Return the alignment of the channels of logs of one axis; a delay that is not `sought` is zero, or that of an elastic `coupling`."""
+    highest = coupling and coupling.one_mass
+    sought, delay = sought and coupling is None, coupling.delay if sought and coupling is not None else 0.0
     rows = wide_rows(logs, axes)
     if rows is None:
         return Alignment(sought=sought)
-    start = rows.scanned() if sought else 0.0
+    start = rows.scanned() if sought else delay
     rows.find_waves(start)
     rungs = list[Rung]()
-    for cutoff in _cutoffs(rows):
+    for cutoff in _cutoffs(rows, highest):
         plain = rows.fit(cutoff, start, free=(sought, False))
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
@@ -92,16 +97,19 @@ def alignment_of(logs: Sequence[Log], axes: Sequence[Axis | None], settings: Set
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
     alignment = _alignment_from(rows, run, settings, scale, sought=sought) if run else Alignment(sought=sought)
-    return _without_noise(alignment, logs, axes, settings)
+    alignment = _without_noise(replace(alignment, delay=delay) if delay else alignment, logs, axes, settings, highest)
+    return one_mass(alignment, coupling)
 
 
-def _cutoffs(rows: WideRows) -> list[float]:
+def _cutoffs(rows: WideRows, highest: float | None) -> list[float]:
     """Return the cut-offs of the instruments [Hz], the narrowest first."""
-    highest = min(0.8 * rows.width, HIGHEST)
+    highest = min(0.8 * rows.width, HIGHEST, highest or HIGHEST)
     return np.geomspace(min(max(LOWEST * rows.width, NARROWEST), 0.5 * highest), highest, RUNGS).tolist()
 
 
-def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings) -> Alignment:
+def _without_noise(
+    alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axis | None], settings: Settings, highest: float | None
+) -> Alignment:
     """Return an alignment with the inertia of few columns if position noise biases the inertia of least squares."""
     # Encoder errors are often in a frequency band that wide rows contain. An unknown delay is zero, with the uncertainty of
     # delays that a log could hide. Friction is linear in the speed: a nonlinear term would absorb a few steps of the effort.
@@ -110,7 +118,7 @@ def _without_noise(alignment: Alignment, logs: Sequence[Log], axes: Sequence[Axi
     for share in WIDTHS[1:]:
         rows = wide_rows(logs, axes, (share * max(SLOWEST / dt, 1.0),), few=True)
         if rows is not None:
-            fits = [rows.fit(cutoff, delay, free=(False, False), steps=1) for cutoff in _cutoffs(rows)]
+            fits = [rows.fit(cutoff, delay, free=(False, False), steps=1) for cutoff in _cutoffs(rows, highest)]
             # The highest cut-off gives least squares of the rows; noise grows with the cut-off, unmodelled friction does not.
             too_small = max(too_small, fits[-1].below(fits[RUNGS // 2], STUDENT, settings.stages_apart))
             if run := agreeing([Rung(fit, fit) for fit in fits], dt, sought=False):

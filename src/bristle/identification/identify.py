@@ -19,6 +19,7 @@ from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.elasticity import elastic_coupling
 from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
@@ -28,7 +29,7 @@ from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
-from bristle.identification.preprocessing import aligned, calmed, treat_all
+from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, treat_all
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
@@ -49,6 +50,7 @@ _Common = tuple[
 ]  # of each pass: models, whether with slots, blocks, thresholds, prior knowledge, cut-off and decimation
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # rounds of slots added to the best model
+FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 DRAWING = 8  # duration of the intervals in fits
 
 
@@ -165,7 +167,8 @@ def identify(
     (best, *rest), unfinished = better.fits, better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
         report, estimation = share(fitting, f"fitting {best.name} to simulated logs"), better.estimations[best.name]
-        observed = all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
+        # An observer moves one mass: of an elastic axis, the fit in the low band remains.
+        observed = better.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
         try:
             best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
             if observed:
@@ -184,6 +187,7 @@ def identify(
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
         **(dataset.alignment.as_data() if dataset.alignment else {}),
         **({"lag": best.lag} if best.lag is not None else {}),
+        **(better.context.coupling.facts if better.context.coupling is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
     further = tuple(log for log, _ in better.pairs[1:])
@@ -204,7 +208,7 @@ def _passed(
 
     def judged() -> list[Fit]:
         best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-        best = with_structure(best, estimations[best.name], settings, context.prior.pitch, [fit.name for fit in rest])
+        best = with_structure(best, estimations[best.name], settings, context.prior.pitch, [fit.name for fit in rest], context.coupling)
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     ranked, interrupted = to_the_end(judged)
@@ -229,10 +233,14 @@ def _context(
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
-    treat = partial(treat_all, treated, axes, cutoff)
+    coupling, low = elastic_coupling(logs, axes), None
+    if coupling is not None and cutoff is None and estimator is None and all(axis.cutoff is None for axis in described):
+        seconds = max(float(np.ptp(log.time.values)) for log in logs)
+        low = min(max(coupling.one_mass, FEWEST_PERIODS / seconds), CUTOFF_SHARE / float(logs[0].sample_time))
+    treat = partial(treat_all, treated, axes, low or cutoff)
     dataset = treated_dataset = treat(decimation)
     if finds:
-        alignment = alignment_of(logs, axes, settings, sought=sought)
+        alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
             rows, noise = calmed(aligned(treated_dataset, alignment))
@@ -243,10 +251,11 @@ def _context(
         if finds:
             # Waves of known length determine the delay better than waves found in the residual.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
-            alignment = alignment_of(logs, axes, settings, sought=sought)
+            alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
-    return _of_channel(context, treated_dataset, share(0, "looking for the channel that was filtered"))
+    context = _of_channel(context, treated_dataset, share(0, "looking for the channel that was filtered"))
+    return replace(context, coupling=coupling)
 
 
 def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
@@ -342,7 +351,7 @@ def _with_slots(
             break
         best = _ranked(fits, context)[0]
         try:
-            names = next_models(best, estimations[best.name], context.settings)
+            names = next_models(best, estimations[best.name], context.settings, context.coupling)
         except KeyboardInterrupt:
             return added, True
         further = [find(name) for name in names if name not in estimations and name not in left_out]

@@ -14,7 +14,7 @@ from bristle.core.variable import KINDS
 from bristle.friction import is_static
 from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.dataset import Dataset
-from bristle.identification.elasticity import elastic_coupling
+from bristle.identification.elasticity import Elastic
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Estimation
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -37,20 +37,19 @@ CODES = {
     "ripple": "missing_ripple",
     "gravity": "missing_gravity",
     "transmitted": "missing_transmitted",
-    "elastic": "elastic_load",
 }
 """The code of each cause; other causes are channels of the log."""
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
-WITHOUT_MODEL = ("gravity", "play", "elastic")  # causes without a model to try next
-OF_THE_DRIVE = ("play", "elastic")
+WITHOUT_MODEL = ("gravity", "play")  # causes without a model to try next
 AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, also found with a drive that is not rigid
 LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
+ONE_BAND = 0.35  # of the antiresonance: cut-off up to which the axis is one mass
 NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
 MOST_ROWS = 120_000  # of a log, in the search for missing forces
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
-def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+def missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None) -> tuple[tuple[Missing, ...], float]:
     """Return the forces missing in a fit along the measured motion, and the remaining residual [N or N*m]."""
     problem, solution = estimation.inverse, estimation.solution
     if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
@@ -67,34 +66,35 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
     missing, left = missing_forces(rows, settings, static=is_static(fit.friction))
     if missing and missing[0].cause not in AS_OF_A_DRIVE:
         return missing, left
-    drive, rest = _of_the_drive(fit, problem.dataset, rows, settings)
-    return (drive, rest) if drive and (not missing or drive[0].share > missing[0].share) else (missing, left)
+    drive, rest = play_at_flanks(rows, settings)
+    if drive and (not missing or drive[0].share > missing[0].share):
+        return drive, rest
+    # An elastic drive causes such forces: they do not show that friction has them.
+    return tuple(force for force in missing if coupling is None or force.cause not in AS_OF_A_DRIVE), left
 
 
-def _of_the_drive(fit: Fit, dataset: Dataset, rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
-    """Return the force of an elastic drive or contact, if present, and the remaining residual [N or N*m]."""
-    elastic = elastic_coupling(dataset, fit.plant, fit.friction)
-    if elastic is not None:
-        # A contact with pre-sliding is also a spring: for a model without pre-sliding it is the first explanation.
-        cause = "presliding" if is_static(fit.friction) else "elastic"
-        force = Missing(cause, elastic.share, elastic.force, amplitude=elastic.antiresonance)
-        if force.evidence >= settings.missing_evidence * float(np.sqrt(np.mean(rows.friction**2))):
-            return (force,), math.sqrt(max(float(np.mean(fit.traces.residual**2)) - elastic.force**2, 0.0))
-    return play_at_flanks(rows, settings)
-
-
-def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: float | None = None, compared: Collection[str] = ()) -> Fit:
-    """Return a fit with diagnostics of missing forces first; models already `compared` are not suggested as the next model."""
+def with_structure(
+    fit: Fit,
+    estimation: Estimation,
+    settings: Settings,
+    lead: float | None = None,
+    compared: Collection[str] = (),
+    coupling: Elastic | None = None,
+) -> Fit:
+    """Return a fit with diagnostics of an elastic coupling and missing forces first; `compared` models are not suggested as the next."""
+    if coupling is not None:
+        further = tuple(diagnostic for diagnostic in fit.diagnostics if diagnostic.code not in (LOOKS_LIKE, "delay_or_filter"))
+        fit = replace(fit, diagnostics=(about_coupling(coupling, estimation.inverse.dataset.cutoff), *further))
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))
-    if "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
+    if coupling is None and "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
         # The residual of a static model builds up over a distance. Such a force depends on the position as much as on the way
         # since a reversal, and would be taken for a force over the position.
         left = float(np.sqrt(np.mean(fit.traces.residual**2)))
         percent = 100.0 * left / level if level > 0.0 else 100.0
         numbers = {"force": left, "percent": percent, "share_percent": 100.0, **_next("hysteresis", fit.friction, compared)}
         return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
-    missing, left = missing_in(fit, estimation, settings)
+    missing, left = missing_in(fit, estimation, settings, coupling)
     if not missing:
         return fit
     lacking = float(np.sqrt(sum(force.force**2 for force in missing)))
@@ -111,17 +111,24 @@ def with_structure(fit: Fit, estimation: Estimation, settings: Settings, lead: f
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
-    drive = any(force.cause in OF_THE_DRIVE for force in missing)
+    drive = any(force.cause == "play" for force in missing)
     further = [diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code != LOOKS_LIKE]
-    return replace(fit, diagnostics=(*structure, *further))
+    first = int(coupling is not None)
+    return replace(fit, diagnostics=(*further[:first], *structure, *further[first:]))
 
 
-def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
+def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:
+    """Return the diagnostic of an elastic coupling, for rows up to a cut-off [Hz]."""
+    numbers: dict[str, Number] = {**coupling.facts, "cutoff": cutoff, "one_mass": int(cutoff <= ONE_BAND * coupling.antiresonance)}
+    return Diagnostic("elastic_load", "", "warning", numbers)
+
+
+def next_models(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None) -> tuple[str, ...]:
     """Return the models with one more slot to try after a fit, suggested by its residual; empty for models of a user."""
     if not goes_by_name(fit.friction.component):
         return ()
     causes = ["direction"]
-    for force in missing_in(fit, estimation, settings)[0]:
+    for force in missing_in(fit, estimation, settings, coupling)[0]:
         # A ripple that reverses with the motion is a ripple of the level.
         causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
     named = [name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))]
@@ -149,11 +156,7 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
         turner = "screw" if turn else "motor"
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
-    numbers |= {
-        "gravity": {"amplitude": missing.amplitude},
-        "play": {"ratio": missing.ratio},
-        "elastic": {"antiresonance": missing.amplitude},
-    }.get(cause, {})
+    numbers |= {"gravity": {"amplitude": missing.amplitude}, "play": {"ratio": missing.ratio}}.get(cause, {})
     numbers |= {} if cause in CODES else {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
 DOUBTS = (
+    "elastic_load",
     "structure",
     "stages_differ",
     "filter_suspect",
@@ -58,7 +59,6 @@ LACKING = {
     "ripple": "a ripple over position",
     "gravity": "gravity of a link",
     "transmitted": "friction over the transmitted effort",
-    "elastic": "an elastic load",
 }
 
 # The required motion, and the purposes of `bristle excite --for` that generate it.

@@ -283,13 +283,16 @@ STRUCTURE: dict[str, Sentence] = {
     ),
     "elastic_load": Sentence(
         (
-            "the load is coupled elastically, with an antiresonance near {antiresonance:.2g} Hz. The missing part is {force:force} rms, "
-            "{percent:.2g} % of friction. No model of bristle has two masses. Keep the loop and the motion slower than this antiresonance, "
-            "or record the position of the load",
+            "the load is coupled elastically. Motor effort to motor speed has an antiresonance at {antiresonance:.3g} Hz (95 % interval "
+            "±{antiresonance_half_width:.2g} Hz) and a resonance at {resonance:.3g} Hz (±{resonance_half_width:.2g} Hz). The inertia of "
+            "the load is {inertia_ratio:.2g} times that of the motor (±{inertia_ratio_half_width:.2g}). Keep loop and motion slower than "
+            "the antiresonance, or record the position of the load",
+            ". bristle fitted frequencies up to {cutoff:.3g} Hz, at which the axis is one mass: the inertia is that of motor and load",
+            ". The stated cut-off of {cutoff:.3g} Hz is not far below the antiresonance, so a model of one mass is biased",
         ),
         "the load is coupled elastically",
         "keep loop and motion slower than the antiresonance, or record the position of the load",
-        also=("share_percent",),
+        choose=lambda texts, numbers: texts[0] + texts[1 if numbers["one_mass"] else 2],
     ),
     "missing_gravity": says(
         "gravity of a link acts on the axis: the effort varies with the sine and cosine of the angle, up to {amplitude:force}. The model "
