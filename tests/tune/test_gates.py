@@ -200,8 +200,9 @@ BETTER = {
     [
         ({}, "", ""),
         ({"helped": False}, "not_better", "not significantly lower"),
-        ({"ratios": {"settling time": ratio(1.2, 1.06, 1.4)}}, "something_worse", "settling time"),
-        ({"ratios": {"settling time": ratio(1.2, 1.04, 1.4)}}, "", ""),
+        ({"ratios": {"settling time": ratio(1.06, 1.01, 1.4)}}, "something_worse", "settling time"),
+        ({"ratios": {"settling time": ratio(1.04, 1.01, 1.4)}}, "", ""),
+        ({"ratios": {"settling time": ratio(1.2, 0.99, 1.4)}}, "", ""),
         ({"ratios": {"noise at rest": ratio(1.6, 0.5, 8.0)}}, "something_worse", "noise at rest"),
         ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
@@ -270,8 +271,9 @@ def test_a_faulty_log_has_no_first_gain(fault):
 class Pushed(Scripted):
     """A machine at rest that answers test efforts: along the effort, by its integral action, or with motions of its own."""
 
-    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0):
+    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0, creeps=0.0):
         super().__init__(bench)
+        self.creeps, self.count = creeps, 0
         self.overshoots = overshoots
         self.stiffness, self.integral, self.wander = stiffness, integral, wander
         self.random = np.random.default_rng(3)
@@ -283,7 +285,9 @@ class Pushed(Scripted):
         still = np.ones(reference.size)
         # The integral action may reverse the net effort of a small test effort.
         net = -1.0 if abs(self.offset) < self.overshoots else 1.0 - self.integral
-        position = np.sign(net) * self.offset / self.stiffness + self.wander * self.random.standard_normal()
+        self.count += 1
+        stretch = 1.0 + self.creeps * (self.count % 6)
+        position = np.sign(net) * stretch * self.offset / self.stiffness + self.wander * self.random.standard_normal()
         return Recording(reference, position * still, net * self.offset * still)
 
 
@@ -294,6 +298,7 @@ class Pushed(Scripted):
         ({"stiffness": 1e7, "wander": 1e-7}, ""),
         ({"integral": 0.9}, ""),
         ({"stiffness": 1e7, "overshoots": 2.0}, ""),
+        ({"stiffness": 1e6, "creeps": 0.8}, ""),
         ({"stiffness": 1e7, "overshoots": 2e6}, "wrong_sign"),
         ({"stiffness": -1e7}, "wrong_sign"),
         ({}, "no_effect"),

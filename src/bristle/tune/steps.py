@@ -20,7 +20,7 @@ from bristle.tune.run import MODEL, REST, RESULTS, Run, cycles_of, rms
 
 OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
-EVEN = 0.4  # smallest of the steps by equal test efforts, as a share of the largest
+EVEN = 0.25  # smallest of the steps by equal test efforts, as a share of the largest
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
@@ -28,7 +28,7 @@ SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a c
 ORDER = (0, 1, 1, 0, 1, 0, 0, 1)  # of records before and after: a drift and its curvature are those of both sides
 SETTLED, LASTS = 0.25, 0.05  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
 SPARE = 0.01  # of the ratio of the effort at the safe gain
-WORSE, CLEARLY_WORSE = 1.05, 1.5  # allowed ratio of error, effort, noise and settling time, with its interval and without
+WORSE, CLEARLY_WORSE = 1.05, 1.5  # allowed ratio of error, effort, noise and settling time, if it differs from 1, and in every case
 HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
 GAINS = (0.0, 0.25, 0.5, 1.0)
@@ -279,7 +279,11 @@ def verdict(run: Run) -> None:
     facts = run.facts["comparison"]
     if not facts["helped"]:
         raise MachineRefusedError("not_better", "the following error is not significantly lower with the feedforward")
-    worse = [name for name, ratio in facts["ratios"].items() if ratio["interval"][0] > WORSE or ratio["value"] > CLEARLY_WORSE]
+    worse = [
+        name
+        for name, ratio in facts["ratios"].items()
+        if (ratio["interval"][0] > 1.0 and ratio["value"] > WORSE) or ratio["value"] > CLEARLY_WORSE
+    ]
     for name, change in facts["changes"].items():
         most = run.file.effort_ratio if name.startswith("effort") else WORSE
         is_judged = name.startswith(("following_error", "reversals", "effort"))
