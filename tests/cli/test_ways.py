@@ -70,7 +70,7 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
     assert identify.identify(log=logs, output=output) == 5
     assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
     (together, passed, _), (each, separate, how) = ways
-    assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3})
+    assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3, "robot": None})
     assert passed[:2] == separate[:2] == (logs, [])
     assert passed[2]["model"] == DEFAULT_MODELS.split(",")
     assert separate[2]["model"] == ["coulomb_viscous"]

@@ -225,12 +225,14 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.judged", lambda *passed: judgement)
     monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
+    monkeypatch.setattr("bristle.report.judgement.feedforward_text", lambda fit: f"try {fit.name}")
     monkeypatch.setattr(loop, "_loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1].simulation})
     best = SimpleNamespace(name="lugre")
     identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="")
     outcome = SimpleNamespace(following="error", simulation="loop", command="bristle identify")
     data = loop._findings(errand([]), identified, outcome)
-    assert (data["misfit"], data["verdict"], data["command"]) == (["model error 1 %"], {"level": level}, "bristle identify")
+    assert data["misfit"] == ["model error 1 %", "feedforward: try lugre"]
+    assert (data["verdict"], data["command"]) == ({"level": level}, "bristle identify")
     assert data["parameters"]["rows"] == [["1"]]
     assert (data["model"], data["loop"]) == ("lugre", {"usable": level != "measure_again", "simulated": "loop"})
 

@@ -24,6 +24,7 @@ import numpy as np
 
 from bristle.arm.motion import Motion
 from bristle.arm.robot import OF_BODY, Robot, pseudo_inertia
+from bristle.core.least_squares import unbounded
 
 ALIKE = 1e-8  # relative size of the part of a column that earlier columns do not explain
 POSES, SEED = 100, 1  # random poses that decide which parameters have an effect
@@ -71,7 +72,7 @@ def base_of(robot: Robot) -> tuple[list[int], np.ndarray]:
     upper = np.asarray(np.linalg.qr(columns[:, order], mode="r"))
     independent = np.flatnonzero(np.abs(np.diag(upper)) > ALIKE * np.abs(upper).max()).tolist()
     factors = np.zeros((len(independent), len(order)))
-    factors[:, order] = np.linalg.lstsq(upper[:, independent], upper, rcond=None)[0]
+    factors[:, order] = unbounded(upper[:, independent], upper)
     factors[np.abs(factors) < ALIKE**0.5] = 0.0
     return [order[place] for place in independent], factors
 
@@ -114,7 +115,7 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
 
 def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     scale = np.linalg.norm(columns, axis=0)
-    return np.asarray(np.linalg.lstsq(columns / scale, right_side, rcond=1e-10)[0] / scale)
+    return unbounded(columns / scale, right_side, rcond=1e-10) / scale
 
 
 def _without(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -34,6 +34,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bristle.core.least_squares import unbounded
+
 DRAWS = 1000
 SEED = 20_261_121
 MANY = 4  # logs of a side: enough for a straight line through them
@@ -133,7 +135,7 @@ def _between(influence: np.ndarray, logs: np.ndarray, *, drifts: bool) -> tuple[
     # Without a cycle, the mean of the others moves by more than its share.
     effects = np.bincount(own, influence) * (1.0 - 1.0 / influence.size)
     columns = np.vander(places - np.mean(places), 2 if drifts and count >= MANY else 1)
-    rest = effects - columns @ np.linalg.lstsq(columns, effects)[0]
+    rest = effects - columns @ unbounded(columns, effects)
     freedom = count - columns.shape[1]
     return count * float(rest @ rest) / freedom, float(freedom)
 

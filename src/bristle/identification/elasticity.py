@@ -269,11 +269,12 @@ def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | 
     from scipy.signal.windows import tukey
 
     dt = float(logs[0].sample_time)
-    size, highest = round(LONGEST / dt), min(OF_RATE / dt, FASTEST)
-    frequency = np.fft.rfftfreq(size, dt)
-    inside = (frequency > SLOWEST) & (frequency < highest)
+    highest = min(OF_RATE / dt, FASTEST)
     if highest < 2.0 * LOWEST:
         return None
+    size = round(LONGEST / dt)
+    frequency = np.fft.rfftfreq(size, dt)
+    inside = (frequency > SLOWEST) & (frequency < highest)
     frequency, starts = frequency[inside], [0]
     for place, hertz in enumerate(frequency.tolist()):
         if hertz > (1.0 + WIDTH) * frequency[starts[-1]]:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
 from bristle.excitation import excite
 from bristle.logs import Log
 from bristle.prediction import first_gain
@@ -323,7 +324,7 @@ def _at_rest(run: Run, signal: np.ndarray) -> float:
     rest, half = run.rest(REST).size, run.rest(0.5 * REST).size
     windows = np.stack([signal[rest - half : rest], signal[-half:]], axis=1)
     columns = np.vander(np.arange(half), 2)
-    return float(np.sqrt(np.mean((windows - columns @ np.linalg.lstsq(columns, windows)[0]) ** 2)))
+    return float(np.sqrt(np.mean((windows - columns @ unbounded(columns, windows)) ** 2)))
 
 
 def _settling(run: Run, recording: Recording) -> float:
