@@ -287,8 +287,12 @@ def hal_kills(each: int = 1) -> bool:
                 step = entries[line]["step"]
                 place = step, sum(entry["step"] == step for entry in entries[:line])
                 was_killed = killed(place, lambda target=target: tune(target / "machine.toml", target / "out", move=True, options=OPTIONS))
-                gain, seconds = _faded(hal)
-                tune(target / "machine.toml", target / "out", options=OPTIONS)
+                finished = Journal(target / "out").is_kept  # the last line: the run is finished, and its gain stays
+                gain, seconds = (1.0, 0.0) if finished else _faded(hal)
+                if finished:
+                    undo(target / "out")
+                else:
+                    tune(target / "machine.toml", target / "out", options=OPTIONS)
                 same = _as_read(machine.state()) == untouched
                 fates.append(was_killed and same and seconds <= PATIENCE)
                 words = " ".join(str(entries[line].get(key, "")) for key in ("step", "event", "what", "gain"))
