@@ -22,7 +22,7 @@ from bristle.tune.run import MODEL, REST, RESULTS, Run, cycles_of, rms
 OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
 EVEN = 0.25  # smallest of the steps by equal test efforts, as a share of the largest
-ANSWER = 0.3  # of the loop to a test effort, as a share of it
+ANSWER, AGREEING = 0.3, 3  # of the loop to a test effort, as a share of it; efforts that must agree on a wrong sign
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
@@ -84,13 +84,12 @@ def _answer(run: Run) -> dict[str, Any]:
         # Equal steps to and fro are an answer; an axis that does not rest makes other steps.
         moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(np.abs(steps))
         answers = -1.0 - ANSWER < loop / offset < -ANSWER and abs(loop) > CLEAR * scatter
-        # An integral action that opposes the test effort may leave the axis on either side: a second effort must agree.
-        if moves and moved < 0.0 and not answers:
-            backward += 1
-            if backward < 2 and share < OFFSETS[-1]:
-                continue
-            raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
-        if moves or answers:
+        if moves and moved < 0.0:
+            # An integral action that opposes more than the test effort reverses the net effort; other efforts show the sign.
+            backward += not answers
+            if loop / offset > ANSWER - 1.0 or backward == AGREEING or share == OFFSETS[-1]:
+                raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+        elif moves or answers:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
         unrest = unrest or bool(np.ptp(steps) > 4.0 * count)
     if unrest:
