@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.least_squares import unbounded
 from bristle.excitation import excite
 from bristle.logs import Log
 from bristle.prediction import first_gain
@@ -320,10 +319,11 @@ def _noises(run: Run, sides: Sequence[list[Recording]]) -> list[list[float]]:
 
 def _at_rest(run: Run, signal: np.ndarray) -> float:
     """Return the rms of a signal in the second halves of the rests before and behind a motion, without their trends."""
+    from scipy.signal import detrend
+
     rest, half = run.rest(REST).size, run.rest(0.5 * REST).size
     windows = np.stack([signal[rest - half : rest], signal[-half:]], axis=1)
-    columns = np.vander(np.arange(half), 2)
-    return float(np.sqrt(np.mean((windows - columns @ unbounded(columns, windows)) ** 2)))
+    return float(np.sqrt(np.mean(detrend(windows, axis=0) ** 2)))
 
 
 def _settling(run: Run, recording: Recording) -> float:
