@@ -243,13 +243,14 @@ def linuxcnc(count: int = 20, first: int = 101) -> bool:
                     errors_of[side] = (np.nan, np.nan)
                     print(f"{seed}: {side}: {stopped}")
             machine.set()
-        (before, at_before), (after, at_after), (truth, _) = (errors_of[side] for side in ("before", "after", "truth"))
+        (before, at_before), (after, at_after), (truth, at_truth) = (errors_of[side] for side in ("before", "after", "truth"))
         fall, share = 1.0 - at_after / at_before, (before - after) / (before - truth)
         rows.append((fall, share, after / before))
         print(
             f"{seed} {kind}: {result.facts['identification']['model']}, gain {result.facts['comparison']['gain']:.2f}, "
             f"rms {1e6 * before:.1f} "
-            f"to {1e6 * after:.1f} µm ({1e6 * truth:.1f}), behind reversals −{fall:.0%}, share {share:.0%}, {minutes:.1f} min",
+            f"to {1e6 * after:.1f} µm ({1e6 * truth:.1f}), behind reversals −{fall:.0%} (−{1.0 - at_truth / at_before:.0%} with the true "
+            f"friction), share {share:.0%}, {minutes:.1f} min",
             flush=True,
         )
     table = np.array(rows).reshape(-1, 3)
