@@ -81,12 +81,12 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
 
 
 def test_an_overrun_of_the_sampler_is_refused_with_its_number(tmp_path, monkeypatch):
-    monkeypatch.setattr("bristle.tune.linuxcnc.machine.DEPTH", 3000)
+    monkeypatch.setattr("bristle.tune.linuxcnc.machine.LOAD_SAMPLER", "loadrt sampler depth=2000 cfg=fffu")
     with axis(SEED, tmp_path) as (hal, file, _):
         machine = connected(read_machine(file))
         state = machine.state()
         machine.arm(Limits(1.0, 1e6, (-1.0, 1.0)))
-        with pytest.raises(MachineStoppedError, match=r"the sampler lost \d{2,} rows") as stopped:
+        with pytest.raises(MachineStoppedError, match=r"the sampler lost \d{3,} rows") as stopped:
             machine.record(np.zeros(2900), lambda: None)
         assert stopped.value.reason == "lost_samples"
         machine.restore(state)
