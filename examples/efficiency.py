@@ -14,7 +14,7 @@ Check it with ``bristle check efficiency.py``; fit it with ``bristle identify LO
 
 References
 ----------
-.. [1] A. Abate, "Torque-proportional loss in dcmotor", MuJoCo issue 3528, 2026.
+.. [1] A. Abate, "Torque-proportional loss in dcmotor", 2026.
    https://github.com/google-deepmind/mujoco/issues/3528
 """
 

@@ -271,10 +271,10 @@ def test_a_faulty_log_has_no_first_gain(fault):
 class Pushed(Scripted):
     """A machine at rest that answers test efforts: along the effort, by its integral action, or with motions of its own."""
 
-    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0, growth=1.0):
+    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0, net=-1.0, against=0.0, growth=1.0):
         super().__init__(bench)
         self.growth, self.count = growth, -1
-        self.overshoots = overshoots
+        self.overshoots, self.net, self.against = overshoots, net, against
         self.stiffness, self.integral, self.wander = stiffness, integral, wander
         self.random = np.random.default_rng(3)
 
@@ -284,10 +284,11 @@ class Pushed(Scripted):
     def record(self, reference, alive):
         still = np.ones(reference.size)
         # The integral action may reverse the net effort of a small test effort.
-        net = -1.0 if abs(self.offset) < self.overshoots else 1.0 - self.integral
+        net = self.net if abs(self.offset) < self.overshoots else 1.0 - self.integral
+        side = -1.0 if abs(self.offset) < self.against else 1.0
         self.count += 1
         stretch = self.growth ** (self.count % 6)
-        position = np.sign(net) * stretch * self.offset / self.stiffness + self.wander * self.random.standard_normal()
+        position = side * np.sign(net) * stretch * self.offset / self.stiffness + self.wander * self.random.standard_normal()
         return Recording(reference, position * still, net * self.offset * still)
 
 
@@ -297,9 +298,12 @@ class Pushed(Scripted):
         ({"stiffness": 1e7}, ""),
         ({"stiffness": 1e7, "wander": 1e-7}, ""),
         ({"integral": 0.9}, ""),
-        ({"stiffness": 1e7, "overshoots": 2.0}, ""),
+        ({"stiffness": 1e5, "overshoots": 2.0}, ""),
         ({"stiffness": 1e6, "growth": 1.45}, ""),
-        ({"stiffness": 1e7, "overshoots": 2e6}, "wrong_sign"),
+        ({"stiffness": 1e5, "overshoots": 20.0, "net": -0.1}, ""),
+        ({"stiffness": 1e5, "overshoots": 20.0, "net": -1.0}, "wrong_sign"),
+        ({"stiffness": 1e5, "against": 2.0}, "wrong_sign"),
+        ({"stiffness": 1e5, "overshoots": 2e6}, "wrong_sign"),
         ({"stiffness": -1e7}, "wrong_sign"),
         ({}, "no_effect"),
         ({"wander": 1e-4}, "hunts"),

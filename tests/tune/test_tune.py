@@ -131,6 +131,15 @@ def test_without_move_nothing_moves_and_nothing_is_written(tmp_path):
     ]  # fmt: skip
 
 
+def test_the_plan_states_the_motion_of_the_comparison(finished, tmp_path):
+    machine, _, _ = finished
+    file, bench, _ = written(tmp_path, SEED, 6)
+    planned = tune(file, tmp_path / "out", machine=BenchMachine(bench)).facts["comparison"]["seconds"]
+    *_, records = np.split(np.array(machine.records, int), [-8])
+    # each of the eight records has a rest of a second before and behind its motion
+    assert planned == pytest.approx(np.sum(records) * machine.sample_time - 8 * 2.0, abs=0.1)
+
+
 def test_a_folder_with_other_files_is_refused(tmp_path):
     file, bench, _ = written(tmp_path, SEED)
     with pytest.raises(InputError, match="not of a run of tune"):

@@ -1,4 +1,4 @@
-"""`identify_arm`: the dynamics of an arm from the logs of all joints, and the axis of each joint beside these dynamics."""
+"""`identify_arm`: the dynamics of an arm from the logs of all joints, and the axis of each joint with these dynamics."""
 
 from __future__ import annotations
 
@@ -69,15 +69,18 @@ def identify_arm(log: Path, robot: Content, axis: Content, *, size_limit: int = 
     size_limit : int
         Largest log [byte].
     """
-    moved, tables = read_robot(robot).of(list(joints_in(axis))), joints_in(axis)
-    motion = read_joints(log, axis, size_limit=size_limit)
+    tables = joints_in(axis)
+    moved, motion = read_robot(robot).of(list(tables)), _motion_in(log, tables, axis.source, size_limit)
     return Arm(moved, identify_dynamics(moved, motion), motion, tables)
 
 
 def read_joints(log: Path, axis: Content, *, size_limit: int = SIZE_LIMIT) -> Motion:
     """Return the motion of all joints in a log."""
-    tables = joints_in(axis)
+    return _motion_in(log, joints_in(axis), axis.source, size_limit)
+
+
+def _motion_in(log: Path, tables: Mapping[str, dict[str, Any]], source: Path, size_limit: int) -> Motion:
     if not tables:
         raise InputError("is missing", path="joint", mend="Write a [[joint]] table into the axis file for each joint of the robot")
-    described = [read_axis(Content(axis.source, as_toml(table).encode())) for table in tables.values()]
+    described = [read_axis(Content(source, as_toml(table).encode())) for table in tables.values()]
     return motion_of([read_log(log, joint, size_limit=size_limit) for joint in described], list(tables))

@@ -24,7 +24,7 @@ import numpy as np
 
 from bristle.arm.motion import Motion
 from bristle.arm.robot import OF_BODY, Robot, pseudo_inertia
-from bristle.core.least_squares import unbounded
+from bristle.core.least_squares import apart_from, unbounded
 
 ALIKE = 1e-8  # relative size of the part of a column that earlier columns do not explain
 POSES, SEED = 100, 1  # random poses that decide which parameters have an effect
@@ -83,7 +83,7 @@ def with_rotors(columns: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
 
 
 def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
-    """Return the dynamic parameters that explain the efforts of all joints beside any friction of each joint."""
+    """Return the dynamic parameters that explain the efforts of all joints, besides any friction of each joint."""
     q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
     columns = with_rotors(robot.regressor(q, v, a), a)
     places, factors = base_of(robot)
@@ -91,7 +91,7 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     reduced = np.empty((len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1))  # with the same sums of squares
     for joint in range(len(robot.names)):
         friction = np.linalg.qr(motion.friction_columns(joint))[0]
-        dynamic[:, joint], left[:, joint] = _without(friction, columns[:, joint]), _without(friction, effort[:, joint])
+        dynamic[:, joint], left[:, joint] = apart_from(friction, columns[:, joint]), apart_from(friction, effort[:, joint])
         reduced[joint] = np.linalg.qr(np.column_stack([dynamic[:, joint], left[:, joint]]), mode="r")
     design, target, deviation = reduced[..., :-1], reduced[..., -1], np.sqrt(np.mean(left**2, axis=0))
     base = np.zeros(len(places))
@@ -116,11 +116,6 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
 def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     scale = np.linalg.norm(columns, axis=0)
     return unbounded(columns / scale, right_side, rcond=1e-10) / scale
-
-
-def _without(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Return the part of some columns apart from an orthonormal basis."""
-    return columns - basis @ (basis.T @ columns)
 
 
 def _half_widths(columns: np.ndarray, residual: np.ndarray) -> np.ndarray:

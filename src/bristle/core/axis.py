@@ -130,7 +130,7 @@ class KnownColumn:
 
     @property
     def place(self) -> str:
-        """Name of the column beside those of the log: a column of a second table has the name of its file before it."""
+        """Name of the column among those of the log: a column of a second table has the name of its file before it."""
         return f"{Path(self.file).stem}.{self.column}" if self.file else self.column
 
 

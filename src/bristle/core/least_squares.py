@@ -19,6 +19,11 @@ def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np
     return np.linalg.lstsq(A, b, rcond=rcond)[0] * unit
 
 
+def apart_from(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the part of a column, or of several, that is orthogonal to an orthonormal basis."""
+    return columns - basis @ (basis.T @ columns)
+
+
 def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
     """Solve normal equations after scaling their diagonal to 1; shapes (..., n, n) and (..., n)."""
     scale = np.sqrt(np.maximum(np.diagonal(gram, axis1=-2, axis2=-1), np.finfo(float).tiny))

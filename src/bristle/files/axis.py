@@ -311,8 +311,8 @@ def _text_of(axis: Axis) -> bytes:
 
 
 def _known_entry(known: KnownColumn) -> dict[str, Any]:
-    beside = {"unit": known.unit or None, "coefficient": known.coefficient, "file": known.file or None}
-    return _entry(known, column=known.column, name=known.name, **beside)
+    optional = {"unit": known.unit or None, "coefficient": known.coefficient, "file": known.file or None}
+    return _entry(known, column=known.column, name=known.name, **optional)
 
 
 def _entry(column: Column | Injected | KnownColumn, /, **keys: Any) -> dict[str, Any]:

@@ -107,8 +107,8 @@ class Identifier:
             raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
         # All axes of a fleet have the same plant: no second pass with other lines for a log.
         options: dict[str, Any] = {"settings": {}} | dict(self.fleet.options)
-        beside = options.pop("settings")
-        settings = (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})) | {"lines_gain": 1.0}
+        thresholds = options.pop("settings")
+        settings = (thresholds.as_data() if isinstance(thresholds, Settings) else dict(thresholds or {})) | {"lines_gain": 1.0}
         identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
         fit = identification.fits[0]
         if self.models is not None and axis is not None:

@@ -14,7 +14,7 @@ from bristle.core.axis import Axis, Cogging
 from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.least_squares import unbounded
+from bristle.core.least_squares import apart_from, unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import find, is_static
@@ -292,11 +292,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     columns = np.column_stack([problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])])
     size = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
-    residual = _without(dataset.effort[:, None], basis)[:, 0]
+    residual = apart_from(basis, dataset.effort)
     first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # at least three periods over the range of the log
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
     waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
-    waves = {order: _without(pair, basis) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
+    waves = {order: apart_from(basis, pair) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
     least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
     while len(orders) < MOST:
         # The sum of squares that each pair of waves explains.
@@ -311,8 +311,8 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
             break
         orders.append(best)
         pair = np.linalg.qr(waves.pop(float(best)))[0]
-        residual = _without(residual[:, None], pair)[:, 0]
-        waves = {order: _without(columns, pair) for order, columns in waves.items()}
+        residual = apart_from(pair, residual)
+        waves = {order: apart_from(pair, columns) for order, columns in waves.items()}
     if not orders:
         mend = "Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]"
         raise InputError(
@@ -335,7 +335,3 @@ def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
         for bend in (np.cos, np.sin)
     ]
     return np.stack(waves, axis=1)
-
-
-def _without(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    return columns - basis @ (basis.T @ columns)

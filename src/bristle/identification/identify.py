@@ -19,7 +19,7 @@ from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
-from bristle.identification.elasticity import elastic_coupling
+from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
@@ -161,7 +161,7 @@ def identify(
     share = partial(_share, progress, fitting + DRAWING * bool(draws))
     better, second = _passed(common, share, pairs), None
     if twice:
-        again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"))
+        again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"), first=better)
         better, second = second_pass(better, pairs, again, chosen.lines_gain)
         share(fitting - 1, f"fitting {components[-1].name}")(1.0)
     (best, *rest), unfinished = better.fits, better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
@@ -195,13 +195,19 @@ def identify(
 
 
 def _passed(
-    common: _Common, share: Callable[[int, str], Report], pairs: Sequence[tuple[Log, Axis | None]], offset_reason: str = STATED
+    common: _Common,
+    share: Callable[[int, str], Report],
+    pairs: Sequence[tuple[Log, Axis | None]],
+    offset_reason: str = STATED,
+    *,
+    first: Passed | None = None,
 ) -> Passed:
-    """Return the fits of all models with these axes, and with the reason of a known offset."""
+    """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass."""
     components, extended, blocks, settings, prior_of, treatment = common
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
-    context = _context(pairs, prior, settings, share, *treatment)
+    coupling = elastic_coupling(*map(list, zip(*pairs, strict=True))) if first is None else first.context.coupling
+    context = _context(pairs, prior, settings, share, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short = blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
@@ -220,6 +226,7 @@ def _context(
     prior: PriorKnowledge,
     settings: Settings,
     share: Callable[[int, str], Report],
+    coupling: Elastic | None,
     cutoff: float | None,
     decimation: int | None,
 ) -> Context:
@@ -233,7 +240,7 @@ def _context(
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
-    coupling, low = elastic_coupling(logs, axes), None
+    low = None
     if coupling is not None and cutoff is None and estimator is None and all(axis.cutoff is None for axis in described):
         seconds = max(float(np.ptp(log.time.values)) for log in logs)
         low = min(max(coupling.one_mass, FEWEST_PERIODS / seconds), CUTOFF_SHARE / float(logs[0].sample_time))

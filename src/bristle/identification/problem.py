@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import apart_from
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.parameter_space import Solution
@@ -89,7 +90,7 @@ class Contrast:
         usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
         length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
         beside = forces[:, length > 0.0] / length[length > 0.0]
-        beside = beside[:, np.linalg.norm(beside - basis @ (basis.T @ beside), axis=0) > 0.02]  # share of a force outside the columns
+        beside = beside[:, np.linalg.norm(apart_from(basis, beside), axis=0) > 0.02]  # share of a force outside the columns
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual

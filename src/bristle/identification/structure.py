@@ -9,6 +9,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.least_squares import apart_from
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import KINDS
 from bristle.friction import is_static
@@ -236,7 +237,7 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
     if held is not None and held.half_width is not None:
         column = problem.mechanical(problem.unit(inertia))
         basis = np.linalg.qr(solution.jacobian)[0]
-        apart = column - basis @ (basis.T @ column)
+        apart = apart_from(basis, column)
         square = float(apart @ apart)
         if square <= 0.0:
             change, error = 0.0, np.inf

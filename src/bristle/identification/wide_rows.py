@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.least_squares import left_out, normal
+from bristle.core.least_squares import apart_from, left_out, normal
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.filtered_rows import filtered_every
 from bristle.identification.dataset import Segment
@@ -227,12 +227,12 @@ class WideRows:
             rows = weight * self._together("columns")
             target = weight * np.hstack(self._efforts(delay))[0]
             basis = np.linalg.qr(rows.T)[0]
-            residual = target - basis @ (basis.T @ target)
+            residual = apart_from(basis, target)
             frequency = frequency_in(x, None, weight * residual, MOST_TURNS, TURNS)
             if frequency is None:
                 return
             pair = weight[:, None] * waves(x, None, frequency)
-            pair -= basis @ (basis.T @ pair)
+            pair = apart_from(basis, pair)
             if np.sum((np.linalg.qr(pair)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
                 return
             for s in self.stretches:
