@@ -7,6 +7,7 @@ import pytest
 from tests.arm.conftest import DT, GRAVITY, Pendulum, motion_with, swing
 
 from bristle import friction
+from bristle.arm.files import centred
 from bristle.arm.motion import stops
 from bristle.arm.parameters import base_of, identify_dynamics, pseudo_inertia
 from bristle.engine.motion import along
@@ -64,3 +65,12 @@ def test_elements_slip_at_their_distance_and_remember():
     force = stops(x, np.array([1.0, 2.0]))
     assert force[:, 0].tolist() == [0.0, 0.5, 1.0, 0.5, -1.0, -1.0]
     assert force[:, 1].tolist() == [0.0, 0.25, 1.0, 0.75, 0.0, 0.0]
+
+
+def test_a_point_mass_has_no_inertia_about_its_centre():
+    mass, (x, y, z) = 2.0, (0.3, -0.2, 0.5)
+    about = [mass * moment for moment in (y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y)]
+    of_body, centre, inertia = centred(np.array([mass, mass * x, mass * y, mass * z, *about]))
+    assert of_body == mass
+    np.testing.assert_allclose(centre, (x, y, z))
+    np.testing.assert_allclose(inertia, np.zeros((3, 3)), atol=1e-15)
