@@ -21,7 +21,7 @@ TURN = 0.01
 def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
     effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
     axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
-    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, partial(_share, None, 1), 100.0, 4)
+    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, partial(_share, None, 1), None, 100.0, 4)
     assert context.prior.plant.orders == (("motor", 2),) if harmonics is None else context.prior.plant is inertia
 
 

@@ -114,15 +114,22 @@ def test_rejected_lines_leave_the_first_pass_and_state_both_errors(cogged, taken
 def test_lines_with_which_no_model_fits_are_rejected(cogged, monkeypatch):
     original = identifying._passed
 
-    def refused(common, share, pairs, *reason):
+    def refused(common, share, pairs, *reason, **first):
         if pairs[0][1].cogging:
             raise InputError("has too few rows", path="log")
-        return original(common, share, pairs, *reason)
+        return original(common, share, pairs, *reason, **first)
 
     monkeypatch.setattr(identifying, "_passed", refused)
     result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
     assert (result.second_pass.taken, result.second_pass.error_with) == (False, np.inf)
     assert "No model fits" in second_pass_of(result.best)
+
+
+def test_an_elastic_coupling_is_sought_in_the_first_pass_only(cogged, monkeypatch):
+    searches = []
+    monkeypatch.setattr(identifying, "elastic_coupling", lambda *_: searches.append(1))
+    assert identify(cogged, "coulomb_viscous", axis=AXIS, draws=0).second_pass.taken
+    assert len(searches) == 1
 
 
 @pytest.mark.slow
