@@ -14,7 +14,7 @@ from bristle.tune import Options, tune
 from bristle.tune.journal import NAME, Journal
 
 SEED, CYCLES = 4, 6
-OPTIONS = Options(models="dahl", duration=20.0)
+OPTIONS = Options(models="dahl", duration=20.0, draws=0)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -42,12 +42,13 @@ class Scripted(BenchMachine):
 @pytest.fixture
 def prepared(tmp_path, monkeypatch):
     """Return a function that makes a run on a scripted machine."""
-    monkeypatch.setattr(steps, "_feedforward", lambda _: SimpleNamespace(name="bristle_0", lead=0.0))
+    monkeypatch.setattr(steps, "_feedforward", lambda _, identified: SimpleNamespace(name=identified["results"], lead=0.0))
 
     def run(**script):
         file, bench, _ = written(tmp_path, 4, 6)
         made = Run(read_machine(file), Scripted(bench, **script), tmp_path, Journal(tmp_path), Options())
-        made.step, made.facts["before"] = "stages", {"error": 1e-4}
+        made.step = "stages"
+        made.facts |= {"before": {"error": 1e-4}, "identification": {"results": "results", "usable": True}}
         return made
 
     return run
@@ -108,9 +109,30 @@ def test_a_single_slip_at_rest_is_not_hunting(prepared):
     assert run.facts["stages"]["gain"] == 1.0
 
 
+@pytest.mark.parametrize(
+    ("usable", "refined", "noise", "used"),
+    [(True, 0.5, 0.01, "refined"), (True, 1.5, 0.01, "results"), (False, 0.5, 0.01, "results"), (True, 0.5, 1.0, "results")],
+)
+def test_the_better_of_both_feedforwards_goes_on(prepared, monkeypatch, usable, refined, noise, used):
+    """The second feedforward is used if it is usable, does not make the axis hunt, and leaves a smaller error."""
+    loaded = ["results"]
+    run = prepared(
+        error=lambda gain: 1e-4 * (1.0 - 0.5 * gain * (2.0 - refined if loaded[-1] == "refined" else 1.0)),
+        noise=lambda gain: noise if gain > 0.9 and loaded[-1] == "refined" else 0.01,
+    )
+    monkeypatch.setattr(run.machine, "load", lambda feedforward: loaded.append(feedforward.name))
+    monkeypatch.setattr(steps, "_to_refine", lambda run: run.motion(1))
+    monkeypatch.setattr(steps, "_identified", lambda run, record, folder: {"usable": usable, "results": folder})
+    steps.stages(run)
+    run.step = "refinement"
+    steps.refinement(run)
+    assert (run.facts["refinement"]["results"], loaded[-1]) == (used, used)
+    assert run.facts["refinement"]["gain"] == 1.0
+
+
 def compared(run):
     """The facts of a comparison at gain 1."""
-    run.step, run.facts["stages"] = "comparison", {"gain": 1.0}
+    run.step, run.facts["refinement"] = "comparison", {"gain": 1.0}
     steps.comparison(run)
     return run.facts["comparison"]
 
@@ -206,12 +228,14 @@ BETTER = {
         ({"ratios": {"noise at rest": ratio(1.6, 0.5, 8.0)}}, "something_worse", "noise at rest"),
         ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
+        ({"changes": BETTER | {"reversals.forward_to_backward": change(0.2, 0.9, "higher")}}, "", ""),
         ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}}, "", ""),
     ],
 )
 def test_a_feedforward_stays_only_if_nothing_else_is_worse(prepared, changed, code, word):
     run = prepared()
     run.step = "verdict"
+    run.facts["refinement"] = {"results": "results"}
     run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": ratio(1.0, 1.0, 1.0)}, "changes": BETTER} | changed
     if code:
         with pytest.raises(MachineRefusedError, match=word) as refused:
@@ -301,6 +325,7 @@ class Pushed(Scripted):
         ({"stiffness": 1e5, "overshoots": 2.0}, ""),
         ({"stiffness": 1e6, "growth": 1.45}, ""),
         ({"stiffness": 1e5, "overshoots": 20.0, "net": -0.1}, ""),
+        ({"stiffness": 1e5, "overshoots": 2e6, "net": -0.4}, ""),
         ({"stiffness": 1e5, "overshoots": 20.0, "net": -1.0}, "wrong_sign"),
         ({"stiffness": 1e5, "against": 2.0}, "wrong_sign"),
         ({"stiffness": 1e5, "overshoots": 2e6}, "wrong_sign"),

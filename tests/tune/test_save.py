@@ -30,7 +30,7 @@ class SavingBench(BenchMachine):
         return {"stored": self.stored.read_text() if self.stored.exists() else ""}
 
     def save(self, folder):
-        assert folder == self.folder / "out/results"
+        assert folder == self.folder / "out/refined"
         self.journal = [entry["event"] for entry in Journal(self.folder / "out").entries]
         assert not self.stored.exists()
         self.stored.write_text(json.dumps(self._written))
@@ -48,6 +48,7 @@ class SavingBench(BenchMachine):
 @pytest.fixture
 def kept(finished, tmp_path):
     """Return a folder with a run that was kept, on a machine that is as the run left it."""
+    assert finished[2].facts["refinement"]["results"] == "refined"
     shutil.copytree(finished[1] / "out", tmp_path / "out")
     shutil.copy(finished[1] / "memory.json", tmp_path)
     return tmp_path
@@ -157,9 +158,9 @@ def test_a_memory_that_keeps_the_feedforward_is_named_and_blocks_the_next_run(ke
 
 
 def test_a_changed_model_is_not_saved(kept):
-    changed_byte(kept / "out/results/model.toml")
+    changed_byte(kept / "out/refined/model.toml")
     machine = SavingBench(kept)
-    with pytest.raises(MachineRefusedError, match=r"results/model\.toml differs from its hash in the journal"):
+    with pytest.raises(MachineRefusedError, match=r"refined/model\.toml differs from its hash in the journal"):
         save(kept / "out", machine=machine)
     assert not machine.stored.exists()
 
@@ -189,7 +190,7 @@ def test_a_file_that_was_changed_is_not_used_by_a_run_that_goes_on(finished, tmp
 def test_each_record_has_its_hash_in_the_journal(finished):
     names = {entry["name"] for entry in Journal(finished[1] / "out").entries if entry["event"] == "file"}
     records = {f"records/{path.name}" for path in (finished[1] / "out/records").iterdir()}
-    assert names == records | {"results/model.toml"}
+    assert names == records | {"results/model.toml", "refined/model.toml"}
 
 
 def test_the_journal_of_a_saved_run_is_chained(kept):

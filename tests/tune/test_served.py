@@ -74,7 +74,7 @@ def test_a_kept_run_shows_each_step_with_its_fact_and_the_change(finished):
     _, folder, result = finished
     status = run_status(folder / "out", "translational")
     assert status["outcome"] == "kept"
-    assert states(folder / "out") == ["passed"] * 10
+    assert states(folder / "out") == ["passed"] * 11
     change = result.facts["comparison"]["changes"]["following_error.rms"]
     assert [in_metres(text) for text in status["change"]] == pytest.approx([change["before"], change["after"]], rel=5e-3)
     assert status["steps"][6]["text"].startswith("dahl")
@@ -85,7 +85,7 @@ def test_a_kept_run_shows_each_step_with_its_fact_and_the_change(finished):
 
 def test_the_state_of_a_run_follows_its_journal_while_another_process_writes_it(identified):
     folder = identified[1] / "out"
-    assert states(folder) == ["passed"] * 7 + ["waiting"] * 3
+    assert states(folder) == ["passed"] * 7 + ["waiting"] * 4
     with (folder / NAME).open("ab") as file:
         file.write(b'{"n": 99, "step": "stages", "ev')
     before = (folder / NAME).read_bytes()
@@ -94,7 +94,7 @@ def test_the_state_of_a_run_follows_its_journal_while_another_process_writes_it(
     assert (status["outcome"], status["sentences"], status["report"]) == ("running", [], False)
     assert 0.0 <= status["age"] < 60.0
     Journal(folder).write("stages", "begun")
-    assert states(folder)[7:] == ["running", "waiting", "waiting"]
+    assert states(folder)[7:] == ["running", "waiting", "waiting", "waiting"]
 
 
 def test_a_folder_without_a_journal_has_no_run(tmp_path):
@@ -107,7 +107,7 @@ def test_a_refused_step_states_its_reason_and_a_later_run_begins_again(identifie
     result = tune(file, out, move=True, machine=make(Faults(ignores_effort=True)), options=OPTIONS)
     status = run_status(out, "translational")
     assert (status["outcome"], status["undo"]) == ("restored", "")
-    assert states(out) == ["passed", "passed", "refused", "waiting", "passed", "passed", "passed", "waiting", "waiting", "waiting"]
+    assert states(out) == ["passed", "passed", "refused", "waiting", *3 * ["passed"], *4 * ["waiting"]]
     assert status["steps"][2]["text"] == result.reason
     Journal(out).write("identity", "begun", file=str(file))
     assert states(out)[:4] == ["running", "waiting", "waiting", "waiting"]

@@ -127,7 +127,7 @@ def test_without_move_nothing_moves_and_nothing_is_written(tmp_path):
     assert (result.outcome, machine.records) == ("planned", [])
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
     assert [name for name, facts in result.facts.items() if facts.get("seconds")] == [
-        "check", "warm_up", "before", "excitation", "stages", "comparison",
+        "check", "warm_up", "before", "excitation", "stages", "refinement", "comparison",
     ]  # fmt: skip
 
 

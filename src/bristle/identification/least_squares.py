@@ -101,7 +101,9 @@ class Linearised:
         if derivatives is not None:
             order = [search.problem.parameters.free.index(name) for name in search.space.names]
             slopes = derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
-            return np.nan_to_num(slopes, posinf=FAR, neginf=-FAR)
+            # The derivative of a motion that diverges shows no direction.
+            diverges = ~(np.maximum(np.max(np.abs(slopes), axis=1), np.abs(start)) < FAR)
+            return np.where(diverges[:, None], 0.0, slopes)
         steps = search.step * np.maximum(1.0, np.abs(x))
         beside = x + np.diag(np.where(x + steps > search.space.high, -steps, steps))
         columns = zip(search.residuals(list(beside), self.rows), beside.diagonal() - x, strict=True)

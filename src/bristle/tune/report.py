@@ -39,6 +39,8 @@ def sentences_of(result: Tuning) -> list[str]:
         ends = [number(float(end), digits=3) for end in change["interval_percent"] or ()]
         interval = f" (95 % interval {' to '.join(ends)} %)" if ends else ""
         lines.append(f"Following error, rms: {before} before, {after} after, {number(change['change_percent'], digits=3)} %{interval}.")
+    if result.outcome == "kept" and result.facts.get("identity", {}).get("saves"):
+        lines.append(f"Keep it over a restart of the controller: bristle tune --save {result.folder}")
     if _is_changed(result):
         lines.append(f"Undo: {undo_command(result)}")
     return lines
@@ -99,7 +101,7 @@ def _steps(result: Tuning) -> list[tuple[str, ...]]:
 
 
 def _model(result: Tuning) -> list[tuple[str, str]]:
-    facts = result.facts.get("identification", {})
+    facts = result.facts.get("refinement") or result.facts.get("identification", {})
     return [(key.replace("_", " ").capitalize(), _text(value)) for key, value in facts.items() if _is_short(value)]
 
 

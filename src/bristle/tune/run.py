@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 MODELS = "lugre,dahl,maxwell_slip"
 REST = 1.0  # before and after each motion [s]
-RECORDS, RESULTS, MODEL = "records", "results", "results/model.toml"
+RECORDS, RESULTS, REFINED, MODEL = "records", "results", "refined", "model.toml"
 
 
 @dataclass(frozen=True)

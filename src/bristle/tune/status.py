@@ -79,7 +79,9 @@ def _fact(name: str, facts: dict[str, Any], kind: Kind) -> str:
         case "identification":
             return f"{facts['model']}: {facts['verdict']}, model error {number(facts['error_percent'], digits=3)} %"
         case "stages":
-            return f"gain {facts['gain']:.3g}"
+            return f"gain {facts['gain']:.3g}, {error}"
+        case "refinement":
+            return f"{facts['model']}, model error {number(facts['error_percent'], digits=3)} %; gain {facts['gain']:.3g}, {error}"
         case "comparison":
             return "rms following error {} before, {} after".format(*_error(facts))
     return error

@@ -16,13 +16,13 @@ from bristle.files import MachineFile, as_json, lock, provenance, read_machine, 
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, SavingMachine
 from bristle.tune.machines import connected
-from bristle.tune.run import MODEL, RESULTS, Options, Run
-from bristle.tune.steps import ORDER, RUN_IN, STEPS, Step, cycles_compared
+from bristle.tune.run import MODEL, Options, Run
+from bristle.tune.steps import GAINS, ORDER, RUN_IN, STAGE_CYCLES, STEPS, Step, cycles_compared
 
 SUMMARY = "summary.json"
 COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
 ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
-WRITING = ("check", "stages", "comparison", "verdict")  # steps that write on the machine
+WRITING = ("check", "stages", "refinement", "comparison", "verdict")  # steps that write on the machine
 
 
 @dataclass
@@ -159,9 +159,9 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
         if different:
             reason = f"the machine is not as the run left it: {', '.join(different)}"
             raise MachineRefusedError("state_changed", reason, f"Restore it, and tune again: bristle tune --undo {run.folder}")
-        run.noted(MODEL)
+        run.noted(f"{kept['results']}/{MODEL}")
         journal.write("save", "saving", places=dict(used.saved()))
-        written, places = dict(used.save(run.folder / RESULTS)), dict(used.saved())
+        written, places = dict(used.save(run.folder / kept["results"])), dict(used.saved())
         if written != places or not all(places.values()):
             mend = f"Remove it: bristle tune --undo {run.folder}"
             raise MachineRefusedError("not_saved", f"the memory differs from what was written: {', '.join(places)}", mend)
@@ -286,12 +286,13 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
         "warm_up": 4 * cycle,
         "before": run.file.cycles * cycle,
         "excitation": run.options.duration,
-        "stages": 12 * cycle,
+        "stages": len(GAINS) * STAGE_CYCLES * cycle,
     }
+    seconds["refinement"] = seconds["excitation"] + STAGE_CYCLES * cycle + seconds["stages"]
     seconds["comparison"] = len(ORDER) * (cycles_compared(run.file.cycles) + RUN_IN) * cycle
     low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
     stroke = run.limits.travel
-    travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke}
+    travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke, "refinement": stroke}
     return {
         step.name: {
             "title": step.title,
