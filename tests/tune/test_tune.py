@@ -78,7 +78,7 @@ def _copied(finished, tmp_path):
 
 
 REFUSALS = {
-    "reversed effort": ("wrong_sign", Faults(sign=-1.0)),
+    "reversed effort": ("worse", Faults(sign=-1.0, feed_sign=-1.0)),
     "drive ignores the effort": ("no_effect", Faults(ignores_effort=True)),
     "guard that never trips": ("guard_fails", Faults(guard_fails=True)),
     "lost samples": ("lost_samples", Faults(lost={"6": 3})),

@@ -22,7 +22,7 @@ from bristle.tune.run import MODEL, REFINED, REST, RESULTS, Run, cycles_of, rms
 OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
 EVEN = 0.25  # smallest of the steps by equal test efforts, as a share of the largest
-ANSWER, AGREEING = 0.3, 3  # of the loop to a test effort, as a share of it; efforts that must agree on a wrong sign
+ANSWER = 0.3  # of the loop to a test effort, as a share of it
 AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
@@ -77,7 +77,7 @@ def check(run: Run) -> None:
 
 def _answer(run: Run) -> dict[str, Any]:
     """Return the answer of the axis to the smallest test effort that shows: motion along the effort, or loop against it."""
-    count, unrest, backward = run.axis.resolution or 0.0, False, 0
+    count, unrest = run.axis.resolution or 0.0, False
     for share in OFFSETS:
         offset = share * run.limits.effort
         steps, loop, scatter = _pushed(run, offset)
@@ -86,13 +86,10 @@ def _answer(run: Run) -> dict[str, Any]:
         moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(np.abs(steps))
         net = 1.0 + loop / offset
         answers = abs(net) < ANSWER and abs(loop) > CLEAR * scatter
+        if moves and moved < 0.0 and net > ANSWER:
+            raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
         # An integral action that opposes more than the test effort reverses the net effort, and the axis follows it.
-        follows = moved > 0.0 or ANSWER - 1.0 < net < -ANSWER
-        if moves and not follows:
-            backward += net < ANSWER - 1.0  # a reversed test effort, or an integral action that has not settled: other efforts show which
-            if net > ANSWER or backward == AGREEING or share == OFFSETS[-1]:
-                raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
-        elif moves or answers:
+        if answers or (moves and (moved > 0.0 or net < -ANSWER)):
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
         unrest = unrest or bool(np.ptp(steps) > 4.0 * count)
     if unrest:
@@ -224,7 +221,8 @@ def _raised(run: Run, identified: dict[str, Any], name: str) -> dict[str, Any]:
     run.set()
     if best["gain"] < GAINS[1] and worse:
         ratio = worse["error"] / table[0]["error"]
-        raise MachineRefusedError("worse", f"at gain {worse['gain']:g} the following error is {ratio:.0%} of that without it")
+        reason = f"at gain {worse['gain']:g} the following error is {ratio:.0%} of that without it"
+        raise MachineRefusedError("worse", reason, "Check the sign of the effort")
     if best["gain"] < GAINS[1]:
         raise MachineRefusedError(
             "no_gain", "no gain of the feedforward reduces the following error without a larger effort", "Allow it: effort_ratio = 1.2"
