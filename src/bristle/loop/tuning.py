@@ -209,7 +209,10 @@ def told_the_motion(variant: Variant) -> Variant:
     controller, feedforward = variant.controller, variant.feedforward
     if controller.values.get("k_ff", 1.0) != 1.0:
         controller = controller.with_values(k_ff=1.0)
-    mass = 0.0 if feeds_inertia(controller, variant.run.sample_time) else inertia_of(variant)
+    fed, mass = feedforward.plant, 0.0
+    # A plant with a screw feeds both of its masses forward.
+    if (fed is None or fed.component.screw is None) and not feeds_inertia(controller, variant.run.sample_time):
+        mass = inertia_of(variant)
     if not math.isclose(mass, feedforward.mass, rel_tol=0.01):
         feedforward = replace(feedforward, mass=mass)
     return replace(variant, controller=controller, feedforward=feedforward)
