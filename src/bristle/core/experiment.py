@@ -234,6 +234,23 @@ START = variables_in(Start)
 
 @guarded()
 @dataclass(frozen=True)
+class Coupling:
+    """Elastic coupling between the motor and the load of an axis that is simulated as one mass.
+
+    Parameters
+    ----------
+    antiresonance : float
+        Frequency at which the load vibrates on the held motor [Hz].
+    inertia_ratio : float
+        Inertia of the load over that of the motor.
+    """
+
+    antiresonance: float = quantity_of(Variable("frequency", "antiresonance of motor and load", min=1e-9))
+    inertia_ratio: float = quantity_of(Variable("1", "inertia of the load over that of the motor", min=1e-9))
+
+
+@guarded()
+@dataclass(frozen=True)
 class Variant:
     """A loop: mechanism, controller and reference.
 
@@ -263,6 +280,8 @@ class Variant:
         Effort of an open loop, which ignores the reference; None in a loop with a controller.
     start : Start or None
         Start of the loop; None starts on the reference with an integral of zero.
+    coupling : Coupling or None
+        Elastic coupling of the load, for proposed gains.
     """
 
     name: str = taken(TEXT)
@@ -281,6 +300,7 @@ class Variant:
     axis: Axis | None = taken(optional(instance(Axis, "an Axis")), None)
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
     start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
+    coupling: Coupling | None = taken(optional(instance(Coupling, "an object of class Coupling")), None)
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""

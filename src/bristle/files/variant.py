@@ -98,6 +98,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         "sensor": model_from(sensor, SENSORS, kind=kind, path=path, default="encoder", own=own),
         "sensor_at": side,
         "axis": axis,
+        "coupling": None if has_screw else sources.coupling(content["friction"], tables.path("friction")),
     }
     return (_open_loop if "effort" in content else _closed_loop)(tables, mechanism, kind, sources)
 

@@ -13,7 +13,8 @@ observer
 :math:`\omega` is the largest bandwidth at which the exact sampled loop has a phase margin of 40 degrees and a gain margin
 of two. If the lag of the current loop grows by 0.5 ms, a phase margin of 30 degrees and a gain margin of two must remain.
 Every current loop has a lag: if none is given, the margins must hold for lags from 0.2 to 1 ms. The rule of thumb
-:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit.
+:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit. If the load is coupled elastically, the
+margins are those of two masses, and :math:`\omega` is at most the antiresonance, above which the motor does not move the load.
 """
 
 import math
@@ -29,7 +30,19 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
-from bristle.loop.linear_system import GAIN_ENOUGH, HALVINGS, LARGE, PHASE_ENOUGH, SMALL, SampledLoop, linear_law, linear_plant, margins_of
+from bristle.loop.linear_system import (
+    GAIN_ENOUGH,
+    HALVINGS,
+    LARGE,
+    PHASE_ENOUGH,
+    SMALL,
+    SampledLoop,
+    antiresonance_of,
+    linear_law,
+    linear_plant,
+    margins_of,
+    with_two_masses,
+)
 from bristle.simulation import Statistics, simulate
 
 PHASE = 40.0  # required phase margin [deg]
@@ -66,9 +79,12 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     stated = run.current_lag
     # Additional lag with which the usual phase margin must remain [s].
     lags = ((stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
-    plants = [(amplitude, phase, linear_plant(lagging(variant, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
+    elastic = with_two_masses(variant)
+    plants = [(amplitude, phase, linear_plant(lagging(elastic, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
     def keeps_margins(omega: float) -> bool:
+        if omega > antiresonance_of(elastic):
+            return False
         controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
         for amplitude, phase, plant in plants:
             loop = SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time)
