@@ -67,9 +67,7 @@ def wound_up(loop: Variant) -> Variant:
     """Return a loop that feeds the friction of the table forward with the wind-up of the screw."""
     fed = loop.feedforward
     table = replace(fed.friction, kind="translational") if fed.friction is not None else None
-    # The law already feeds the inertia forward.
-    light = loop.plant.with_values(J=1e-9, M=1e-9)
-    return replace(loop, name=f"{loop.name}, wound up", feedforward=replace(fed, plant=light, table=table, friction=None))
+    return replace(loop, name=f"{loop.name}, wound up", feedforward=replace(fed, plant=loop.plant, table=table, friction=None))
 
 
 def rotational(model: Any) -> Any:

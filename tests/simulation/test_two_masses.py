@@ -63,10 +63,12 @@ def test_the_effort_alone_moves_the_table_along_the_desired_motion():
     assert missed < 0.15 * np.max(np.abs(unaware.position - position))
 
 
-def test_the_motor_of_the_simulation_turns_as_its_reference():
+@pytest.mark.parametrize("damping", [0.0, 1500.0, 3e4])
+def test_the_motor_of_the_simulation_turns_as_its_reference(damping):
     position, acceleration = motion()
-    fed = Feedforward(plant=screw(), friction=MOTOR, table=TABLE)
-    trace = run_open_loop(screw(), MOTOR, feedforward_effort(fed, position, acceleration, DT), DT, table=TABLE, steps=4)
+    damped = screw(d=damping)
+    fed = Feedforward(plant=damped, friction=MOTOR, table=TABLE)
+    trace = run_open_loop(damped, MOTOR, feedforward_effort(fed, position, acceleration, DT), DT, table=TABLE, steps=4)
     lead, twist = motor_reference(fed, position, acceleration, DT) - position, trace.motor_position - trace.position
     assert np.max(np.abs(lead - twist)[1500:]) < 0.02 * np.ptp(twist)
 
@@ -166,6 +168,17 @@ def test_the_table_follows_better_with_both_frictions_and_the_wind_up():
     assert before.at_load
     assert standing(result).best.name == "wound up"
     assert any("error of the load" in sentence for sentence in closing_sentences(result))
+
+
+def test_a_law_that_feeds_inertia_forward_does_not_feed_it_twice():
+    total, gains = J + M * ARM**2, {"lambda_": 50.0, "K_1": 50.0}
+    law = controllers.sliding_mode(kind="rotational", J=total, **gains)
+    rigid, wound = loops().variants
+    quick = [replace(loop, controller=law, friction=MOTOR, table=TABLE) for loop in (rigid, wound)]
+    fed = [Feedforward(friction=WHOLE.friction), Feedforward(plant=screw(), friction=MOTOR, table=TABLE)]
+    pair = tuple(replace(loop, feedforward=one) for loop, one in zip(quick, fed, strict=True))
+    before, after = simulate(Experiment("laws", "rotational", pair)).variants.values()
+    assert after.true_error.rms < 0.25 * before.true_error.rms
 
 
 def test_a_loop_on_the_table_keeps_its_reference():

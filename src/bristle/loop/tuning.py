@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
-from bristle.core.contracts import Model, Reference, make_model
+from bristle.core.contracts import Model, make_model
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
@@ -44,6 +44,7 @@ from bristle.loop.linear_system import (
     with_two_masses,
 )
 from bristle.simulation import Statistics, simulate
+from bristle.simulation.two_masses import feeds_inertia
 
 PHASE = 40.0  # required phase margin [deg]
 UNSTATED = (2e-4, 1e-3)  # assumed lags of an unspecified current loop: smallest and largest [s]
@@ -208,16 +209,6 @@ def delays_of(variant: Variant) -> Delays:
     _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
     _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
     return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
-
-
-def feeds_inertia(controller: Model, dt: float) -> bool:
-    """Return whether a control law already responds to the acceleration of its reference."""
-    component, p = controller.component, controller.parameters
-    efforts = []
-    for acceleration in (1e-6, 0.0):
-        rest = component.start(0.0, 0.0, 0.0, dt, p)
-        efforts.append(component.step(rest, Reference(0.0, 0.0, acceleration, 0.0), 0.0, dt, p)[0])
-    return efforts[0] != efforts[1]
 
 
 def told_the_motion(variant: Variant) -> Variant:

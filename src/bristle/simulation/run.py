@@ -20,7 +20,7 @@ from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
 from bristle.simulation.compensation import carried_effort, compensator_of, motor_feedforward
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
-from bristle.simulation.two_masses import screw_of
+from bristle.simulation.two_masses import feeds_inertia, screw_of, whole_inertia
 
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
 Motions = tuple[np.ndarray, np.ndarray, np.ndarray]  # position, velocity, acceleration
@@ -101,7 +101,11 @@ def _desired(variant: Variant) -> np.ndarray:
     count = motion[0].size - delay
     if variant.effort is None:
         motor, effort = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
-        motion, effort = _for_the_sensor(variant, motion, motor), effort[delay:]
+        motion = _for_the_sensor(variant, motion, motor)
+        if screw_of(variant.feedforward) is not None and feeds_inertia(variant.controller, variant.run.sample_time):
+            # The law multiplies the acceleration of its reference by the whole inertia.
+            effort = effort - whole_inertia(variant.feedforward, variant.run.sample_time) * motion[2]
+        effort = effort[delay:]
     elif variant.effort.values.size == count:
         effort = variant.effort.values
     else:

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.controllers.feedforward import Shape
-from bristle.core.contracts import Model, Screw
+from bristle.core.contracts import Model, Reference, Screw
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward
 from bristle.engine import conditioned
@@ -60,12 +60,21 @@ def plant_of_one_mass(feedforward: Feedforward) -> Model | None:
     )
 
 
+def feeds_inertia(controller: Model, dt: float) -> bool:
+    """Return whether a control law already responds to the acceleration of its reference."""
+    component, p = controller.component, controller.parameters
+    efforts = []
+    for acceleration in (1e-6, 0.0):
+        rest = component.start(0.0, 0.0, 0.0, dt, p)
+        efforts.append(component.step(rest, Reference(0.0, 0.0, acceleration, 0.0), 0.0, dt, p)[0])
+    return efforts[0] != efforts[1]
+
+
 def wound_up(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> WoundUp:
     """Return the lead of the motor and its effort without its friction, for a desired motion of the table converted to the motor [rad]."""
     plant, mean = feedforward.plant, 0.5 * (acceleration + following(acceleration))
     assert plant is not None
-    # The port of the motor is that of an inertia: the mean velocity falls by dt / (2 J) per effort.
-    inertia = -0.5 * dt / plant.component.port(plant.component.initial_state(plant.parameters), 0.0, dt, plant.parameters)[1]
+    inertia = _inertia_of(plant, dt)
     force = screw.M * screw.arm * mean + _table_friction(feedforward, screw, position, mean, dt)
     twist = _lead(screw, force) / screw.arm
     largest = float(np.max(np.abs(inertia * mean + screw.arm * force)))
@@ -76,6 +85,19 @@ def wound_up(feedforward: Feedforward, screw: Screw, position: np.ndarray, accel
     twist = twist - screw.d / screw.k * np.gradient(twist, dt)
     rate = np.gradient(twist, dt)
     return WoundUp(twist, inertia * (mean + (following(rate) - rate) / dt) + screw.arm * pull)
+
+
+def whole_inertia(feedforward: Feedforward, dt: float) -> float:
+    """Return the inertia of motor and table at the motor [kg*m^2], for a plant with a screw."""
+    plant, screw = feedforward.plant, screw_of(feedforward)
+    assert plant is not None
+    assert screw is not None
+    return _inertia_of(plant, dt) + screw.M * screw.arm**2
+
+
+def _inertia_of(plant: Model, dt: float) -> float:
+    """Return the inertia of a motor: the mean velocity at its port falls by dt / (2 J) per effort."""
+    return -0.5 * dt / plant.component.port(plant.component.initial_state(plant.parameters), 0.0, dt, plant.parameters)[1]
 
 
 def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, mean: np.ndarray, dt: float) -> np.ndarray:
