@@ -70,7 +70,7 @@ def test_the_motor_of_the_simulation_turns_as_its_reference(damping):
     fed = Feedforward(plant=damped, friction=MOTOR, table=TABLE)
     trace = run_open_loop(damped, MOTOR, feedforward_effort(fed, position, acceleration, DT), DT, table=TABLE, steps=4)
     lead, twist = motor_reference(fed, position, acceleration, DT) - position, trace.motor_position - trace.position
-    assert np.max(np.abs(lead - twist)[1500:]) < 0.02 * np.ptp(twist)
+    assert np.max(np.abs(lead - twist)[1500:3900]) < 0.005 * np.ptp(twist)
 
 
 def test_a_stiff_screw_needs_the_feedforward_of_one_mass():
