@@ -96,8 +96,8 @@ class Sources:
         """Return the elastic coupling in the model file that a table names; None without one."""
         file = table_at(table, path).get("file")
         is_file = isinstance(file, str) and file.endswith(".toml")
-        known = self.model(file, f"{path}.file").info.get("coupling") if is_file else None
-        return None if known is None else Coupling(**known)
+        coupling = self.model(file, f"{path}.file").info.get("coupling") if is_file else None
+        return None if coupling is None else Coupling(**coupling)
 
     def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
         """Return the plant or the operator that a table names, with its parameters."""
