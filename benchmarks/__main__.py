@@ -43,6 +43,7 @@ from benchmarks.study import study
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 from benchmarks.unstated_lag import unstated_lag
+from benchmarks.wind_up import wind_up
 
 HERE = Path(__file__).parent
 
@@ -212,6 +213,7 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
         last_digits,
         observer,
         rotors,
+        wind_up,
     )
 }
 

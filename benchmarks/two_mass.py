@@ -99,8 +99,13 @@ def drive_of(seed: int, *, elastic: bool = True) -> Drive:
 @cache
 def log_of(drive: Drive) -> dict[str, np.ndarray]:
     """Return the recorded columns of a drive: time, position, effort, and the reference if recorded; and the position of the load."""
-    dt, draw = drive.sample_time, np.random.default_rng([77, drive.seed])
-    wanted, injected = _motion(drive, draw)
+    draw = np.random.default_rng([77, drive.seed])
+    return recorded(drive, *_motion(drive, draw), draw)
+
+
+def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.random.Generator) -> dict[str, np.ndarray]:
+    """Return the recorded columns of a drive that follows a reference, with an effort injected into its loop."""
+    dt = drive.sample_time
     slowness = (drive.delay + 1.0) * dt + drive.lag
     pace = min(2.0 * math.pi * 25.0, 0.25 / slowness)
     gains = (pace / 5.0, drive.motor * pace * (1.0 if drive.load else 0.4), drive.motor * pace * pace / 6.0)
@@ -122,7 +127,12 @@ def log_of(drive: Drive) -> dict[str, np.ndarray]:
 
 def columns_of(drive: Drive) -> dict[str, np.ndarray]:
     """Return the columns of a log with one encoder."""
-    return {name: column for name, column in log_of(drive).items() if name != "load_position"}
+    return of_the_motor(log_of(drive))
+
+
+def of_the_motor(log: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the columns of a log without the encoder of the load."""
+    return {name: column for name, column in log.items() if name != "load_position"}
 
 
 def _motion(drive: Drive, draw: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,8 @@ from bristle.excitation.excite import _for_the_loop, _in_time, _pieces
 from bristle.excitation.motion import ExcitationMotion, length_of
 from bristle.friction import coulomb_viscous, lugre
 
+USUAL = [name for name, purpose in PURPOSES.items() if not purpose.on_request]
+
 
 def planned(axis=STAGE, **given):
     return excite(axis, rehearsed=False, **given)
@@ -132,7 +134,7 @@ def test_travel_limits_the_motion():
 
 def test_impossible_purposes_are_left_out_with_the_reason():
     result = planned(replace(STAGE, velocity_limit=None))
-    assert {piece.purpose for piece in result.motion.pieces} == set(PURPOSES) - {"stribeck"}
+    assert {piece.purpose for piece in result.motion.pieces} == set(USUAL) - {"stribeck"}
     assert any("velocity under [limits]" in note for note in result.notes)
 
 
@@ -288,19 +290,20 @@ def test_where_the_motion_begins_is_noted():
 
 def test_each_purpose_has_its_share_of_the_time():
     limits, seconds = planned(purposes="break-away").limits, 100.0
-    pieces = _pieces(list(PURPOSES), limits, seconds)
-    assert list(dict.fromkeys(piece.purpose for piece in pieces)) == list(PURPOSES)
-    for name, purpose in PURPOSES.items():
+    pieces = _pieces(USUAL, limits, seconds)
+    assert list(dict.fromkeys(piece.purpose for piece in pieces)) == USUAL
+    for name in USUAL:
+        purpose = PURPOSES[name]
         assert length_of([piece for piece in pieces if piece.purpose == name]) == pytest.approx(purpose.share * seconds, rel=0.03)
     assert length_of(pieces) == pytest.approx(seconds, rel=1e-3)
 
 
 def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
-    of_five_seconds = [SimpleNamespace(rest=0.5, duration=4.5, purpose=name) for name in PURPOSES]
+    of_five_seconds = [SimpleNamespace(rest=0.5, duration=4.5, purpose=name) for name in USUAL]
     monkeypatch.setitem(_in_time.__globals__, "_pieces", lambda chosen, *_: [item for item in of_five_seconds if item.purpose in chosen])
-    left = {seconds: _in_time(list(PURPOSES), None, seconds, may_drop=True) for seconds in (19.99, 16.0, 11.0, 6.0)}
+    left = {seconds: _in_time(USUAL, None, seconds, may_drop=True) for seconds in (19.99, 16.0, 11.0, 6.0)}
     purposes = [{piece.purpose for piece in pieces} for pieces, _ in left.values()]
-    assert purposes == [set(PURPOSES), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
+    assert purposes == [set(USUAL), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
     notes = left[6.0][1]
     assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
     assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it, the motion would take 20.5 s"

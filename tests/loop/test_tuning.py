@@ -9,11 +9,14 @@ import pytest
 from tests.loop.conftest import loop
 from tests.loop.laws import RADIAN, rig
 
-from bristle import controllers, sensors
+from bristle import controllers, friction, plants, references, sensors
 from bristle.core.contracts import Sensor
+from bristle.core.experiment import Coupling, Feedforward, Run, Variant
 from bristle.core.status import Status
 from bristle.core.variable import Variable
+from bristle.files import read_experiment, write_model
 from bristle.loop import Verdict, tuning
+from bristle.loop.linear_system import DAMPED
 from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, told_the_motion
 
 
@@ -166,3 +169,58 @@ def test_loops_that_would_not_diverge_are_simulated_twice_at_most(monkeypatch):
     assert present.count_effort == pytest.approx(4000.0 * (1e-3 + 80.0 * 1e-6), rel=1e-6)
     tuning.proposals_for(loop(), simulated=False)
     assert [name for name, _ in ran[-1]] == ["tuned", "with an observer"]
+
+
+ARM = 10e-3 / (2.0 * math.pi)
+
+
+def on_a_screw(antiresonance, load=150.0, motor=5e-4):
+    """A loop on the motor of a table behind a screw, without integral and friction."""
+    k = load * (2.0 * math.pi * antiresonance) ** 2
+    damper = 2.0 * DAMPED * load * 2.0 * math.pi * antiresonance
+    return Variant(
+        name="screw",
+        plant=plants.ball_screw(kind="rotational", J=motor, M=load, lead=10e-3, k=k, d=damper),
+        friction=friction.viscous(kind="rotational", F_v=0.0),
+        table=friction.viscous(F_v=0.0),
+        controller=controllers.cascade(kind="rotational", k_p=1.0, k_v=1e-3, k_i=1e-3),
+        sensor=sensors.encoder(kind="rotational"),
+        sensor_at="motor",
+        reference=references.sine(kind="rotational", amplitude=1.0, frequency=1.0),
+        feedforward=Feedforward(),
+        run=Run(1.0, 1e-3, delay=1, current_lag=5e-4),
+    )
+
+
+def as_one_mass(variant):
+    """The same loop as one mass, with the coupling that an identification reports."""
+    p = variant.plant.values
+    load = p["M"] * ARM**2
+    coupling = Coupling(math.sqrt(p["k"] / p["M"]) / (2.0 * math.pi), load / p["J"])
+    return replace(variant, plant=plants.inertia(kind="rotational", M=p["J"] + load), table=None, sensor_at="load", coupling=coupling)
+
+
+def test_a_bandwidth_stays_below_the_antiresonance_of_the_load():
+    rigid = tuning.tuned(replace(as_one_mass(on_a_screw(7.0)), coupling=None), "cascade").bandwidth
+    for wanted in (None, 30.0 * math.pi):
+        assert tuning.tuned(on_a_screw(7.0), "cascade", wanted).bandwidth <= 14.0 * math.pi < rigid
+
+
+@pytest.mark.parametrize("antiresonance", [7.0, 22.0, 70.0, 300.0])
+def test_a_reported_coupling_gives_the_gains_of_the_two_masses(antiresonance):
+    screw = on_a_screw(antiresonance)
+    bandwidths = [tuning.tuned(variant, "cascade").bandwidth for variant in (screw, as_one_mass(screw))]
+    assert bandwidths[1] == pytest.approx(bandwidths[0], rel=0.03)
+
+
+def test_a_coupling_travels_from_the_results_to_the_loop(tmp_path):
+    treatment = {"cutoff": 20.0, "antiresonance": 30.0, "resonance": 50.0, "inertia_ratio": 1.8}
+    write_model(tmp_path / "model.toml", plants.inertia(M=3.0), friction.coulomb(F_C=2.0), treatment=treatment)
+    experiment = tmp_path / "experiment.toml"
+    experiment.write_text(
+        'schema = 1\nkind = "translational"\n[friction]\nfile = "model.toml"\n[controller]\nmodel = "cascade"\nk_p = 1.0\nk_v = 1.0\n'
+        '[reference]\nmodel = "sine"\namplitude = 1e-3\nfrequency = 1.0\n[run]\nduration = 0.1\nsample_time = 1e-3\n[compare.base]\n'
+    )
+    assert read_experiment(experiment).variants[0].coupling == Coupling(30.0, 1.8)
+    write_model(tmp_path / "model.toml", plants.inertia(M=3.0), friction.coulomb(F_C=2.0), treatment={"cutoff": 20.0})
+    assert read_experiment(experiment).variants[0].coupling is None

@@ -16,7 +16,8 @@ from bristle.simulation.result import SimulationResult, Statistics
 def variant(name, peak, spread=0.0, status=Status.OK):
     error = Statistics(peak, 0.0, 0.0, 0.0, 0.0, peak)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
-    return SimpleNamespace(name=name, kind="translational", following_error=error, spread=scatter, runs=3 if spread else 1, status=status)
+    runs = 3 if spread else 1
+    return SimpleNamespace(name=name, kind="translational", at_load=False, following_error=error, spread=scatter, runs=runs, status=status)
 
 
 def message(*variants, refused=()):

@@ -27,7 +27,9 @@ def excite(
     purposes: Annotated[
         str | None,
         typer.Option(
-            "--for", metavar="NAME[,NAME...]", help="Goals of the motion: presliding, break-away, damping, stribeck; by default all."
+            "--for",
+            metavar="NAME[,NAME...]",
+            help="Goals of the motion: presliding, break-away, damping, stribeck, resonance; by default all but resonance.",
         ),
     ] = None,
     model: Annotated[

@@ -118,10 +118,16 @@ class Feedforward:
     fitted_to : str
         `digest` of the friction that the compensator was identified on, or "" if unknown.
     plant : Model or None
-        Plant for feedforward of gravity and cogging along the desired trajectory.
+        Plant for feedforward of gravity and cogging along the desired trajectory. A `ball_screw` replaces `mass`: both of its
+        masses and the wind-up of its screw are fed forward.
     carries : Model or None
         Plant that computes the transmitted effort along the desired trajectory, if the friction depends on this effort.
         The default is the feedforward effort.
+    table : Model or None
+        Compensator of the friction of the table of a `ball_screw`, in N and m, along the desired motion.
+        `gain` and `asymmetry` apply to both frictions.
+    wind_up_time : float
+        Time over which the wind-up of the screw reverses [s]. With 0, the largest effort of the motion sets this time.
     """
 
     mass: float = quantity_of(Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0)
@@ -139,6 +145,22 @@ class Feedforward:
     fitted_to: str = ""
     plant: Model | None = taken(optional(model("plant")), None)
     carries: Model | None = taken(optional(model("plant")), None)
+    table: Model | None = taken(optional(model("friction")), None)
+    wind_up_time: float = quantity_of(Variable("time", "time over which the wind-up of a screw reverses", min=0.0), 0.0)
+
+    def __post_init__(self) -> None:
+        has_screw = self.plant is not None and self.plant.component.screw is not None
+        if self.table is not None and not has_screw:
+            mend, name = "Feed a ball_screw forward, or omit the friction of the table", self.plant and self.plant.name
+            raise InputError(
+                "needs a plant with a table behind a screw", path="feedforward.table", value=name, allowed="ball_screw", mend=mend
+            )
+        if self.table is not None and self.table.kind != "translational":
+            mend = "The table travels: its friction is in N and m"
+            raise InputError("must be translational", path="feedforward.table", value=f"{self.table.name}, {self.table.kind}", mend=mend)
+        if has_screw and self.mass:
+            mend = "Omit mass: the plant contains the masses of motor and table"
+            raise InputError("conflicts with a plant that has two masses", path="feedforward.mass", value=self.mass, mend=mend)
 
 
 FEEDFORWARD = variables_in(Feedforward)
@@ -212,6 +234,23 @@ START = variables_in(Start)
 
 @guarded()
 @dataclass(frozen=True)
+class Coupling:
+    """Elastic coupling between the motor and the load of an axis that is simulated as one mass.
+
+    Parameters
+    ----------
+    antiresonance : float
+        Frequency at which the load vibrates on the held motor [Hz].
+    inertia_ratio : float
+        Inertia of the load over that of the motor.
+    """
+
+    antiresonance: float = quantity_of(Variable("frequency", "antiresonance of motor and load", min=1e-9))
+    inertia_ratio: float = quantity_of(Variable("1", "inertia of the load over that of the motor", min=1e-9))
+
+
+@guarded()
+@dataclass(frozen=True)
 class Variant:
     """A loop: mechanism, controller and reference.
 
@@ -241,6 +280,8 @@ class Variant:
         Effort of an open loop, which ignores the reference; None in a loop with a controller.
     start : Start or None
         Start of the loop; None starts on the reference with an integral of zero.
+    coupling : Coupling or None
+        Elastic coupling of the load, for proposed gains.
     """
 
     name: str = taken(TEXT)
@@ -259,6 +300,7 @@ class Variant:
     axis: Axis | None = taken(optional(instance(Axis, "an Axis")), None)
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
     start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
+    coupling: Coupling | None = taken(optional(instance(Coupling, "an object of class Coupling")), None)
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""

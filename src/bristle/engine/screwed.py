@@ -19,7 +19,8 @@ The table sticks by the rule of the motor: between the one-sided limits at rest 
 which the table would reverse ends with the table at rest; its friction is the force that this requires.
 """
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from bristle.core import dispatch
@@ -27,8 +28,10 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.lazy import once
+from bristle.core.lazy import cached_property, once
 from bristle.core.motion import Motion
+from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
 
@@ -47,6 +50,18 @@ class Screwed(NamedTuple):
     gap: float
     arm: float
     motor_memory: int
+
+
+class OneMemory(NamedTuple):
+    """The same for two friction models of which at most one has a memory, which both receive."""
+
+    motor: Any
+    table: Any
+    M: float
+    k: float
+    d: float
+    gap: float
+    arm: float
 
 
 class State(NamedTuple):
@@ -115,9 +130,8 @@ dispatch.register("friction", Pulled, {"trial": pulled_trial, "commit": pulled_c
 
 
 @kernel
-def trial(state, memory, motion, dt, p):
-    """Return the mean torque [N*m] against the motor at a mean velocity, and the moves of both sides."""
-    own, behind = memory[: p.motor_memory], memory[p.motor_memory :]
+def trial_of(state, own, behind, motion, dt, p):
+    """Return the mean torque [N*m] against the motor at a mean velocity, and the moves of both sides, with their memories."""
     pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
     half = 0.5 * dt / p.M
     start = Start(state.v, 1.0 + half * (0.5 * p.k * dt + p.d), 0.0)
@@ -139,11 +153,35 @@ def trial(state, memory, motion, dt, p):
 
 
 @kernel
+def commit_of(state, own, behind, move, p):
+    """Return the state of both sides after the step, with their memories."""
+    motor = friction_commit(state.motor, own, move.motor, p.motor)
+    table = friction_commit(state.table, behind, move.table, p.table)
+    return State(move.x, move.v, move.twist, motor, table)
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean torque [N*m] against the motor at a mean velocity, and the moves of both sides."""
+    return trial_of(state, memory[: p.motor_memory], memory[p.motor_memory :], motion, dt, p)
+
+
+@kernel
 def commit(state, memory, move, p):
     """Return the state of both sides after the step."""
-    motor = friction_commit(state.motor, memory[: p.motor_memory], move.motor, p.motor)
-    table = friction_commit(state.table, memory[p.motor_memory :], move.table, p.table)
-    return State(move.x, move.v, move.twist, motor, table)
+    return commit_of(state, memory[: p.motor_memory], memory[p.motor_memory :], move, p)
+
+
+@kernel
+def trial_with_one(state, memory, motion, dt, p):
+    """Return the mean torque and the moves, with one memory at most."""
+    return trial_of(state, memory, memory, motion, dt, p)
+
+
+@kernel
+def commit_with_one(state, memory, move, p):
+    """Return the state of both sides after the step, with one memory at most."""
+    return commit_of(state, memory, memory, move, p)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,31 +192,49 @@ class ScrewedModel(FrictionModel):
     table: FrictionModel
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
-        return _screwed, (self.motor, self.table)
+        return _screwed, (self.motor, self.table, self.Parameters)
 
-    def initial_state(self, parameters: Screwed) -> State:
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Parameters of the friction of the motor, and of the table in units of travel."""
+        motor = {f"motor_{name}": variable for name, variable in self.motor.variables.items()}
+        return ReadOnly(motor | {f"table_{name}": _of_travel(variable) for name, variable in self.table.variables.items()})
+
+    def values(self, parameters: Any) -> dict[str, Any]:
+        """Convert the parameters of kernels to user values of both sides."""
+        motor = {f"motor_{name}": value for name, value in self.motor.values(parameters.motor).items()}
+        return motor | {f"table_{name}": value for name, value in self.table.values(parameters.table).items()}
+
+    def initial_state(self, parameters: Any) -> State:
         """Return the virgin state, the table at rest at 0."""
         motor, table = self.motor.initial_state(parameters.motor), self.table.initial_state(parameters.table)
         return State(0.0, 0.0, 0.0, motor, table)
 
 
+def _of_travel(variable: Variable) -> Variable:
+    """Return a variable of the table, whose force and length are not those of the motor."""
+    quantity = re.sub(r"\b(force|mass)\b", r"\1 of travel", variable.quantity)
+    return replace(variable, quantity=re.sub(r"\blength\b", "travel", quantity))
+
+
 @once
-def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
+def _screwed(motor: FrictionModel, table: FrictionModel, parameters: type) -> ScrewedModel:
+    joined = parameters is OneMemory
     return ScrewedModel(
         name=f"{motor.name} | {table.name}",
         description="friction on either side of a screw",
-        Parameters=Screwed,
+        Parameters=parameters,
         State=State,
-        trial=trial,
-        commit=commit,
+        trial=trial_with_one if joined else trial,
+        commit=commit_with_one if joined else commit,
         memory_size=lambda p: motor.memory_size(p.motor) + table.memory_size(p.table),
         motor=motor,
         table=table,
     )
 
 
-def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
-    """Return the load of the motor of a plant with a screw as one friction model."""
+def through_screw(plant: Model, friction: Model, table: Model | None, *, exported: bool = False) -> Model:
+    """Return the load of the motor of a plant with a screw as one friction model; for an export, with one memory at most."""
     if plant.component.screw is None:
         raise InputError("the plant has no table behind a screw", path="table", value=plant.name, allowed="ball_screw", mend="Omit table")
     table = table if table is not None else viscous(F_v=0.0)
@@ -187,17 +243,13 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
             value, mend = f"{model.name}, {model.kind}", "The motor rotates (N*m and rad), and the table travels (N and m)"
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
-    at_motor = Screwed(
-        friction.parameters,
-        table.parameters,
-        M * arm * arm,
-        k * arm * arm,
-        d * arm * arm,
-        gap / arm,
-        arm,
-        friction.component.memory_size(friction.parameters),
-    )
-    return Model(_screwed(friction.component, table.component), at_motor, "rotational")
+    at_motor = (friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm)
+    sizes = [model.component.memory_size(model.parameters) for model in (friction, table)]
+    if exported and min(sizes) > 0:
+        name, mend = f"{friction.name}, {table.name}", "Use a friction model without memory, such as lugre, on one side"
+        raise InputError("have a memory on both sides of the screw, which an export cannot contain", path="table", value=name, mend=mend)
+    joined = OneMemory(*at_motor) if exported else Screwed(*at_motor, sizes[0])
+    return Model(_screwed(friction.component, table.component, type(joined)), joined, "rotational")
 
 
 def refuse_screw(plant: Model, caller: str) -> None:

@@ -27,7 +27,7 @@ SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
 SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
-LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
+LEAVES_FIRST = ("resonance", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
 START = Variable("length", "start of the motion")
@@ -116,7 +116,8 @@ def excite(
     start : float or str, optional
         Position of the axis at the start of the motion [m or rad]; the middle of the stroke by default.
     purposes : sequence of str, optional
-        Names of `PURPOSES`, in a list or separated by commas; by default all that are possible on the axis.
+        Names of `PURPOSES`, in a list or separated by commas; by default all that are possible on the axis,
+        without ``resonance``.
     model : Model, (Model, Model) or path-like, optional
         An earlier model: the friction, a pair of plant and friction, or a model file. By default, bristle derives a model
         from the limits.
@@ -300,7 +301,8 @@ def _identified(log: Any, model: Any, axis: Axis) -> tuple[Model | None, Model]:
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
     """Return the possible purposes among the requested ones, and reasons against the others."""
-    names = list(PURPOSES) if purposes is None else list(purposes)
+    usual = [name for name, purpose in PURPOSES.items() if not purpose.on_request]
+    names = usual if purposes is None else list(purposes)
     if not names:
         mend = "Name a purpose, or omit the option for all possible purposes"
         raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)

@@ -139,7 +139,7 @@ def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...
     left_out: list[str] = []
     origin = motion.start
     for piece in motion.pieces:
-        if piece.name == "chirp":  # a sine has no legs of constant velocity
+        if piece.name in ("chirp", "swept slide"):  # a sine has no legs of constant velocity
             left_out.append(piece.purpose)
         else:
             moves += _legs(piece, origin, piece.rest, motion.sample_time)

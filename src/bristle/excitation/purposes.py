@@ -1,4 +1,4 @@
-"""Four kinds of experiment: their information, their requirements, and their pieces of motion.
+"""Five kinds of experiment: their information, their requirements, and their pieces of motion.
 
 `presliding` has a conditioning slide, decaying loops, and pairs of triangles of increasing size: the slide and the loops
 bring the contact into a known state. `break-away` reverses from rest at several rates, in both directions, until friction
@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.excitation.limits import MotionLimits
+from bristle.excitation.limits import MARGIN, MotionLimits
 from bristle.excitation.motion import ExcitationPiece, in_time
+from bristle.excitation.swept_slide import swept_slide
 from bristle.references import chirp, s_curve, triangle
 
 REST = 0.2  # before a piece [s]
@@ -32,17 +33,22 @@ SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
+LEGS, LONGEST_LEG = 4, 8.0  # fewest legs of a slide with a sine; longest leg [s]
+SWEPT, OF_RATE = (3.0, 400.0), 0.25  # frequencies [Hz]; the highest over the sampling frequency
+SHAKEN = 0.5  # of the speed of a slide: largest velocity of the sine
+
 RETURN = 1.0  # duration of the move back to the start [s]
 ROUNDING = 1e-9  # of all amplitudes: smaller distances from the start are rounding
 
 
 class Purpose(NamedTuple):
-    """One kind of experiment: its information, its share of the time, reasons against it, and its pieces."""
+    """One kind of experiment: its information, its share of the time, reasons against it, its pieces, and whether only on request."""
 
     tells: str
     share: float
     missing: Callable[[MotionLimits], str]
     pieces: Callable[[MotionLimits, float], list[ExcitationPiece]]
+    on_request: bool = False
 
 
 def _no_presliding(limits: MotionLimits) -> str:
@@ -153,8 +159,8 @@ def closing(limits: MotionLimits, pieces: Sequence[ExcitationPiece]) -> list[Exc
     return [ExcitationPiece(pieces[-1].purpose, "return to the start", reference, REST, speed, distance)]
 
 
-def _no_stribeck(limits: MotionLimits) -> str:
-    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
+def _unknown(limits: MotionLimits) -> str:
+    """Return the limit that a long slide needs and that is unknown, with advice; empty if all are known."""
     for value, quantity, remedy in (
         (limits.velocity, "velocity", "velocity under [limits]"),
         (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
@@ -162,6 +168,13 @@ def _no_stribeck(limits: MotionLimits) -> str:
     ):
         if value is None:
             return f"the {quantity} limit of the axis is unknown. Write {remedy}"
+    return ""
+
+
+def _no_stribeck(limits: MotionLimits) -> str:
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
+    if reason := _unknown(limits):
+        return reason
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
         return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities"
     return ""
@@ -255,10 +268,50 @@ def _highest_frequency(limits: MotionLimits) -> float:
     return min(CHIRPED[1] * (limits.resonance or 0.0), 1.0 / (5.0 * limits.sample_time))
 
 
+def _no_resonance(limits: MotionLimits) -> str:
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
+    if reason := _unknown(limits):
+        return reason
+    if _highest_swept(limits) < 4.0 * SWEPT[0]:
+        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance"
+    if SHAKEN * _resonance(limits, 2.0 * LEGS)[0].speed < 100.0 * limits.count:
+        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for long slides"
+    return ""
+
+
+def _resonance(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, of about this duration [s]."""
+    legs = max(LEGS, 2 * math.ceil(0.5 * seconds / LONGEST_LEG))
+    # Both ends of the motion are half legs.
+    time = (seconds - REST) / (legs + 1)
+    speed = min(limits.extent / time, limits.fastest / (1.0 + SHAKEN))
+    amplitude = 0.5 * speed * time
+    reference = swept_slide(
+        kind=limits.kind,
+        amplitude=amplitude,
+        velocity=speed,
+        acceleration=MARGIN * (limits.acceleration or math.inf),
+        shaking=SHAKEN * speed,
+        f_0=SWEPT[0],
+        f_1=_highest_swept(limits),
+        jerk=limits.jerk,
+        leg_count=legs,
+    )
+    return [ExcitationPiece("resonance", "swept slide", reference, REST, (1.0 + SHAKEN) * speed, amplitude)]
+
+
+def _highest_swept(limits: MotionLimits) -> float:
+    """Return the highest frequency of the sine on a slide [Hz]."""
+    return min(SWEPT[1], OF_RATE / limits.sample_time)
+
+
 PURPOSES: dict[str, Purpose] = {
     "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding),
     "break-away": Purpose("break-away force and distance, and their dependence on the rate", 0.12, _no_presliding, _break_away),
     "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
     "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
+    "resonance": Purpose(
+        "antiresonance and resonance of an elastic coupling, and both masses", 0.25, _no_resonance, _resonance, on_request=True
+    ),
 }
 """Purposes of a motion, by name."""

@@ -10,7 +10,7 @@ from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.subject import Subject, capacity_of
 from bristle.translation.build import Builder
 from bristle.translation.scope import defined
-from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, struct_type
+from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308
@@ -104,9 +104,10 @@ class Core(NamedTuple):
 def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
     """Return the step of a friction model, on the plant if there is one."""
     scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}  # for the names and hashes of its functions
-    begin = [float(value) for value in subject.virgin]
+    begin = _numbers(subject.virgin)
+    scope |= {inside_name(name): kind.cls for name, kind in subject.state.fields if isinstance(kind, Struct)}
     parameters = {"p": (subject.model, subject.parameters)}
-    most = [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in subject.state.fields]
+    most = [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in leaves_of(subject.state)]
     inputs = 2 + len(subject.signals)
     if plant is None:
         text = ALONG.format(
@@ -133,13 +134,38 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
     return Core(subject, plant, entry, np.array(begin), most, parameters)
 
 
+def _numbers(state: Any) -> list[float]:
+    """Return the numbers of a state, also in the states inside it."""
+    return [number for value in state for number in (_numbers(value) if isinstance(value, tuple) else [float(value)])]
+
+
+def leaves_of(kind: Struct, path: str = "") -> list[tuple[str, Type]]:
+    """Return the place of each number of a tuple, such as ``table.z``, and its type."""
+    leaves: list[tuple[str, Type]] = []
+    for name, part in kind.fields:
+        leaves += leaves_of(part, f"{path}{name}.") if isinstance(part, Struct) else [(path + name, part)]
+    return leaves
+
+
+def inside_name(name: str) -> str:
+    """Return the name of the class of a tuple inside a state."""
+    return f"Inside_{name}"
+
+
 def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
     """Return the text that loads the fields of a tuple from an array."""
-    numbers = [f"{array}[{at + i}]" for i in range(len(kind.fields))]
-    return ", ".join(f"int({n})" if part == INTEGER else n for n, (_, part) in zip(numbers, kind.fields, strict=True))
+    texts = []
+    for name, part in kind.fields:
+        number = f"{array}[{at}]"
+        if isinstance(part, Struct):
+            texts.append(f"{inside_name(name)}({loaded(part, at, array)})")
+        else:
+            texts.append(f"int({number})" if part == INTEGER else number)
+        at += len(leaves_of(part)) if isinstance(part, Struct) else 1
+    return ", ".join(texts)
 
 
 def stored(kind: Struct, source: str, at: int, array: str = "lasting") -> str:
     """Return the lines that store the fields of a tuple in an array."""
-    lines = [f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(kind.fields)]
+    lines = [f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(leaves_of(kind))]
     return "\n".join(lines) or "    pass"

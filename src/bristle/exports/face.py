@@ -58,6 +58,7 @@ class Exported:
     axis=optional(instance(Axis, "an axis")),
     mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
     plant=optional(model("plant")),
+    table=optional(model("friction")),
     rest=optional(among(*RESTS)),
 )
 def export(
@@ -74,6 +75,7 @@ def export(
     points: int = POINTS,
     mass: Amount = 1.0,
     plant: Model | None = None,
+    table: Model | None = None,
     source: Source | None = None,
     log: Log | str | os.PathLike[str] | None = None,
     info: Mapping[str, Any] | None = None,
@@ -110,6 +112,8 @@ def export(
         Moved mass of the scene [kg or kg*m^2].
     plant : Model, optional
         The plant with the friction. A second FMU then contains both.
+    table : Model, optional
+        Friction of the table of a `ball_screw`, in N and m, in this second FMU. At most one of both frictions may have a memory.
     source : Source, optional
         Origin of the values, for the comments.
     log : Log or path-like, optional
@@ -150,8 +154,8 @@ def export(
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
-            table = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            request = Request(model, label, float(step), origin, tunable, float32, mass=float(mass), plant=plant, **table)
+            others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
+            request = Request(model, label, float(step), origin, tunable, float32, mass=float(mass), plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)

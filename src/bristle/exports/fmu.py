@@ -18,10 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.engine.screwed import through_screw
 from bristle.exports.c import FLAGS, compiler
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
-from bristle.exports.described import Source, hash_on_plant, licence_text, plain, rendered, version, with_rights
+from bristle.exports.described import Source, hash_of_model, hash_on_plant, licence_text, plain, rendered, version, with_rights
 from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting, content_of, content_of_law
 from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.law import Law
@@ -90,13 +92,16 @@ def write(request: Request, *, fmi: int) -> Product:
     if plant is None:
         notes.append("the mass is unknown: no FMU with a mass was written")
     elif plant.component.screw is not None:
-        notes.append(f"{plant.name} has a screw: no FMU with a mass was written")
+        try:
+            bodies.append((f"{name}_mass", through_screw(plant, request.model, request.table, exported=True), plant))
+        except InputError as error:
+            notes.append(f"{error}: no FMU with a mass was written")
     else:
         bodies.append((f"{name}_mass", request.model, plant))
     written: dict[str, str | bytes] = {}
     for file, friction, body in bodies:
         content = content_of(subject_of(friction), body, source)
-        model_hash = source.model_hash
+        model_hash = hash_of_model(friction) if body is not None and body.component.screw else source.model_hash
         model_hash = hash_on_plant(model_hash, body, content.unit) if model_hash and body is not None else model_hash
         setting = Setting(file, replace(source, model_hash=model_hash), request.dt, fmi)
         written[f"{file}.fmu"], remarks = _archive(content, setting)

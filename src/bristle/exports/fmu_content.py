@@ -79,9 +79,12 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
     listed = [Port("time", TIME, Variable("time", "time"), 0.0), *_signals(core)]
     tuned: dict[str, tuple[Tunable, int]] = {}
     fixed: list[str] = []
+    has_screw = core.plant is not None and core.plant.component.screw is not None
     for argument, (model, _) in core.parameters.items():
         names = {port.name for port in listed}
         try:
+            if has_screw:
+                raise InputError("are converted to the motor", path=model.name)
             tuned[argument] = tunable_of(model), len(listed)
             role, values = PARAMETER, tuned[argument][0].values
         except InputError:
@@ -124,12 +127,19 @@ def _signals(core: Core) -> list[Port]:
     if core.plant is not None:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
         effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, constant over a step of co-simulation"), 0.0)
-        return [effort, *(Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")), force]
+        starts = [Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")]
+        if core.plant.component.screw is not None:  # the state of the table follows that of the motor
+            starts += [replace(port, name=f"{port.name}_table", variable=_of_table(port.variable)) for port in starts]
+        return [effort, *starts, force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
     velocity = Variable("length/time", "velocity, constant over a step of co-simulation; the sign of a zero states the direction")
     position = Variable("length", "position at the end of a step of co-simulation; used only by friction that depends on position")
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
     return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
+
+
+def _of_table(variable: Variable) -> Variable:
+    return replace(variable, description=f"{variable.description} of the table, converted to the motor")
 
 
 def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source) -> list[Port]:
@@ -181,6 +191,8 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     if plant is not None:
         title = f"{plant.name} with friction {model.name}: motion under an effort [{force}]"
         guidance = "set x and v before the start, and provide the effort; the FMU includes gravity and cogging of the plant"
+        if plant.component.screw is not None:
+            guidance = "set x and x_table alike before the start, and provide the effort; x and v are those of the motor"
     unit = pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())])
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)

@@ -30,6 +30,7 @@ from bristle.friction.resting import with_rest
 from bristle.plants import inertia
 from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
 from bristle.prediction.drive_units import command_units
+from bristle.simulation.two_masses import plant_of_one_mass
 from bristle.translation.build import Builder
 from bristle.translation.scope import NotExportableError, defined, is_kernel
 from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
@@ -73,7 +74,7 @@ def _ahead(name: str, place: str) -> str:
 
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
     """Return the load that is fed forward in addition to friction, and the load that friction transmits, as one if equal."""
-    fed = Load("", float(feedforward.mass), _place(feedforward.plant))
+    fed = Load("", float(feedforward.mass), _place(plant_of_one_mass(feedforward)))
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
         return fed, fed

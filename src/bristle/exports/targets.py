@@ -65,6 +65,8 @@ class Request:
         The loop of the axis along the motion of its log. The effect of the files is simulated in this loop.
     mode : {"torque", "velocity"}
         The quantity that the amplifier of the axis follows.
+    table : Model or None
+        Friction of the table of a plant with a screw, in N and m.
     """
 
     model: Model
@@ -83,6 +85,7 @@ class Request:
     rest: str = ""
     loop: Variant | None = None
     mode: str = "torque"
+    table: Model | None = None
 
     @property
     def sampled(self) -> Model:

@@ -27,7 +27,7 @@ from bristle.plants import find as find_plant
 # Key of the provenance: the `digest` of the friction in the simulation that made the log.
 FITTED_TO = "fitted to"
 
-KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
+KEYS = ("schema", "kind", "provenance", "treatment", "coupling", "plant", "friction", "uncertainty", "bands")
 # Data of the identification of a model, such as cut-off, delay and lag, each with its description.
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
@@ -38,6 +38,12 @@ TREATMENT = {
     "position_smoothing": Variable("time", "time constant of a filter of the position", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments of the recorded channels", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
+}
+
+# The elastic coupling of the load that an identification of one mass reported.
+COUPLING = {
+    "antiresonance": Variable("frequency", "antiresonance of motor and load", min=1e-9),
+    "inertia_ratio": Variable("1", "inertia of the load over that of the motor", min=1e-9),
 }
 
 NUMBERS = {
@@ -64,7 +70,8 @@ class ModelFile(NamedTuple):
         ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``,
         ``smoothing``, ``position_smoothing`` and ``lag`` [s] and ``slow`` [Hz] of the identification, where known),
         ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in SI units, where known, and
-        ``status``; and ``"bands"``, the data for bands around a prediction, or None.
+        ``status``; ``"coupling"`` (``antiresonance`` [Hz] and ``inertia_ratio``) or None; and ``"bands"``, the data for
+        bands around a prediction, or None.
     """
 
     plant: Model | None
@@ -98,7 +105,7 @@ def write_model(
         Origin of the values: version, log, axis, command.
     treatment : mapping
         Preprocessing of the log: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; other entries
-        are ignored.
+        are ignored. ``antiresonance`` [Hz] and ``inertia_ratio`` describe an elastic coupling.
     bands : Bands, optional
         Data for bands around a prediction.
     notes : mapping of str to str
@@ -116,6 +123,9 @@ def write_model(
             is_count, value = name == "decimation", (treatment or {})[name]
             unit = "" if is_count else f"{variable.unit(friction.kind)}: "
             tables["treatment"][name] = Said(int(value) if is_count else float(value), f"{unit}{variable.description}")
+    if treatment and COUPLING.keys() <= treatment.keys():
+        coupling = {name: (float(treatment[name]), variable) for name, variable in COUPLING.items()}
+        tables["coupling"] = {name: Said(value, _meaning(variable, friction.kind)) for name, (value, variable) in coupling.items()}
     if plant is not None:
         tables["plant"] = described(plant)
     values = described(friction)
@@ -133,6 +143,10 @@ def write_model(
         draws = {key_of(name): _short(np.asarray(values)[:40].tolist()) for name, values in bands.draws.items()}
         tables["bands"] = numbers | {"draws": draws}
     write_whole(target, as_toml(tables))
+
+
+def _meaning(variable: Variable, kind: Kind) -> str:
+    return f"{variable.unit(kind)}: {variable.description}"
 
 
 def _short(value: Any) -> Any:
@@ -201,6 +215,8 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
         info: dict[str, Any] = {name: table_at(data.get(name, {}), name) for name in ("uncertainty", "provenance", "treatment")}
         check_keys(info["uncertainty"], [key_of(name) for name in parameters], "uncertainty")
         check_keys(info["treatment"], TREATMENT, "treatment")
+        coupling = table_at(data["coupling"], "coupling") if "coupling" in data else None
+        info["coupling"] = coupling and numbers_in(coupling, COUPLING, kind, "coupling", needs=COUPLING)
         info["treatment"] = numbers_in(info["treatment"], TREATMENT, kind, "treatment", integers=("decimation",))
         return ModelFile(plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters, kind)})
 

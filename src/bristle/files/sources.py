@@ -9,6 +9,7 @@ from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
 from bristle.core.contracts import Model, make_model
 from bristle.core.errors import InputError, located
+from bristle.core.experiment import Coupling
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, model_from, parameters_in, table_at
@@ -90,6 +91,13 @@ class Sources:
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
+
+    def coupling(self, table: Any, path: str) -> Coupling | None:
+        """Return the elastic coupling in the model file that a table names; None without one."""
+        file = table_at(table, path).get("file")
+        is_file = isinstance(file, str) and file.endswith(".toml")
+        coupling = self.model(file, f"{path}.file").info.get("coupling") if is_file else None
+        return None if coupling is None else Coupling(**coupling)
 
     def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
         """Return the plant or the operator that a table names, with its parameters."""

@@ -98,6 +98,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         "sensor": model_from(sensor, SENSORS, kind=kind, path=path, default="encoder", own=own),
         "sensor_at": side,
         "axis": axis,
+        "coupling": None if has_screw else sources.coupling(content["friction"], tables.path("friction")),
     }
     return (_open_loop if "effort" in content else _closed_loop)(tables, mechanism, kind, sources)
 
@@ -209,8 +210,8 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(entries, (*FEEDFORWARD, "friction", "along", "rest", "plant"), path)
-    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant for the feedforward of gravity and cogging")
+    check_keys(entries, (*FEEDFORWARD, "friction", "table_friction", "along", "rest", "plant"), path)
+    fed = _fed_plant(entries, plant, kind, tables)
     along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a motion for a compensator")
     rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a rule for the force at rest")
     place, friction = tables.path("controller", "feedforward", "friction"), entries.get("friction", "none")
@@ -219,14 +220,29 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
         allowed = '"none", or a friction model as in [friction]'
         raise InputError("must be a table", path=place, value=friction, allowed=allowed, mend=mend)
     values: dict[str, Any] = numbers_in(entries, FEEDFORWARD, kind, path)
-    values |= {"along": along, "rest": rest, "plant": plant if own == "own" else None}
-    if friction == "none":
-        return Feedforward(friction=None, fitted_to="", carries=None, **values)
-    identified, compensator = sources.friction(friction, kind, place)
-    # The plant for a compensator that depends on the transmitted effort, as identified with it.
-    mechanism = identified or plant
-    carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
-    return Feedforward(friction=compensator, fitted_to=sources.fitted_to(friction, place), carries=carries, **values)
+    values |= {"along": along, "rest": rest, "plant": fed}
+    if "table_friction" in entries:
+        behind = tables.path("controller", "feedforward", "table_friction")
+        values["table"] = sources.friction(entries["table_friction"], "translational", behind)[1]
+    if friction != "none":
+        identified, compensator = sources.friction(friction, kind, place)
+        # The plant for a compensator that depends on the transmitted effort, as identified with it.
+        mechanism = identified or plant
+        carries = mechanism if rises_with_effort(compensator) and mechanism.component.inverse is not None else None
+        values |= {"friction": compensator, "fitted_to": sources.fitted_to(friction, place), "carries": carries}
+    try:
+        return Feedforward(**values)
+    except InputError as error:
+        raise error.at(path=f"{path}.{error.path.removeprefix('feedforward.')}") from None
+
+
+def _fed_plant(entries: Mapping[str, Any], plant: Model, kind: Kind, tables: Tables) -> Model | None:
+    """Return the plant that a feedforward knows: none, that of the axis, or another one."""
+    path = tables.path("controller", "feedforward")
+    if isinstance(entries.get("plant"), Mapping):
+        return model_from(entries["plant"], PLANTS, kind=kind, path=f"{path}.plant", find=find_plant)
+    own = choice_at(entries, "plant", ("none", "own"), path, "is not a plant for the feedforward of gravity and cogging")
+    return plant if own == "own" else None
 
 
 def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:

@@ -18,7 +18,7 @@ from bristle.core.variable import Kind, Variable
 from bristle.files.arguments import EXPERIMENT
 from bristle.loop.assessment import Assessment, Verdict, assess, motion_of, top_speed
 from bristle.loop.budget import Budget, error_budget
-from bristle.loop.linear_system import PHASE_ENOUGH, sliding_force
+from bristle.loop.linear_system import PHASE_ENOUGH, antiresonance_of, sliding_force, with_two_masses
 from bristle.loop.tuning import UNSTATED, Delays, Proposal, delays_of, lagging, proposals_for
 from bristle.references import circle
 from bristle.simulation import simulate
@@ -72,6 +72,12 @@ class Design:
     def late(self) -> Assessment | None:
         """Assessment with the largest usual lag of a current loop; None if the experiment states the lag."""
         return None if self.variant.run.current_lag else assess(lagging(self.variant, UNSTATED[1]))
+
+    @property
+    def antiresonance(self) -> float | None:
+        """Antiresonance of the load on its elastic coupling [Hz], which limits the proposed gains; None for one mass."""
+        omega = antiresonance_of(with_two_masses(self.variant))
+        return None if math.isinf(omega) else omega / (2.0 * math.pi)
 
     @property
     def is_stable(self) -> bool:

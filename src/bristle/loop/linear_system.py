@@ -22,10 +22,12 @@ from bristle.core.experiment import Variant
 from bristle.core.packing import pack, structure_of, unpacker
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
+from bristle.plants import ball_screw
 
 ALIKE = 1e-3  # largest relative change of a constant slope over a decade of amplitude
 SAME = 1e-6  # largest relative difference of equal numbers
 SMALL = 1e-12  # amplitude [SI] inside every boundary layer, dead band, backlash and break-away distance
+DAMPED = 0.01  # assumed damping ratio of a coupling: that of a lightly damped machine
 LARGE = 1e6  # amplitude [SI] at which bounded terms (switching, backlash) are negligible
 
 
@@ -170,6 +172,27 @@ def linear_plant(
 
     varied = np.append(varied_in(structure_of(rest)), [True, True, True])
     return measured_on(sample, np.append(pack(rest), [0.0, 0.0, 0.0]), varied, amplitude)
+
+
+def with_two_masses(variant: Variant) -> Variant:
+    """Return a loop on its motor with the load behind an elastic screw, if its coupling is known."""
+    coupling, mass = variant.coupling, variant.plant.values.get("M")
+    if coupling is None or mass is None or variant.plant.component.screw is not None:
+        return variant
+    omega, motor = 2.0 * math.pi * coupling.antiresonance, mass / (1.0 + coupling.inertia_ratio)
+    load = mass - motor
+    # A lead of 2 pi: one radian of the motor is one unit of travel.
+    values = {"J": motor, "M": load, "lead": 2.0 * math.pi, "k": load * omega**2, "d": 2.0 * DAMPED * load * omega}
+    return replace(variant, plant=ball_screw(kind="rotational", validate=False, **values), table=None, sensor_at="motor")
+
+
+def antiresonance_of(variant: Variant) -> float:
+    """Return the angular frequency at which the table of a plant vibrates on the held motor [rad/s]; infinite for one mass."""
+    screw = variant.plant.component.screw
+    if screw is None:
+        return math.inf
+    parts = screw(variant.plant.parameters)
+    return math.sqrt(parts.k / parts.M)
 
 
 def _moved(plant: Model, body: Any, effort: float, friction: LinearFriction, h: float) -> Any:

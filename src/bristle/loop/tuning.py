@@ -13,7 +13,8 @@ observer
 :math:`\omega` is the largest bandwidth at which the exact sampled loop has a phase margin of 40 degrees and a gain margin
 of two. If the lag of the current loop grows by 0.5 ms, a phase margin of 30 degrees and a gain margin of two must remain.
 Every current loop has a lag: if none is given, the margins must hold for lags from 0.2 to 1 ms. The rule of thumb
-:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit.
+:math:`(\lambda + K_1)\,T_\text{tot} \lesssim \tfrac12` is close to this limit. If the load is coupled elastically, the
+margins are those of two masses, and :math:`\omega` is at most the antiresonance, above which the motor does not move the load.
 """
 
 import math
@@ -24,13 +25,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
-from bristle.core.contracts import Model, Reference, make_model
+from bristle.core.contracts import Model, make_model
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
 from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
-from bristle.loop.linear_system import GAIN_ENOUGH, HALVINGS, LARGE, PHASE_ENOUGH, SMALL, SampledLoop, linear_law, linear_plant, margins_of
+from bristle.loop.linear_system import (
+    GAIN_ENOUGH,
+    HALVINGS,
+    LARGE,
+    PHASE_ENOUGH,
+    SMALL,
+    SampledLoop,
+    antiresonance_of,
+    linear_law,
+    linear_plant,
+    margins_of,
+    with_two_masses,
+)
 from bristle.simulation import Statistics, simulate
+from bristle.simulation.two_masses import feeds_inertia
 
 PHASE = 40.0  # required phase margin [deg]
 UNSTATED = (2e-4, 1e-3)  # assumed lags of an unspecified current loop: smallest and largest [s]
@@ -66,9 +80,12 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     stated = run.current_lag
     # Additional lag with which the usual phase margin must remain [s].
     lags = ((stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
-    plants = [(amplitude, phase, linear_plant(lagging(variant, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
+    elastic = with_two_masses(variant)
+    plants = [(amplitude, phase, linear_plant(lagging(elastic, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
     def keeps_margins(omega: float) -> bool:
+        if omega > antiresonance_of(elastic):
+            return False
         controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
         for amplitude, phase, plant in plants:
             loop = SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time)
@@ -194,22 +211,15 @@ def delays_of(variant: Variant) -> Delays:
     return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
 
 
-def feeds_inertia(controller: Model, dt: float) -> bool:
-    """Return whether a control law already responds to the acceleration of its reference."""
-    component, p = controller.component, controller.parameters
-    efforts = []
-    for acceleration in (1e-6, 0.0):
-        rest = component.start(0.0, 0.0, 0.0, dt, p)
-        efforts.append(component.step(rest, Reference(0.0, 0.0, acceleration, 0.0), 0.0, dt, p)[0])
-    return efforts[0] != efforts[1]
-
-
 def told_the_motion(variant: Variant) -> Variant:
     """Return the loop with velocity and inertia of the desired motion fed forward."""
     controller, feedforward = variant.controller, variant.feedforward
     if controller.values.get("k_ff", 1.0) != 1.0:
         controller = controller.with_values(k_ff=1.0)
-    mass = 0.0 if feeds_inertia(controller, variant.run.sample_time) else inertia_of(variant)
+    fed, mass = feedforward.plant, 0.0
+    # A plant with a screw feeds both of its masses forward.
+    if (fed is None or fed.component.screw is None) and not feeds_inertia(controller, variant.run.sample_time):
+        mass = inertia_of(variant)
     if not math.isclose(mass, feedforward.mass, rel_tol=0.01):
         feedforward = replace(feedforward, mass=mass)
     return replace(variant, controller=controller, feedforward=feedforward)

@@ -51,6 +51,7 @@ class Gain(NamedTuple):
     caveat: str
     alone: bool = True
     velocity_fed: bool = False
+    subject: str = "following error"
 
     @property
     def headline(self) -> str:
@@ -66,7 +67,7 @@ class Gain(NamedTuple):
         lines = [self._about_friction()]
         if len(peaks) > 2:
             lines.append(
-                f"With all feedforward, the following error goes from {words[0]} ({self.steps[0].name}) to {words[-1]}"
+                f"With all feedforward, the {self.subject} goes from {words[0]} ({self.steps[0].name}) to {words[-1]}"
                 f"{_times(peaks[0], peaks[-1])}."
             )
         # Most of the mean square of the error is proportional to velocity.
@@ -75,16 +76,16 @@ class Gain(NamedTuple):
     def _about_friction(self) -> str:
         before, after = (step.peak_to_peak for step in self.steps[-2:])
         old, new = (f"{self._words(step.peak_to_peak)} ({step.name})" for step in self.steps[-2:])
-        change = f"the following error from {old} to {new} peak to peak"
+        change = f"the {self.subject} from {old} to {new} peak to peak"
         if not self.alone:
             return (
-                f"In simulation, the following error goes from {old} to {new} peak to peak. The two variants differ in more than friction "
+                f"In simulation, the {self.subject} goes from {old} to {new} peak to peak. The two variants differ in more than friction "
                 "feedforward. Add a variant that differs only in friction feedforward to see its gain."
             )
         if after > (1.0 + NO_CHANGE) * before:
             return f"In simulation, friction feedforward raises {change}. Do not use this compensation."
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, friction feedforward hardly changes the following error: {old} without it, {new} with it."
+            return f"In simulation, friction feedforward hardly changes the {self.subject}: {old} without it, {new} with it."
         return f"In simulation, friction feedforward lowers {change}{_times(before, after)}."
 
     def _about_lag(self) -> str:
@@ -130,7 +131,8 @@ class Standing(NamedTuple):
                 else f"smaller by a factor of {number(ratio, digits=2)}"
             )
             less = "smaller by more than a factor of 100" if ratio > MANY * MANY else less
-        return f"following error {new} instead of {old} peak to peak, {less}"
+        error = "error of the load" if self.best.at_load else "following error"
+        return f"{error} {new} instead of {old} peak to peak, {less}"
 
 
 def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
@@ -210,10 +212,13 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
             "The simulated axis has exactly the friction of the feedforward. Treat this gain as an upper limit, and confirm it on the "
             "machine."
         )
-    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), after.controller.values.get("k_ff", 0.0) > 0.0)
+    velocity_fed, subject = after.controller.values.get("k_ff", 0.0) > 0.0, "error of the load" if results[0].at_load else "following error"
+    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject)
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:
+    if result.at_load:  # the lag of the sensor is not that of the load
+        return Errors(variant.name, _peak(result), _peak(result), 0.0, 0.0)
     judged = slice(round(variant.run.settle / variant.run.sample_time), None)
     error = (result.reference - result.measured)[judged]
     velocity = np.gradient(result.reference, variant.run.sample_time)[judged]
@@ -256,10 +261,11 @@ def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
 
 
 def _peak(variant: VariantResult) -> float:
-    return variant.following_error.peak_to_peak
+    return (variant.true_error if variant.at_load else variant.following_error).peak_to_peak
 
 
 def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether the difference of two variants is negligible, or within the scatter of their runs."""
-    spreads = [float(loop.spread["following_error"]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
+    error = "true_error" if variant.at_load else "following_error"
+    spreads = [float(loop.spread[error]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), sum(spreads))

@@ -193,6 +193,11 @@ def design_sentences(design: Design) -> list[str]:
             f"{design.variant.name} {own}. Write the lag of the drive into the axis file, such as "
             'lag = "0.4 ms" under [effort], or current_lag under [run].'
         )
+    if design.antiresonance is not None:
+        lines.append(
+            f"The load is coupled elastically, with an antiresonance at {with_unit(design.antiresonance, 'Hz')}. The proposed bandwidths "
+            "stay below it, and the gains keep their margins with both masses."
+        )
     count = design.proposals[0].count_effort
     # The smallest effort of a count for a remark.
     if design.friction > 0.0 and count > 0.5 * design.friction:

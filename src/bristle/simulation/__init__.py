@@ -12,6 +12,7 @@ if TYPE_CHECKING:
         compensation_experiment,
         feedforward_effort,
         friction_along,
+        motor_reference,
         on_another_rig,
         open_loop_experiment,
     )
@@ -37,6 +38,7 @@ __all__ = [
     "compensation_experiment",
     "feedforward_effort",
     "friction_along",
+    "motor_reference",
     "open_loop_experiment",
     "simulate",
     "statistics_of",

@@ -24,6 +24,7 @@ from bristle.friction.resting import with_rest
 from bristle.plants.terms import Termed, place_of, terms_of
 from bristle.references import recorded
 from bristle.sensors import encoder
+from bristle.simulation.two_masses import following, screw_of, wound_up
 
 
 @guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]), rest=among(*RESTS))
@@ -63,8 +64,9 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     ----------
     feedforward : Feedforward
         Mass, gravity, cogging and compensator; the loop applies a compensator along the measured motion (`compensator_of`).
+        With a `ball_screw` and its `table`, the effort also winds the screw up (`motor_reference`).
     position, acceleration : ndarray, shape (sample,)
-        Desired motion.
+        Desired motion; for a `ball_screw` that of the table, converted to the motor.
     dt : float
         Sample time [s].
 
@@ -74,19 +76,65 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
         Effort [N or N*m].
     """
     check_run(position.size, acceleration=acceleration)
-    effort = _planned(feedforward, position, acceleration)
+    return motor_feedforward(feedforward, position, acceleration, dt)[1]
+
+
+@guarded(
+    feedforward=instance(Feedforward, "an object of class Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD
+)
+def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
+    r"""Return the position of the motor that moves a table behind an elastic screw along a desired trajectory.
+
+    .. math::
+        \theta_r = \frac{1}{r}\left(x_r + w - \frac{d}{k}\,\dot w\right), \qquad
+        w = S\left[\frac{M \ddot x_r + F_t(x_r)}{k} \pm g\right]
+
+    with the friction of the table :math:`F_t`, the half gap `g` on the flank that the force selects, stiffness `k` and
+    damping `d` of the screw, the travel per radian `r`, and a mean `S` over the wind-up time.
+
+    Parameters
+    ----------
+    feedforward : Feedforward
+        A `ball_screw` as `plant`, and the friction of its `table`.
+    position, acceleration : ndarray, shape (sample,)
+        Desired motion of the table, converted to the motor [rad, rad/s^2].
+    dt : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (sample,)
+        Angle of the motor [rad]; without a screw, the desired position.
+
+    Raises
+    ------
+    InputError
+        If the two signals have different lengths.
+    """
+    check_run(position.size, acceleration=acceleration)
+    return motor_feedforward(feedforward, position, acceleration, dt)[0]
+
+
+def motor_feedforward(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the position of the motor for a desired motion of the load, and the effort of `feedforward_effort`."""
+    screw, motor = screw_of(feedforward), position
+    if screw is None:
+        effort = _planned(feedforward, position, acceleration)
+    else:
+        twist, effort = wound_up(feedforward, screw, position, acceleration, dt)
+        motor = position + twist
     if feedforward.friction is None or feedforward.along == "measured":
-        return effort
-    carried = carried_effort(feedforward, position, acceleration, dt)
-    steps = np.diff(position) / dt
+        return motor, effort
+    carried = effort if screw is not None else carried_effort(feedforward, position, acceleration, dt)
+    steps = np.diff(motor) / dt
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
-    return effort + compensation_along(
+    return motor, effort + compensation_along(
         friction,
         _shape(feedforward),
         np.append(steps, steps[-1:]),
         dt,
-        np.append(position[1:], position[-1] + dt * steps[-1]),
+        np.append(motor[1:], motor[-1] + dt * steps[-1]),
         transmitted=carried,
         state=state,
         memory=memory,
@@ -95,17 +143,19 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
     """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample."""
-    plant = feedforward.carries
+    plant, screw = feedforward.carries, screw_of(feedforward)
+    if screw is not None:
+        return wound_up(feedforward, screw, position, acceleration, dt).effort
     if plant is None:
         return _planned(feedforward, position, acceleration)
-    middle, steps = 0.5 * (position + _next(position)), np.diff(position) / dt
+    middle, steps = 0.5 * (position + following(position)), np.diff(position) / dt
     inner, p = plant.component, plant.parameters
     if isinstance(p, Termed):
         inner, p = inner.inner, p.inner
     if inner.inverse is None:
         known, mend = "inertia, oscillator", "Remove carries, so that the transmitted effort is the effort of the feedforward"
         raise InputError("is a plant without inverse dynamics", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
-    effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + _next(acceleration)), p)
+    effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + following(acceleration)), p)
     return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
 
 
@@ -120,14 +170,10 @@ def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) 
 
 def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
     """Return fed-forward inertia, gravity and cogging, half way between samples."""
-    effort = feedforward.mass * 0.5 * (acceleration + _next(acceleration))
+    effort = feedforward.mass * 0.5 * (acceleration + following(acceleration))
     if feedforward.plant is None or terms_of(feedforward.plant) is None:
         return effort
-    return effort + effort_along(0.5 * (position + _next(position)), place_of(feedforward.plant))
-
-
-def _next(signal: np.ndarray) -> np.ndarray:
-    return np.append(signal[1:], signal[-1:])
+    return effort + effort_along(0.5 * (position + following(position)), place_of(feedforward.plant))
 
 
 def _shape(feedforward: Feedforward) -> Shape:

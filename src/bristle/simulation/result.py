@@ -105,6 +105,8 @@ class VariantResult(Tabular):
     motion : Statistics
         Position after the settling time. In an open loop, which has no reference, the errors and `by_direction` are
         NaN.
+    at_load : bool
+        Whether reports compare the true error, because a variant of the experiment leads by the wind-up of a screw.
     """
 
     name: str
@@ -128,6 +130,7 @@ class VariantResult(Tabular):
     trials: tuple[float, ...] = ()
     kind: Kind = "translational"
     motion: Statistics = NO_STATISTICS
+    at_load: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers without the arrays; for several runs each mean has a ``..._spread``."""

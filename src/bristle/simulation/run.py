@@ -18,10 +18,12 @@ from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, sett
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
-from bristle.simulation.compensation import carried_effort, compensator_of, feedforward_effort
+from bristle.simulation.compensation import carried_effort, compensator_of, motor_feedforward
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
+from bristle.simulation.two_masses import feeds_inertia, screw_of, whole_inertia
 
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
+Motions = tuple[np.ndarray, np.ndarray, np.ndarray]  # position, velocity, acceleration
 DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 
 
@@ -44,6 +46,7 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
         end early, and its status reports the divergence.
     """
     total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
+    at_load = any(_leads(variant) for variant in experiment.variants)
     results = {}
     for variant in experiment.variants:
         runs, coming = [], _runs_of(variant)
@@ -52,7 +55,7 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
                 progress((finished + len(runs)) / total, variant.name)
             runs.append(next(coming))
         finished += len(runs)
-        results[variant.name] = mean_result(runs)
+        results[variant.name] = replace(mean_result(runs), at_load=at_load)
     return SimulationResult(experiment, results)
 
 
@@ -84,7 +87,7 @@ def seeded(model: Model, run: int) -> Model:
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
 
-def _planned_motion(variant: Variant) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _planned_motion(variant: Variant) -> Motions:
     """Return desired position, velocity and acceleration, at each sample and for the delay after the last."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
@@ -97,12 +100,30 @@ def _desired(variant: Variant) -> np.ndarray:
     motion, delay = _planned_motion(variant), variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:
-        effort = feedforward_effort(variant.feedforward, motion[0], motion[2], variant.run.sample_time)[delay:]
+        motor, effort = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
+        motion = _for_the_sensor(variant, motion, motor)
+        if screw_of(variant.feedforward) is not None and feeds_inertia(variant.controller, variant.run.sample_time):
+            # The law multiplies the acceleration of its reference by the whole inertia.
+            effort = effort - whole_inertia(variant.feedforward, variant.run.sample_time) * motion[2]
+        effort = effort[delay:]
     elif variant.effort.values.size == count:
         effort = variant.effort.values
     else:
         raise InputError("has another length than the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
     return np.stack((*(signal[:count] for signal in motion), effort))
+
+
+def _for_the_sensor(variant: Variant, motion: Motions, motor: np.ndarray) -> Motions:
+    """Return the desired motion on the side of the sensor; it differs from that of the load by the wind-up of a screw."""
+    if not _leads(variant):
+        return motion
+    rate = np.gradient(motor - motion[0], variant.run.sample_time)
+    return motor, motion[1] + rate, motion[2] + np.gradient(rate, variant.run.sample_time)
+
+
+def _leads(variant: Variant) -> bool:
+    """Return whether the reference of the controller leads that of the load by a wind-up that is fed forward."""
+    return variant.effort is None and variant.sensor_at == "motor" and screw_of(variant.feedforward) is not None
 
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -115,7 +136,8 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         position = np.full_like(position, np.nan)
     count = trace.time.size
     judged = slice(min(round(run.settle / dt), count), count)
-    following, true = position[:count] - trace.measured, position[:count] - trace.position
+    wanted = _planned_motion(variant)[0] if _leads(variant) else position
+    following, true = position[:count] - trace.measured, wanted[:count] - trace.position
     moving = velocity[:count][judged]
     return VariantResult(
         name=variant.name,
@@ -141,7 +163,8 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         # unknown forces.
         planned, _, planned_acceleration = _planned_motion(variant)
         carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
-    begun = variant.start or Start(float(position[0]), float(velocity[0]), float(acceleration[0]))
+    first = [float(signal[0]) for signal in (_planned_motion(variant) if _leads(variant) else (position, velocity, acceleration))]
+    begun = variant.start or Start(*first)
     # For a motion in progress, friction starts in the steady state at its velocity.
     state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)
     return run_closed_loop(

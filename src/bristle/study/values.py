@@ -21,6 +21,7 @@ EXAMPLES = {
 DISTRIBUTIONS = tuple(EXAMPLES)
 OF_FIT = ("from", "draws")
 SECTIONS = ("plant", "friction")
+FED = ("controller.feedforward.friction", "controller.feedforward.table_friction")
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,8 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
             raise InputError("is not a variant of the experiment", path=place, allowed=allowed)
         variant, keys = variants[keys[1]], keys[2:]
     section = ".".join(keys[:-1])
-    is_fed_forward = section == "controller.feedforward.friction"
-    model = variant.feedforward.friction if is_fed_forward else sections_of(variant).get(section)
+    fed = {"friction": variant.feedforward.friction, "table_friction": variant.feedforward.table}
+    model = fed[section.rpartition(".")[2]] if section in FED else sections_of(variant).get(section)
     registry = _variables(section, variant, data, place) if model is None else model.component.variables
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
@@ -97,7 +98,7 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
             mend='Use joint draws of an identification (from = "results"), or vary another value',
         )
     is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
-    kind = "translational" if keys[0] == "table_friction" else experiment.kind
+    kind = "translational" if "table_friction" in keys else experiment.kind
     return Target(path, registry[name], kind, is_whole and not registry[name].choices)
 
 
