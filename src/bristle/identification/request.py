@@ -14,6 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
 from bristle.friction import MODELS, base_of, find
+from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.friction.variation import MIDDLE
 from bristle.identification.fixed_shape import ELEMENT_MODELS
@@ -29,8 +30,8 @@ CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 MASS = Variable("mass", "moving mass or inertia")
 
 
-def models_of(model: Any) -> tuple[FrictionModel, ...]:
-    """Return the requested friction models."""
+def models_of(model: Any, *, transmits: bool = False) -> tuple[FrictionModel, ...]:
+    """Return the requested friction models; with ``all``, models of the transmitted effort only if the axis `transmits` one."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
     for item in requested:
@@ -52,7 +53,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     for name in filter(_is_all, requested):
         for base in MODELS:
             component = find(f"{base}{name.removeprefix(ALL)}", path="model")
-            if not _not_identified(component):
+            if not _not_identified(component) and (transmits or TRANSMITTED not in component.variables.values()):
                 components.setdefault(component.name, component)
     if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write the name of a model, such as "coulomb_viscous"')
