@@ -6,8 +6,8 @@ r"""Losses of a gear in proportion to the effort that it transmits, different in
     \mu(v) = \mu_\text{avg} + \mu_\text{fall}\, e^{-(v/v_S)^2}
 
 The side :math:`z` of the teeth changes over the distance :math:`h`. A motor that drives the load (:math:`\tau v > 0`)
-loses the share :math:`\mu + \mu_\text{dif}`, a load that drives the motor :math:`\mu - \mu_\text{dif}`: a log of both
-identifies the two coefficients. The effort :math:`\tau` to the load follows from the plant. Identification therefore
+loses the share :math:`\mu + \mu_\text{dif}`, a load that drives the motor :math:`\mu - \mu_\text{dif}` [3]_: a log
+of both identifies the two coefficients. The effort :math:`\tau` to the load follows from the plant. Identification therefore
 needs gravity, a spring or a known column in the axis file.
 
 The published law [1]_ has no friction without load and no fall over speed: :math:`F_\text{idle}` and
@@ -20,7 +20,10 @@ References
 ----------
 .. [1] A. Abate, "Torque-proportional loss in dcmotor", 2026.
    https://github.com/google-deepmind/mujoco/issues/3528
-.. [2] axol, pull request 317, 2026: friction of a geared arm in two poses.
+.. [2] axol, MuJoCo Menagerie pull request 317, 2026: friction of a geared arm in two poses.
+.. [3] A. Wang, S. Kim, "Directional efficiency in geared transmissions: characterization of backdrivability towards
+   improved proprioceptive control", IEEE International Conference on Robotics and Automation, 2015.
+   doi:10.1109/ICRA.2015.7139307
 """
 
 from dataclasses import dataclass
@@ -96,6 +99,6 @@ MODEL = efficiency = GearModel(
     trial=trial,
     commit=commit,
     relations=(Relation("mu_avg >= |mu_dif|", lambda p: p.mu_avg >= abs(p.mu_dif), "Raise mu_avg, or mu_dif nearer to zero"),),
-    reference="https://github.com/google-deepmind/mujoco/issues/3528",
+    reference="doi:10.1109/ICRA.2015.7139307",
     example={"mu_avg": 0.2, "mu_dif": 0.05, "h": 2e-6, "sigma_2": 200.0, "mu_fall": 0.1, "v_S": 2e-3, "F_idle": 20.0},
 )
