@@ -241,7 +241,19 @@ def coulomb_viscous_with_offset():
     return find("coulomb_viscous")(F_C=20.0, F_v=100.0, offset=1.5)
 
 
-NOMINAL = {"v_S": 1e-2, "sigma_0": 1e6, "s": 1e6, "k_i": 1e6, "sigma_1": 1e2, "z_ba": 1e-6, "C": 1e3, "give": 1e-3, "n": 2.0, "share": 0.1, "h": 1e-3}
+NOMINAL = {
+    "v_S": 1e-2,
+    "sigma_0": 1e6,
+    "s": 1e6,
+    "k_i": 1e6,
+    "sigma_1": 1e2,
+    "z_ba": 1e-6,
+    "C": 1e3,
+    "give": 1e-3,
+    "n": 2.0,
+    "share": 0.1,
+    "h": 1e-3,
+}
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
