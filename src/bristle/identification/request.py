@@ -167,9 +167,14 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
         gravity=axis.gravity,
         cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
         columns=tuple(map(attrgetter("name"), axis.regressors)),
+        spring=axis.spring,
     )
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
-    values = {name: number for name, variable in plant.variables.items() if (number := by_quantity.get(variable.quantity)) is not None}
+    values = {
+        name: number
+        for name, variable in PLANTS[axis.plant].variables.items()
+        if (number := by_quantity.get(variable.quantity)) is not None
+    }
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     values |= {f"known_{known.name}": known.coefficient for known in axis.regressors if known.coefficient is not None}
     constant = offset if offset is not None else axis.offset

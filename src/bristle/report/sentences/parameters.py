@@ -191,14 +191,14 @@ def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return plain + (following if numbers["model"] else after or known)
 
 
-def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
+def _missing(text: str, by_model: str, without: str, means: str, *also: str) -> Sentence:
     """Return the sentence about a force that a model lacks, with the next model to try or without."""
     return Sentence(
         (f"{text}. Next: try {by_model}", f"{text}. {_COMPARED}", f"{text}. {without}"),
         means,
         "try the suggested model",
         choose=where("model", "compared"),
-        also=("share_percent",),
+        also=("share_percent", *also),
     )
 
 
@@ -259,10 +259,11 @@ STRUCTURE: dict[str, Sentence] = {
         "friction builds up over a distance after a reversal",
     ),
     "missing_position": _missing(
-        "friction changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
+        "friction, or a spring or cable, changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
         "Friction of this model already changes along the axis, up to the square of the position",
-        "friction changes along the axis",
+        "friction changes along the axis, or a spring or cable acts on it",
+        "alike",
     ),
     "missing_ripple": Sentence(
         (
