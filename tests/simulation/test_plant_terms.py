@@ -91,7 +91,7 @@ def test_a_term_that_is_not_there_is_refused_by_name():
         plants.find("inertia+gravty")
     with pytest.raises(InputError, match="no coefficient"):
         plants.find("inertia+cogging", ["M"])
-    with pytest.raises(InputError, match="spring_1 = 0.1"):
+    with pytest.raises(InputError, match=r"spring_1 = 0\.1"):
         plants.find("inertia+spring", ["M"])
 
 

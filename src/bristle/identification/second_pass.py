@@ -16,6 +16,7 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
+from bristle.plants.inertia import MODEL as inertia
 
 INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
 Pairs = list[tuple[Log, Axis | None]]
@@ -53,7 +54,7 @@ class Passed(NamedTuple):
 
 def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
     """Return the lines that a second pass tries; a key that the axis states is not proposed."""
-    has_spring = any(variable.quantity == "force/length" for variable in fit.plant.component.variables.values())
+    has_spring = axis.spring is not None or axis.plant != inertia.name
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
         numbers, code = diagnostic.numbers, diagnostic.code
