@@ -286,11 +286,9 @@ def _identify_each(
 
 def _axes_of_joints(axes: Sequence[Content]) -> list[Axis]:
     """Return the axes in some axis files, each file with one axis or with a table for each joint."""
-    from bristle.core import Content
-    from bristle.files import as_toml, joints_in, read_axis
+    from bristle.files import axes_in, read_axis
 
-    described = [[Content(file.source, as_toml(table).encode()) for table in joints_in(file).values()] or [file] for file in axes]
-    return [read_axis(content) for contents in described for content in contents]
+    return [axis for file in axes for axis in list(axes_in(file).values()) or [read_axis(file)]]
 
 
 def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: Callable[[float, str], None]) -> Arm:
