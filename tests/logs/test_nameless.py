@@ -54,6 +54,11 @@ def test_a_matrix_of_one_axis_is_recognised_by_its_signals():
     assert roles(table_of(ONE.u, np.degrees(ONE.q), separator=" ")) == {"1": ("effort", 1), "2": ("position", 1)}
 
 
+def test_an_acceleration_is_neither_a_velocity_nor_an_effort():
+    result = roles(table_of(T, np.gradient(ONE.v, DT), ONE.v, ONE.q, ONE.u))
+    assert [role for role, _ in result.values()] == ["time", "", "velocity", "position", "effort"]
+
+
 @pytest.mark.parametrize("late", [4, 20])
 def test_of_two_almost_equal_columns_the_earlier_is_the_reference(late):
     reference, measured = ONE.q[late:], ONE.q[:-late]

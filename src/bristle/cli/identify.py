@@ -114,7 +114,7 @@ def identify(
     With --robot, LOG contains all joints of an arm, and AXIS.toml has a table [[joint]] for each of them.
     """
     from bristle.core import Variable, amount
-    from bristle.files import describes_curves, axes_in
+    from bristle.files import axes_in, describes_curves
     from bristle.friction import DEFAULT_MODELS
 
     axes = [toml_content(file) for file in axis or ()]

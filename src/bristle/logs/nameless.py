@@ -23,7 +23,7 @@ from bristle.logs.words import meaning_of
 _NUMBER = re.compile(r"[\s_\[({]*\d+[\])}]*$")  # as in column_1, data[0]
 MOST_ROWS, MOST_COLUMNS = 6000, 60  # of the search
 BLOCKS = (1, 3, 10)  # rows of a mean, for fine and for slow signals
-RATE, SAME = 0.97, 0.95  # correlation of a velocity with the rate of a position, and of a reference with its position
+RATE, EQUAL = 0.97, 0.95  # correlation of a velocity with the rate of a position, and of a reference with its position
 UNEQUAL = 0.1  # deviation of the ratio of a position to its reference from 1
 REVERSED = "its sign is reversed"
 GAP = 4.0  # ratio of roughness between the roughest position and the smoothest effort
@@ -54,17 +54,17 @@ def proposed_roles(table: Table) -> tuple[Proposed, ...]:
     if not is_nameless(table):
         return ()
     candidates = [column for name in table.columns if (column := candidate_of(table, name, is_nameless=True)) is not None]
-    found = {name: _described(name, values) for name, values in table.columns.items()}
+    described = {name: _described(name, values) for name, values in table.columns.items()}
     of_time = time_among(table, candidates)
     if of_time is not None:
-        found[of_time[0].name] = replace(found[of_time[0].name], role="time", evidence=of_time[1])
-    moving = [c for c in candidates if np.ptp(c.values) > 0.0 and not found[c.name].role and not _counts(c.values)][:MOST_COLUMNS]
+        described[of_time[0].name] = replace(described[of_time[0].name], role="time", evidence=of_time[1])
+    moving = [c for c in candidates if np.ptp(c.values) > 0.0 and not described[c.name].role and not _counts(c.values)][:MOST_COLUMNS]
     if len({column.values.size for column in moving}) == 1:
         time = None if of_time is None else of_time[0].values
         searches = [_Search.of(moving, time, block).roles() for block in BLOCKS if moving[0].values.size >= block * MOST_ROWS or block == 1]
         for name, role, joint, evidence in max(searches, key=_completeness):
-            found[name] = replace(found[name], role=role, joint=joint, evidence=evidence)
-    return tuple(found.values())
+            described[name] = replace(described[name], role=role, joint=joint, evidence=evidence)
+    return tuple(described.values())
 
 
 def roles_of_joint(proposed: Iterable[Proposed], joint: int) -> Roles:
@@ -125,55 +125,60 @@ class _Search:
             velocities = {**velocities, name: velocities.get(name) or velocities.pop(reference, "")}
         positions = [name for name in self.signals if name in velocities and name not in references.values()]
         efforts = self._efforts(positions, [name for name in left if name not in (*positions, *references.values())])
-        found, joint = list[tuple[str, str, int, str]](), 0
+        roles, joint = list[tuple[str, str, int, str]](), 0
         for name in positions:
             velocity, reference, effort = velocities[name], references.get(name), efforts.get(name)
             if not velocity and not effort:
-                found.append((name, "", 0, f"{evidence[name]}, like a position, but no column depends on its direction"))
+                roles.append((name, "", 0, f"{evidence[name]}, like a position, but no column depends on its direction"))
                 continue
             joint += 1
-            found.append((name, "position", joint, evidence[name]))
+            roles.append((name, "position", joint, evidence[name]))
             if reference:
-                found.append((reference, "reference", joint, f"it is almost {name}, and leads it"))
+                roles.append((reference, "reference", joint, f"it is almost {name}, and leads it"))
             if velocity:
-                found.append((velocity, "velocity", joint, f"it is the rate of {name} (correlation {self._likeness(name, velocity):.4f})"))
+                roles.append((velocity, "velocity", joint, f"it is the rate of {name} (correlation {self._likeness(name, velocity):.4f})"))
             if effort:
-                found.append((effort[0], "effort", joint, effort[1]))
-        return found
+                roles.append((effort[0], "effort", joint, effort[1]))
+        return roles
 
     def _references(self, positions: Iterable[str], left: list[str]) -> dict[str, str]:
         """Return the reference of each measured position that has one."""
         references = dict[str, str]()
         for name in positions:
-            others = [twin for twin in self.signals if twin != name and (twin in positions or twin in left)]
-            twin = next((twin for twin in others if self._alike(twin, name)), "")
-            if twin and not {name, twin} & {*references, *references.values()}:
+            candidates = [candidate for candidate in self.signals if candidate != name and (candidate in positions or candidate in left)]
+            candidate = next((candidate for candidate in candidates if self._alike(candidate, name)), "")
+            if candidate and not {name, candidate} & {*references, *references.values()}:
                 # The reference exceeds the measured position in the direction of motion.
-                leads = correlation(self.signals[name] - self.signals[twin], self.rates[name]) > 0.0
-                references |= {twin: name} if leads else {name: twin}
+                leads = correlation(self.signals[name] - self.signals[candidate], self.rates[name]) > 0.0
+                references |= {candidate: name} if leads else {name: candidate}
         return references
 
-    def _alike(self, name: str, twin: str) -> bool:
+    def _alike(self, name: str, candidate: str) -> bool:
         """Return whether two signals are equal except for a following error."""
-        first, second = self.signals[name], self.signals[twin]
-        return correlation(first, second) > SAME and abs(slope(first, second) - 1.0) < UNEQUAL
+        first, second = self.signals[name], self.signals[candidate]
+        return correlation(first, second) > EQUAL and abs(slope(first, second) - 1.0) < UNEQUAL
 
     def _likeness(self, name: str, rate: str) -> float:
         return correlation(self.rates[name], self.signals[rate])
 
     def _velocities(self) -> tuple[dict[str, str], dict[str, str]]:
         """Return the velocity of each position that has one, and the evidence for the positions."""
-        pairs = [(self._likeness(name, rate), name, rate) for name in self.signals for rate in self.signals if name != rate]
-        velocities = dict[str, str]()
-        for likeness, name, rate in sorted(pairs, reverse=True):
+        pairs = [
+            (self._likeness(name, rate), name, rate)
+            for name in self.signals
+            for rate in self.signals
+            if self.rough[name] < self.rough[rate]
+        ]
+        pairs = [pair for pair in pairs if pair[0] > RATE]
+        rates, velocities = {rate for _, _, rate in pairs}, dict[str, str]()
+        for _, name, rate in sorted(pairs, reverse=True):
             # The rate of a velocity is an acceleration, or an effort.
-            taken = {*velocities, *velocities.values()}
-            if likeness > RATE and not {name, rate} & taken and self.rough[name] < self.rough[rate]:
+            if name not in (*rates, *velocities) and rate not in velocities.values():
                 velocities[name] = rate
         return velocities, {name: f"{rate} is its rate" for name, rate in velocities.items()}
 
     def _smooth(self, names: list[str]) -> tuple[list[str], list[str], dict[str, str]]:
-        """Return the columns that are smoother than the others by a clear gap, the other columns, and the evidence."""
+        """Return the columns that are smoother than the rest by a clear gap, the other columns, and the evidence."""
         ordered = sorted(names, key=self.rough.__getitem__)
         gaps = [self.rough[after] / max(self.rough[name], 1e-12) for name, after in pairwise(ordered)]
         place = int(np.argmax(gaps)) + 1 if gaps else 0
@@ -182,18 +187,18 @@ class _Search:
         text = f"it is smooth: the next column is {gaps[place - 1]:.0f} times as rough"
         return ordered[:place], ordered[place:], dict.fromkeys(ordered[:place], text)
 
-    def _efforts(self, positions: list[str], others: list[str]) -> dict[str, tuple[str, str]]:
+    def _efforts(self, positions: list[str], candidates: list[str]) -> dict[str, tuple[str, str]]:
         """Return the effort of each position with the evidence: the column that depends on the direction of this joint."""
         from scipy.optimize import linear_sum_assignment
 
-        if not positions or not others:
+        if not positions or not candidates:
             return {}
         motion = [part for name in positions for part in (self.signals[name], self.rates[name], rate_of(self.rates[name], None))]
         motion += [bend(self.signals[name]) for name in positions for bend in (np.sin, np.cos)]
         design = np.column_stack([*(part / (np.std(part) or 1.0) for part in motion), np.ones(motion[0].size)])
         basis = np.linalg.qr(design)[0]
         sides = [apart_from(basis, np.sign(self.rates[name])) for name in positions]
-        left = [apart_from(basis, self.signals[name]) for name in others]
+        left = [apart_from(basis, self.signals[name]) for name in candidates]
         shares = np.array([[correlation(side, rest) for rest in left] for side in sides])
         chosen = dict[str, tuple[str, str]]()
         for row, column in zip(*linear_sum_assignment(-np.abs(shares)), strict=True):
@@ -201,5 +206,5 @@ class _Search:
             if share > FRICTION and share > CLEARER * rival:
                 sign = "" if shares[row, column] > 0.0 else f"; {REVERSED}"
                 text = f"it depends on the direction of {positions[row]} (partial correlation {share:.2f}"
-                chosen[positions[row]] = others[column], f"{text}, of another joint at most {rival:.2f}){sign}"
+                chosen[positions[row]] = candidates[column], f"{text}, of another joint at most {rival:.2f}){sign}"
         return chosen
