@@ -13,7 +13,7 @@ from bristle.arm.motion import Motion, motion_of
 from bristle.arm.parameters import Dynamics, identify_dynamics
 from bristle.arm.robot import Robot, read_robot
 from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Model, Readable, cached_property, content_of
-from bristle.files import as_toml, axes_in, joints_in, read_axis
+from bristle.files import as_toml, axes_in, joints_in, read_axis, write_whole
 from bristle.logs import read_log
 
 COLUMN = "arm"  # name of the known column of a joint: its effort from the bodies of the arm
@@ -33,6 +33,14 @@ class Arm:
     def axes(self, folder: Path) -> list[Axis]:
         """Return the axis of each joint with the effort of the arm as a known column, for results in a folder."""
         return [read_axis(Content(folder / name, text)) for name, text in self.files.items() if name.endswith(".toml")]
+
+    def write(self, folder: Path | str) -> list[Axis]:
+        """Write the axis files of the joints, and the efforts of the bodies, into a folder, and return the axes for `bristle.identify`."""
+        place = Path(folder)
+        (place / FOLDER).mkdir(parents=True, exist_ok=True)
+        for name, text in self.files.items():
+            write_whole(place / name, text)
+        return self.axes(place)
 
     def exported(self, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], list[str]]:
         """Return files for other programs, with the friction of the joints, and the joints whose friction MuJoCo lacks."""
@@ -72,7 +80,7 @@ def identify_arm(log: Readable, robot: Readable, axis: Readable, *, size_limit: 
     Returns
     -------
     Arm
-        The bodies, the base parameters, and the motion; ``axes(folder)`` are the axes of the joints for `bristle.identify`.
+        The bodies, the base parameters, and the motion; ``write(folder)`` returns the axes of the joints for `bristle.identify`.
 
     Raises
     ------
