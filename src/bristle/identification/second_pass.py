@@ -67,7 +67,7 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
             lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
         if code == "missing_gravity" and not axis.gravity:
             lines.append(ProposedLine("plant", "gravity", "link", code))
-        if code == "missing_position" and numbers["alike"] and not has_spring:
+        if code == "missing_position" and "alike" in numbers and not has_spring:
             lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
 

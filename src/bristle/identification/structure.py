@@ -159,7 +159,7 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
     numbers |= {
         "gravity": {"amplitude": missing.amplitude},
-        "position": {"alike": int(missing.alike or 0)},
+        "position": {"alike": 1} if missing.alike else {},
         "play": {"ratio": missing.ratio},
     }.get(cause, {})
     numbers |= {} if cause in CODES else {"channel": cause}
