@@ -71,6 +71,7 @@ def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle,
     assert replaced.code == 0
     assert {item.name for item in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
     assert "constant velocity" in replaced.out
+    assert "Verdict: Run it" in replaced.out
 
 
 def test_an_axis_file_without_limits_is_refused_with_advice(bristle, folder):

@@ -168,3 +168,40 @@ def test_a_log_without_a_position_column_is_reported(bristle, tmp_path, monkeypa
     assert result.code == 1
     assert "has no column with a usual name of a position" in result.err
     assert not Path("axis.toml").exists()
+
+
+@pytest.fixture
+def nameless(tmp_path, monkeypatch):
+    """Write a log of two joints without names: time, both angles, both efforts."""
+    monkeypatch.chdir(tmp_path)
+    t = 2e-3 * np.arange(8000)
+    angles = [np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t), 0.7 * np.sin(1.4 * t + 1.0) + 0.3 * np.sin(3.1 * t)]
+    efforts = [np.sign(np.gradient(q)) + 3.0 * np.sin(q) + 0.01 * np.random.default_rng(0).normal(size=t.size) for q in angles]
+    np.savetxt("arm.txt", np.column_stack([t, *angles, *efforts]), fmt="%.7f")
+
+
+def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_every_joint(bristle, nameless):
+    shown = bristle("log", "arm.txt", "--write", "axis.toml")
+    assert shown.code == 0
+    assert "Proposed roles" in shown.out
+    assert [f"{role} {joint}" in shown.out for role in ("position", "effort") for joint in (1, 2)] == [True] * 4
+    assert "Channels of the axis" not in shown.out
+    text = Path("axis.toml").read_text(encoding="utf-8")
+    assert bristle("log", "arm.txt", "--axis", "axis.toml").code == 2
+    Path("axis.toml").write_text(text.replace('"?"', '"deg"', 1).replace('"?"', '"N*m"', 1), encoding="utf-8")
+    accepted = bristle("log", "arm.txt", "--axis", "axis.toml")
+    assert accepted.code == 0
+    assert ["Joint joint_1" in accepted.out, "Joint joint_2" in accepted.out] == [True, True]
+    assert bristle("log", "arm.txt", "--axis", "axis.toml", "--json").code == 2
+    refused = bristle("identify", "arm.txt", "--out", "results")
+    assert refused.code == 2
+    assert "bristle log LOG --write AXIS.toml" in refused.err
+
+
+def test_a_problem_of_a_joint_gives_exit_code_1(bristle, nameless):
+    bristle("log", "arm.txt", "--write", "axis.toml")
+    text = Path("axis.toml").read_text(encoding="utf-8").replace('"?"', '"deg"', 1).replace('"?"', '"N*m"', 1)
+    Path("axis.toml").write_text(text.replace("column_3", "column_9"), encoding="utf-8")
+    result = bristle("log", "arm.txt", "--axis", "axis.toml")
+    assert result.code == 1
+    assert "problem of joint_2" in result.err

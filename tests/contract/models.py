@@ -24,6 +24,7 @@ KNOWN = frozenset(
         "preisach_contact",
         "preisach_lugre",
         "leuven",
+        "efficiency",
     ]
 )
 """Models that were slow-tested before: all others run among the fast tests until they are named here."""

@@ -127,8 +127,8 @@ def test_a_second_importer_computes_identical_results(ecos, fmus, name):
 @needs_fmpy
 def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
-    values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2}
-    plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]})(**values)
+    values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2, "spring_1": 4.0}
+    plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
     result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("cannot change during a simulation" in note for note in result.notes)
     u, seen = efforts()[:300], []

@@ -183,6 +183,15 @@ def test_the_feed_is_friction_constant_force_and_cogging_at_the_reference(compon
     assert fed[1:] == pytest.approx((friction + effort_of_place(1e-3 * mm, terms_of(COGS)))[1:], rel=1e-9)
 
 
+@needs_compiler
+def test_the_feed_contains_a_spring(tmp_path_factory):
+    plant = with_terms(inertia, spring="cubic")(M=20.0, spring_1=300.0, spring_2=2e4, spring_3=-1e6)
+    component, mm = Component(written(plant=plant), tmp_path_factory.mktemp("sprung")), moving()
+    friction = br.response(LUGRE, 1e-3 * mm, 1e-3)
+    spring = 0.3 * mm + 0.02 * mm**2 - 1e-3 * mm**3
+    assert component.feed(mm, **AT_ONCE, lead=0.0)[1:] == pytest.approx((friction + spring)[1:], rel=1e-9)
+
+
 def test_the_lead_takes_the_feed_of_a_later_cycle(component):
     mm = moving()
     later = component().feed(mm, **AT_ONCE, lead=0.0)[3:]

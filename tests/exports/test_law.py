@@ -108,7 +108,7 @@ def test_friction_transmits_the_feedforward_or_the_carried_plant():
     assert carried is fed
     assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
     assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
-    with pytest.raises(InputError, match="has forces besides inertia, gravity and cogging"):
+    with pytest.raises(InputError, match="has forces besides inertia, gravity, cogging and a spring"):
         loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 

@@ -58,6 +58,7 @@ PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
 RISEN = br.friction.find("lugre+transmitted")(**STIFF, sigma_1=52430.0, sigma_2=4737.4, c_T=0.4)
 TOOTHED = {"M": M, "g_sin": 3e5, "g_cos": 4.0, "motor_turn": 5e-6, **dict.fromkeys(("motor_1_cos", "motor_1_sin"), 3.0)}
 TOOTHED_PLANT = br.plants.find("inertia+gravity+cogging", TOOTHED)(**TOOTHED)
+SPRUNG = br.plants.find("inertia+spring", ["spring_3"])(M=M, spring_1=2e6, spring_2=1e11, spring_3=-1e16)
 LINK = br.plants.find("inertia+gravity", ["g_cos"])(M=2.0 * M, g_sin=3e5, g_cos=4.0)
 FED = {
     "nothing": (Feedforward(), 1, 30.0),
@@ -68,6 +69,7 @@ FED = {
 CARRYING = {
     "link": (Feedforward(friction=RISEN, carries=LINK), 2, np.inf),
     "toothed": (Feedforward(mass=M, plant=TOOTHED_PLANT, friction=RISEN, carries=TOOTHED_PLANT), 1, np.inf),
+    "sprung": (Feedforward(mass=M, plant=SPRUNG, friction=RISEN, carries=SPRUNG), 1, np.inf),
     "toothed_measured": (Feedforward(plant=TOOTHED_PLANT, friction=RISEN, carries=LINK, along="measured"), 2, 90.0),
 }
 
@@ -98,6 +100,7 @@ FIRST = [
     ("learning", "desired"),
     ("cascade", "all"),
     ("cascade", "toothed_measured"),
+    ("cascade", "sprung"),
 ]
 CASES = [(controller, fed) for controller in LAWS for fed in (("desired",) if controller in SECOND else FED)]
 CASES += [("cascade", fed) for fed in CARRYING]

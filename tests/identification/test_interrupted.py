@@ -121,7 +121,7 @@ def test_fits_are_kept_if_the_search_for_slots_is_interrupted(log, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(identifying, "next_models", interrupted)
-    monkeypatch.setattr(identifying.request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    monkeypatch.setattr(identifying.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
     identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
     assert identification.unfinished == "interrupted: the search for slots is incomplete"
@@ -137,7 +137,7 @@ def test_slots_are_not_sought_after_an_interruption(log, monkeypatch):
 
     monkeypatch.setattr(identifying, "fit", interrupted)
     monkeypatch.setattr(identifying, "next_models", lambda *values: seen.append(values) or ())
-    monkeypatch.setattr(identifying.request, "models_of", lambda names: (friction.find("coulomb"), friction.find("viscous")))
+    monkeypatch.setattr(identifying.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
     identification = identify(log, "all", axis=STATED, blocks=2)
     assert (identification.unfinished, seen) == ("interrupted: viscous was not fitted", [])
 

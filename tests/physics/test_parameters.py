@@ -13,6 +13,7 @@ from bristle.friction import (
     coulomb,
     coulomb_viscous,
     dahl,
+    efficiency,
     elastoplastic,
     find,
     gap_slider,
@@ -69,6 +70,11 @@ OF_ONE = {
     (bouc_wen_classic, "beta"): (1e-12, math.inf),
     (bouc_wen_classic, "gamma"): (-math.inf, math.inf),
     (bouc_wen_classic, "delta"): (-math.inf, math.inf),
+    (efficiency, "mu_avg"): (-math.inf, math.inf),
+    (efficiency, "mu_dif"): (-math.inf, math.inf),
+    (efficiency, "h"): (1e-12, math.inf),
+    (efficiency, "mu_fall"): (0.0, math.inf),
+    (efficiency, "F_idle"): (0.0, math.inf),
 }
 CHOSEN = ("kernel", "transition", "seed")
 
@@ -127,6 +133,9 @@ DEFAULTS_OF_ONE = {
     (preisach_contact, "exponent"): 2.0,
     (preisach_lugre, "exponent"): 2.0,
     (leuven, "exponent"): 2.0,
+    (efficiency, "mu_fall"): 0.0,
+    (efficiency, "v_S"): 1e-2,
+    (efficiency, "F_idle"): 0.0,
 }
 
 
@@ -177,6 +186,7 @@ def test_examples_differ_if_the_model_is_about_the_difference():
     assert classic["alpha"] / (classic["beta"] * (classic["gamma"] + classic["delta"])) == pytest.approx(20.0)
     assert (classic["gamma"], classic["alpha"]) == (0.3, 1e7)
     assert dict(maxwell_slip.example)["nu_i"] == (0.3, 0.4, 0.3)
+    assert (dict(efficiency.example)["F_idle"], dict(efficiency.example)["h"]) == (20.0, 20.0 / 1e7)
 
 
 def test_an_example_by_direction_has_a_tenth_more_forward_and_a_tenth_less_backward():
@@ -231,7 +241,19 @@ def coulomb_viscous_with_offset():
     return find("coulomb_viscous")(F_C=20.0, F_v=100.0, offset=1.5)
 
 
-NOMINAL = {"v_S": 1e-2, "sigma_0": 1e6, "s": 1e6, "k_i": 1e6, "sigma_1": 1e2, "z_ba": 1e-6, "C": 1e3, "give": 1e-3, "n": 2.0, "share": 0.1}
+NOMINAL = {
+    "v_S": 1e-2,
+    "sigma_0": 1e6,
+    "s": 1e6,
+    "k_i": 1e6,
+    "sigma_1": 1e2,
+    "z_ba": 1e-6,
+    "C": 1e3,
+    "give": 1e-3,
+    "n": 2.0,
+    "share": 0.1,
+    "h": 1e-3,
+}
 
 
 @pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))

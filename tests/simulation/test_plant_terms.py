@@ -15,6 +15,7 @@ from bristle.files.model import read_model, write_model
 from bristle.simulation.compensation import feedforward_effort
 
 ARM = {"M": 0.02, "g_sin": 0.9, "g_cos": 0.2}
+CABLE = {"M": 0.02, "spring_1": 0.8, "spring_2": 0.3, "spring_3": -0.2}
 TOOTHED = {"M": 0.02, "motor_turn": 1.0, "motor_6_cos": 0.3, "motor_6_sin": -0.1}
 
 
@@ -30,11 +31,12 @@ def free_fall(effort_at, seconds, x):
     ("values", "effort_at"),
     [
         (ARM, lambda x: 0.9 * math.sin(x) + 0.2 * math.cos(x)),
+        (CABLE, lambda x: 0.8 * x + 0.3 * x**2 - 0.2 * x**3),
         (TOOTHED, lambda x: 0.3 * math.cos(12 * math.pi * x) - 0.1 * math.sin(12 * math.pi * x)),
     ],
 )
 def test_a_pendulum_follows_its_equation(values, effort_at):
-    name = "inertia+gravity" if "g_sin" in values else "inertia+cogging"
+    name = "inertia+gravity" if "g_sin" in values else "inertia+spring" if "spring_1" in values else "inertia+cogging"
     plant = plants.find(name, values)(kind="rotational", **values)
     frictionless = friction.viscous(kind="rotational", F_v=0.0)
     errors = []
@@ -62,9 +64,24 @@ def test_gravity_is_fed_forward_along_the_desired_motion():
     assert effort == pytest.approx(0.9 * math.sin(0.5) + 0.2 * math.cos(0.5))
 
 
+def test_a_spring_is_fed_forward_and_keeps_the_energy_of_a_free_motion():
+    plant = plants.find("inertia+spring", ["spring_1"])(kind="rotational", M=0.02, spring_1=0.8)
+    effort = feedforward_effort(Feedforward(plant=plant), np.full(10, 0.5), np.zeros(10), 1e-3)
+    assert effort == pytest.approx(0.4)
+    trace = run_open_loop(plant, friction.viscous(kind="rotational", F_v=0.0), np.zeros(20_000), 1e-3, steps=1, x=0.5)
+    energy = 0.4 * trace.position**2 + 0.01 * trace.velocity**2
+    assert np.ptp(energy[10_000:]) < 0.02 * 0.1
+    assert energy[10_000:].mean() == pytest.approx(0.1, rel=0.01)
+
+
+def test_the_degree_of_a_spring_follows_from_the_names_of_its_parameters():
+    assert list(plants.find("inertia+spring", ["spring_1"]).variables) == ["M", "spring_1"]
+    assert list(plants.find("inertia+spring", ["spring_3"]).variables) == ["M", "spring_1", "spring_2", "spring_3"]
+
+
 def test_a_plant_with_terms_survives_the_round_trip_through_a_model_file(tmp_path):
-    values = {**TOOTHED, "g_sin": 0.9, "g_cos": 0.0, "known_belt": 2.5}
-    plant = plants.find("inertia+gravity+cogging+known", values)(kind="rotational", **values)
+    values = {**TOOTHED, **CABLE, "g_sin": 0.9, "g_cos": 0.0, "known_belt": 2.5}
+    plant = plants.find("inertia+gravity+cogging+spring+known", values)(kind="rotational", **values)
     write_model(tmp_path / "model.toml", plant, friction.coulomb(kind="rotational", F_C=1.0))
     assert read_model(tmp_path / "model.toml").plant == plant
 
@@ -74,6 +91,8 @@ def test_a_term_that_is_not_there_is_refused_by_name():
         plants.find("inertia+gravty")
     with pytest.raises(InputError, match="no coefficient"):
         plants.find("inertia+cogging", ["M"])
+    with pytest.raises(InputError, match=r"spring_1 = 0\.1"):
+        plants.find("inertia+spring", ["M"])
 
 
 GEARED = {"F_C": truth.F_C, "F_v": truth.F_V, "c_T": truth.SHARE}

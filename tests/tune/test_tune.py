@@ -100,6 +100,7 @@ def test_a_faulty_machine_is_refused_by_name_and_restored(identified, fault):
     assert result.reason[1:] in page
     assert "bristle tune machine.toml --out out --move" in page
     assert "--undo" not in page
+    assert ("Mend the cause" in page) == (code != "operator")
 
 
 def test_lost_samples_are_counted(identified):

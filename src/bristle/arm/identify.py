@@ -12,8 +12,8 @@ from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.motion import Motion, motion_of
 from bristle.arm.parameters import Dynamics, identify_dynamics
 from bristle.arm.robot import Robot, read_robot
-from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Model, cached_property
-from bristle.files import as_toml, joints_in, read_axis
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Model, Readable, cached_property, content_of
+from bristle.files import as_toml, axes_in, joints_in, read_axis, write_whole
 from bristle.logs import read_log
 
 COLUMN = "arm"  # name of the known column of a joint: its effort from the bodies of the arm
@@ -33,6 +33,14 @@ class Arm:
     def axes(self, folder: Path) -> list[Axis]:
         """Return the axis of each joint with the effort of the arm as a known column, for results in a folder."""
         return [read_axis(Content(folder / name, text)) for name, text in self.files.items() if name.endswith(".toml")]
+
+    def write(self, folder: Path | str) -> list[Axis]:
+        """Write the axis files of the joints, and the efforts of the bodies, into a folder, and return the axes for `bristle.identify`."""
+        place = Path(folder)
+        (place / FOLDER).mkdir(parents=True, exist_ok=True)
+        for name, text in self.files.items():
+            write_whole(place / name, text)
+        return self.axes(place)
 
     def exported(self, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], list[str]]:
         """Return files for other programs, with the friction of the joints, and the joints whose friction MuJoCo lacks."""
@@ -55,32 +63,39 @@ class Arm:
         return contents
 
 
-def identify_arm(log: Path, robot: Content, axis: Content, *, size_limit: int = SIZE_LIMIT) -> Arm:
+def identify_arm(log: Readable, robot: Readable, axis: Readable, *, size_limit: int = SIZE_LIMIT) -> Arm:
     """Identify the dynamics of an arm from one log of all joints.
 
     Parameters
     ----------
-    log : Path
+    log : path-like or Content
         The log, with angle and effort of each joint.
-    robot : Content
+    robot : path-like or Content
         URDF, or TOML with Denavit-Hartenberg parameters.
-    axis : Content
+    axis : path-like or Content
         Axis file with a ``[[joint]]`` table for each joint, named as in the robot file.
     size_limit : int
         Largest log [byte].
+
+    Returns
+    -------
+    Arm
+        The bodies, the base parameters, and the motion; ``write(folder)`` returns the axes of the joints for `bristle.identify`.
+
+    Raises
+    ------
+    InputError
+        If a file is invalid, or the axis file names a joint that the robot lacks.
     """
-    tables = joints_in(axis)
-    moved, motion = read_robot(robot).of(list(tables)), _motion_in(log, tables, axis.source, size_limit)
+    described = content_of(axis)
+    tables = joints_in(described)
+    moved, motion = read_robot(content_of(robot)).of(list(tables)), read_joints(log, described, size_limit=size_limit)
     return Arm(moved, identify_dynamics(moved, motion), motion, tables)
 
 
-def read_joints(log: Path, axis: Content, *, size_limit: int = SIZE_LIMIT) -> Motion:
+def read_joints(log: Readable, axis: Content, *, size_limit: int = SIZE_LIMIT) -> Motion:
     """Return the motion of all joints in a log."""
-    return _motion_in(log, joints_in(axis), axis.source, size_limit)
-
-
-def _motion_in(log: Path, tables: Mapping[str, dict[str, Any]], source: Path, size_limit: int) -> Motion:
-    if not tables:
+    described = axes_in(axis)
+    if not described:
         raise InputError("is missing", path="joint", mend="Write a [[joint]] table into the axis file for each joint of the robot")
-    described = [read_axis(Content(source, as_toml(table).encode())) for table in tables.values()]
-    return motion_of([read_log(log, joint, size_limit=size_limit) for joint in described], list(tables))
+    return motion_of([read_log(log, joint, size_limit=size_limit) for joint in described.values()], list(described))

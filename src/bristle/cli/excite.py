@@ -67,4 +67,7 @@ def excite(
     outlook = None if excitation.rehearsal is None else outlook_table(excitation)
     notes = (f"Note: {note}" for note in excitation.notes)
     then = f"Then: {motion.next_command(str(out / 'axis.toml')) if out else following}"
-    output.tell(motion.summary(FILES if out else {}, following), piece_table(excitation), outlook, *notes, then)
+    summary = motion.summary(FILES if out else {}, following)
+    words, reasons = summary["verdict"]["words"], "; ".join(summary["verdict"]["reasons"])
+    verdict = f"Verdict: {words}{': ' if reasons else ''}{reasons}."
+    output.tell(summary, piece_table(excitation), outlook, *notes, verdict, then)

@@ -114,11 +114,11 @@ def identify(
     With --robot, LOG contains all joints of an arm, and AXIS.toml has a table [[joint]] for each of them.
     """
     from bristle.core import Variable, amount
-    from bristle.files import describes_curves, joints_in
+    from bristle.files import axes_in, describes_curves
     from bristle.friction import DEFAULT_MODELS
 
     axes = [toml_content(file) for file in axis or ()]
-    of_joints = robot is not None or any(joints_in(content) for content in axes)
+    of_joints = robot is not None or any(axes_in(content) for content in axes)
     separate = separate or of_joints
     if separate:
         refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
@@ -240,7 +240,7 @@ def _identify_each(
 ) -> int:
     """Identify each of many logs separately, or each axis of one log."""
     from bristle.core import content_of
-    from bristle.files import joints_in, provenance
+    from bristle.files import axes_in, provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
     from bristle.report.arm import arm_sections, arm_summary, base_table, joints_table
     from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, logs_table, parameters_table
@@ -267,7 +267,7 @@ def _identify_each(
         with opened(output.out, fleet, source, FleetStore) as store:
             for name, text in (arm.files if arm else {}).items():
                 store.grown.write(name, text)
-            of_joints = any(map(joints_in, axes))
+            of_joints = any(map(axes_in, axes))
             identifier = partial(Identifier, level_of=level_of, models=store.folder if of_joints else None)
             with interruptible(output.out, "logs"):
                 ran = run_within(store, workers=workers, progress=report, simulator=identifier)
@@ -286,11 +286,9 @@ def _identify_each(
 
 def _axes_of_joints(axes: Sequence[Content]) -> list[Axis]:
     """Return the axes in some axis files, each file with one axis or with a table for each joint."""
-    from bristle.core import Content
-    from bristle.files import as_toml, joints_in, read_axis
+    from bristle.files import axes_in, read_axis
 
-    described = [[Content(file.source, as_toml(table).encode()) for table in joints_in(file).values()] or [file] for file in axes]
-    return [read_axis(content) for contents in described for content in contents]
+    return [axis for file in axes for axis in list(axes_in(file).values()) or [read_axis(file)]]
 
 
 def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: Callable[[float, str], None]) -> Arm:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from bristle.cli.options import LOG_FILE, AxisFile, Listing, Output, Readers, own_readers, print_json, size_limit, toml_content
+from bristle.cli.options import LOG_FILE, AxisFile, Listing, Output, Readers, own_readers, print_json, refuse, size_limit, toml_content
 from bristle.cli.terminal import NO, complain, show
 
 
@@ -51,12 +51,16 @@ def log(
 
     Writes summary.json into DIR, and report.html if the log has no problems and all units are known.
     """
-    from bristle.files import provenance, read_axis, write_whole
+    from bristle.files import axes_in, provenance, read_axis, write_whole
     from bristle.report.log import inspect_log
 
     output.context.with_resource(own_readers(reader))
     axis = axis or (write if write is not None and write.exists() else None)
     described = toml_content(axis)
+    joints = axes_in(described) if described else {}
+    if joints:
+        refuse({"--out": output.out, "--json": output.as_json}, "describes one axis, but AXIS.toml describes several", "Omit it")
+        return max(_show_joint(name, inspect_log(file, joint, size_limit=size_limit())) for name, joint in joints.items())
     with output.opened("reading", [file, axis]) as (folder, _):
         inspected = inspect_log(file, read_axis(described) if described else None, size_limit=size_limit())
         summary = inspected.summary
@@ -83,6 +87,15 @@ def log(
     return NO if summary["problems"] else 0
 
 
+def _show_joint(name: str, inspected: Any) -> int:
+    """Show the channels and problems of one joint, and return the exit code."""
+    summary = inspected.summary | {"columns": []}
+    show(f"Joint {name}", *_parts(summary)[1:])
+    for problem in summary["problems"]:
+        complain(f"problem of {name}: {problem}")
+    return NO if summary["problems"] else 0
+
+
 def _parts(summary: dict[str, Any]) -> list[Any]:
     from bristle.report.log import passage_table
 
@@ -90,6 +103,7 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
     parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]
     if len(columns) > MOST_COLUMNS:
         parts.append(f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all columns.")
+    parts += [_roles_table(summary["proposal"]["roles"])] if "roles" in summary["proposal"] else []
     parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])] if summary["channels"] else []
     parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
     if summary["rate"]:
@@ -97,6 +111,17 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
         parts.append(f"{summary['rate']:.6g} samples a second{duration}.")
     parts += [f"Note: {note}" for note in summary["notes"]]
     return parts + [f"{entry['severity'].capitalize()}: {entry['message']} ({entry['code']})" for entry in summary["diagnostics"]]
+
+
+def _roles_table(entries: list[dict[str, Any]]) -> Any:
+    from bristle.report.table import Table
+
+    rows = []
+    for entry in entries:
+        role = f"{entry['role']} {entry['joint']}" if entry["joint"] else entry["role"] or "open"
+        step = f"{entry['step']:.3g}" if entry["step"] else "–"
+        rows.append([entry["column"], f"{entry['low']:.4g} to {entry['high']:.4g}", step, role, entry["evidence"]])
+    return Table("Proposed roles: accept them with --write AXIS.toml", ("Column", "Range", "Step", "Role", "Evidence"), rows)
 
 
 def _table(caption: str, entries: list[dict[str, Any]]) -> Any:

@@ -251,6 +251,8 @@ class Axis:
         Content of the axis file, or empty.
     gravity : bool
         Whether the axis rotates a link under gravity.
+    spring : {"linear", "cubic"} or None
+        Force of a spring (linear) or a cable (cubic) over the position.
     cogging : tuple of Cogging
         Periodic efforts per turn of motor or screw.
     regressors : tuple of KnownColumn
@@ -298,5 +300,6 @@ class Axis:
     settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
     gravity: bool = _flag()
+    spring: str | None = taken(optional(among("linear", "cubic")), None)
     cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "an object of class Cogging"), single=True), ())
     regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "an object of class KnownColumn"), single=True), ())

@@ -12,7 +12,7 @@ from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.signature import Vector
-from bristle.plants.terms import Place, effort_at, gravity_at
+from bristle.plants.terms import Place, Sprung, effort_at, gravity_at, sprung_effort_at
 
 
 @guarded(operator=OPERATOR, u=array())
@@ -38,22 +38,23 @@ def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     return output
 
 
-# (both coefficients of gravity, angle of each wave over the position, cosines, sines, positions, efforts).
+# (coefficients of gravity and spring, angle of each wave over the position, cosines, sines, positions, efforts).
 EffortAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector], float]
 
 
-def effort_entry(gravity, waves, cosines, sines, x, effort):
+def effort_entry(numbers, waves, cosines, sines, x, effort):
     """Write the effort at each position."""
-    place = Place(gravity[0], gravity[1], waves, cosines, sines)
+    place = Sprung(numbers[0], numbers[1], waves, cosines, sines, numbers[2], numbers[3], numbers[4])
     for k in range(x.size):
-        effort[k] = effort_at(x[k], place)
+        effort[k] = sprung_effort_at(x[k], place)
     return 0.0
 
 
-def effort_along(x: np.ndarray, place: Place) -> np.ndarray:
-    """Return the effort [N or N*m] of gravity and cogging at some positions [m or rad], shape (sample,)."""
+def effort_along(x: np.ndarray, place: Place | Sprung) -> np.ndarray:
+    """Return the effort [N or N*m] of gravity, cogging and a spring at some positions [m or rad], shape (sample,)."""
     effort = np.empty(x.size)
-    entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (effort_at, gravity_at))
+    entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (sprung_effort_at, effort_at, gravity_at))
     waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))  # writable copies
-    entry(np.array([place.g_sin, place.g_cos]), *waves, np.array(x, dtype=float), effort)
+    springs = place[-3:] if isinstance(place, Sprung) else (0.0, 0.0, 0.0)
+    entry(np.array([place.g_sin, place.g_cos, *springs]), *waves, np.array(x, dtype=float), effort)
     return effort

@@ -28,7 +28,7 @@ from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
+from bristle.plants.terms import Sprung, Termed, effort_at, gravity_at, kernel_of_place, place_of, sprung_effort_at
 from bristle.prediction.drive_units import command_units
 from bristle.simulation.two_masses import plant_of_one_mass
 from bristle.translation.build import Builder
@@ -61,7 +61,7 @@ class Load(NamedTuple):
         if self.mass:
             parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
         if self.place:
-            kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
+            kernel_name = "gravity_at" if isinstance(self.place, Gravity) else kernel_of_place(self.place).__name__
             middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
             parts.append(f"{kernel_name}({middle}, p.{self.prefix}place)")
         return " + ".join(parts) or "0.0"
@@ -80,7 +80,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         return fed, fed
     if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
         raise InputError(
-            "has forces besides inertia, gravity and cogging, so bristle cannot export the law",
+            "has forces besides inertia, gravity, cogging and a spring, so bristle cannot export the law",
             path="feedforward.carries",
             value=carries.name,
             mend="Omit carries: the feedforward then defines the transmitted effort",
@@ -92,7 +92,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
 def _place(plant: Model | None) -> Any:
     """Return the data of the position-dependent effort of a plant; None if it has no such effort."""
     place = place_of(plant)
-    if place.waves.size:
+    if place.waves.size or isinstance(place, Sprung):
         return place
     return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
 
@@ -302,6 +302,7 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     if single:
         refuse_beyond_single(p._asdict())
     called = {"led": led, "inertial": inertial, "law": law, "effort_at": effort_at, "gravity_at": gravity_at}
+    called["sprung_effort_at"] = sprung_effort_at
     scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
     written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p)}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bristle.files.experiment_text import LOOP, NextExperiment
     from bristle.files.growing import Growing, growing_folder, verified
     from bristle.files.inspection import Inspection
-    from bristle.files.joints import joints_in
+    from bristle.files.joints import axes_in, joints_in
     from bristle.files.machine import MachineFile, read_machine
     from bristle.files.model import FITTED_TO, TREATMENT, read_model, write_model
     from bristle.files.motion import write_log

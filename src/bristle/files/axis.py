@@ -31,6 +31,7 @@ PLACES = {
     "damping": "plant.damping",
     "offset": "plant.offset",
     "presliding": "plant.presliding",
+    "spring": "plant.spring",
     "delay": "timing.delay",
     "sample_time": "timing.sample_time",
     "velocity_limit": "limits.velocity",

@@ -42,7 +42,10 @@ class Inspection:
             if proposal
             else with_known(read_table(content, axis and axis.table, size_limit=size_limit), axis, size_limit=size_limit)
         )
-        summary = _looked_at(table, axis, proposal.unknown if proposal else ())
+        if proposal is not None and proposal.joints > 1:
+            summary = summary_of_columns(table)
+        else:
+            summary = _looked_at(table, axis, proposal.unknown if proposal else ())
         return cls(summary.data, content, table, axis, proposal, summary.log, summary.passages)
 
 

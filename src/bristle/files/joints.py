@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
+from bristle.files.axis import read_axis
 from bristle.files.components import table_at
-from bristle.files.toml import read_toml
+from bristle.files.toml import as_toml, read_toml
 
 JOINT, NUMBER = "joint", "{joint}"  # table of a joint, and the text that stands for its number, from 1
 
@@ -30,6 +32,11 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
             if isinstance(known, dict) and isinstance(known.get("file"), str):
                 known["file"] = str(content.source.absolute().parent / known["file"])
     return described
+
+
+def axes_in(content: Content) -> dict[str, Axis]:
+    """Return the axes of the joints that a file describes, by name; empty for a file of one axis."""
+    return {name: read_axis(Content(content.source, as_toml(table).encode())) for name, table in joints_in(content).items()}
 
 
 def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:

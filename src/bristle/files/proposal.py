@@ -1,8 +1,8 @@
 """Propose an axis file for a log; missing information is marked for the user to fill in."""
 
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from bristle.core import units
@@ -13,10 +13,12 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
 from bristle.files.components import FILL_IN, open_in
 from bristle.files.drive import EFFORTS, MOVEMENTS
+from bristle.files.joints import JOINT
 from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
+from bristle.logs.nameless import REVERSED, Proposed, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -163,6 +165,8 @@ class Proposal:
         Assumptions, and alternative columns.
     unknown : dict of str to str
         Channels whose unit bristle does not know, each with the unit as the file states it.
+    roles : tuple of Proposed
+        Role of each column of a log without names, for one joint or several, with its evidence.
     """
 
     text: str
@@ -171,6 +175,12 @@ class Proposal:
     table: Table = field(repr=False, compare=False)
     notes: tuple[str, ...] = ()
     unknown: Mapping[str, str] = field(default_factory=dict)
+    roles: tuple[Proposed, ...] = ()
+
+    @property
+    def joints(self) -> int:
+        """Number of joints among columns without names."""
+        return max((entry.joint for entry in self.roles), default=0)
 
 
 def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Proposal:
@@ -199,7 +209,12 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     if table.tables:
         name, count = table.tables[0], len(table.tables)
         table = read_table(content, name, size_limit=limit)
-    roles = roles_of(table)
+    roles, proposed = roles_of(table), proposed_roles(table)
+    joints = max((entry.joint for entry in proposed), default=0)
+    if joints:
+        roles = replace(
+            roles, channels=roles_of_joint(proposed, 1).channels | {key: roles.channels[key] for key in {"time"} & set(roles.channels)}
+        )
     if not {"position", "velocity"} & set(roles.channels):
         message, mend = (
             "has no column that bristle recognises as the position",
@@ -226,7 +241,31 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:
         notes.append(f"other possible columns for the position: {some_of(roles.rivals)}")
-    return Proposal(text_of(table, roles, tables, axis.kind), missing, axis, table, tuple(notes), unknown)
+    text = text_of(table, roles, tables, axis.kind)
+    if joints > 1:
+        text = _text_of_joints(text, tables, proposed, joints)
+        notes = [
+            f"the log has the columns of {joints} joints, one table [[joint]] for each: bristle uses no column before you accept its role"
+        ]
+    return Proposal(text, missing, axis, table, tuple(notes), unknown, proposed)
+
+
+def _text_of_joints(text: str, tables: Mapping[str, Any], proposed: Sequence[Proposed], joints: int) -> str:
+    """Return the text of an axis file with common units, and the columns of each joint."""
+    first = roles_of_joint(proposed, 1).channels
+    for channel in tables["columns"]:
+        if channel != "time":
+            unit = f'{channel} = {{ unit = "{FILL_IN}" }}  # {HINTS.get(f"columns.{channel}.unit", HINTS["columns.position.unit"])}'
+            text = re.sub(rf"(?m)^{channel} = .*$", unit, text)
+    text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("# unused columns"))
+    lines = [text.rstrip("\n")]
+    for joint in range(1, joints + 1):
+        lines += ["", f"[[{JOINT}]]"]
+        for channel, role in roles_of_joint(proposed, joint).channels.items():
+            sign = ", sign = -1" if role.reason.endswith(REVERSED) else ""
+            if channel in first and channel != "time":
+                lines.append(f"columns.{channel} = {{ column = {quoted(role.column)}{sign} }}  # {role.reason}")
+    return "\n".join(lines) + "\n"
 
 
 def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -> Axis:

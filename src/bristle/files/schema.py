@@ -225,6 +225,7 @@ class PlantEntry(Strict):
     presliding: Quantity | None = None
     nominal_load: Quantity | None = None
     gravity: Literal["link"] | None = None
+    spring: Literal["linear", "cubic"] | None = None
 
 
 class EncoderEntry(Strict):

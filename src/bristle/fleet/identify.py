@@ -170,7 +170,9 @@ def fleet_of(
         listed = [replace(listed[0], name=f"{name}: {listed[0].name}") for name in named]
     axes_for(described, len(listed))
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
-    plants = {(axis.plant, axis.gravity, axis.cogging, tuple(term.name for term in axis.regressors)) for axis in described if axis}
+    plants = {
+        (axis.plant, axis.gravity, axis.spring, axis.cogging, tuple(term.name for term in axis.regressors)) for axis in described if axis
+    }
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("the files describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
     if not kinds:  # the kind of the log; the usual kind if it cannot be read

@@ -27,6 +27,7 @@ from bristle.friction.gap_slider import gap_slider as gap_slider
 from bristle.friction.preisach_contact import preisach_contact as preisach_contact
 from bristle.friction.preisach_lugre import preisach_lugre as preisach_lugre
 from bristle.friction.leuven import leuven as leuven
+from bristle.friction.efficiency import efficiency as efficiency
 # isort: on
 
 from collections.abc import Sequence

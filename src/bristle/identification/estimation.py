@@ -42,7 +42,7 @@ from bristle.identification.parameters import (
 )
 from bristle.identification.problem import Covariance, Problem, Sought
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.plants.terms import TURNS, TermedPlant, with_terms
+from bristle.plants.terms import DEGREES, TURNS, TermedPlant, with_terms
 
 
 @dataclass(frozen=True)
@@ -259,13 +259,13 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
     for place, cogging in enumerate(axis.cogging if axis is not None else ()):
         if cogging.harmonics is None:
             problem = sliding_problem(dataset, prior)
-            plant, gravity, columns, orders = prior.plant, False, (), dict[str, list[int]]()
+            plant, gravity, columns, degree, orders = prior.plant, False, (), 0, dict[str, list[int]]()
             if isinstance(plant, TermedPlant):
-                gravity, columns = plant.gravity, plant.columns
+                gravity, columns, degree = plant.gravity, plant.columns, plant.degree
                 orders = {turner: [n for counted, n in plant.orders if counted == turner] for turner in TURNS}
                 plant = plant.inner
             orders[cogging.turner] = list(harmonics_in(problem, cogging, f"cogging[{place}].harmonics"))
-            plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns)
+            plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns, spring=DEGREES.get(degree))
             prior = replace(prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn})
     return prior
 

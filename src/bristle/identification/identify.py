@@ -144,7 +144,8 @@ def identify(
     request.refuse_without_draws(method, draws)
     pairs = request.with_method(logs_and_axes(log, axis), method)
     chosen = request.settings_of(pairs[0][1], settings)
-    components, extended = request.models_of(model), request.asks_for_all(model)
+    transmits = all(axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs)
+    components, extended = request.models_of(model, transmits=transmits), request.asks_for_all(model)
     for entry, _ in pairs:
         if entry.effort is None:
             mend = "Name the column of force, torque or current in the axis file"

@@ -154,6 +154,8 @@ class _Search:
                     left = self.weighed.left(self.explained)
                     continue
                 best, ripple = self._in_detail(best._replace(period=period), least), False
+            if best.cause == "position":
+                best = best._replace(alike=self._force("position", columns[:, :2], left).share >= EVEN * best.share)
             missing.append(best)
             causes.pop(best.cause, None)
             self.explained = np.column_stack([self.explained, columns])

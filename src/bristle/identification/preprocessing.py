@@ -96,7 +96,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     decimation = axis.decimation if decimation is None else decimation
     if decimation is None:
         # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
-        bends = axis.gravity or axis.cogging or axis.regressors
+        bends = axis.gravity or axis.cogging or axis.spring or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values

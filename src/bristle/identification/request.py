@@ -14,6 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
 from bristle.friction import MODELS, base_of, find
+from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.friction.variation import MIDDLE
 from bristle.identification.fixed_shape import ELEMENT_MODELS
@@ -29,8 +30,8 @@ CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 MASS = Variable("mass", "moving mass or inertia")
 
 
-def models_of(model: Any) -> tuple[FrictionModel, ...]:
-    """Return the requested friction models."""
+def models_of(model: Any, *, transmits: bool = False) -> tuple[FrictionModel, ...]:
+    """Return the requested friction models; with ``all``, models of the transmitted effort only if the axis `transmits` one."""
     requested = _separated(model)
     components: dict[str, FrictionModel] = {}
     for item in requested:
@@ -52,7 +53,7 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     for name in filter(_is_all, requested):
         for base in MODELS:
             component = find(f"{base}{name.removeprefix(ALL)}", path="model")
-            if not _not_identified(component):
+            if not _not_identified(component) and (transmits or TRANSMITTED not in component.variables.values()):
                 components.setdefault(component.name, component)
     if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write the name of a model, such as "coulomb_viscous"')
@@ -166,9 +167,14 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
         gravity=axis.gravity,
         cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
         columns=tuple(map(attrgetter("name"), axis.regressors)),
+        spring=axis.spring,
     )
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
-    values = {name: number for name, variable in plant.variables.items() if (number := by_quantity.get(variable.quantity)) is not None}
+    values = {
+        name: number
+        for name, variable in PLANTS[axis.plant].variables.items()
+        if (number := by_quantity.get(variable.quantity)) is not None
+    }
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     values |= {f"known_{known.name}": known.coefficient for known in axis.regressors if known.coefficient is not None}
     constant = offset if offset is not None else axis.offset

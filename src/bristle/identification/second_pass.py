@@ -1,4 +1,4 @@
-"""Lines that a fit proposes for the axis file: gravity, offset, cogging; and the second pass with these lines."""
+"""Lines that a fit proposes for the axis file: gravity, a spring, offset, cogging; and the second pass with these lines."""
 
 import math
 import re
@@ -16,6 +16,7 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
+from bristle.plants.inertia import MODEL as inertia
 
 INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
 Pairs = list[tuple[Log, Axis | None]]
@@ -53,6 +54,7 @@ class Passed(NamedTuple):
 
 def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
     """Return the lines that a second pass tries; a key that the axis states is not proposed."""
+    has_spring = axis.spring is not None or axis.plant != inertia.name
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
         numbers, code = diagnostic.numbers, diagnostic.code
@@ -65,6 +67,8 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
             lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
         if code == "missing_gravity" and not axis.gravity:
             lines.append(ProposedLine("plant", "gravity", "link", code))
+        if code == "missing_position" and "alike" in numbers and not has_spring:
+            lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
 
 
@@ -81,6 +85,7 @@ def axis_with(axis: Axis, lines: Sequence[ProposedLine]) -> Axis:
         text, place = (text, head.end()) if head else (f"{text}\n{table}\n", len(text) + len(table) + 2)
         text = f"{text[:place]}{key} = {value}\n{text[place:]}"
     facts = {"offset": values.get("offset", axis.offset), "gravity": axis.gravity or "gravity" in values}
+    facts["spring"] = values.get("spring", axis.spring)
     return replace(changed, text=text.encode("utf-8", "surrogateescape"), **facts)
 
 
@@ -89,6 +94,7 @@ def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, 
     written = {
         "offset": lambda value: ("[plant]", "offset", f'"{value!r} {unit_of("force", axis.kind)}"'),
         "gravity": lambda value: ("[plant]", "gravity", f'"{value}"'),
+        "spring": lambda value: ("[plant]", "spring", f'"{value}"'),
         "turner": lambda value: ("[[cogging]]", "turn", f'"{value}"'),
         "harmonics": lambda value: ("[[cogging]]", "harmonics", str(list(value))),
         "travel": lambda value: ("[transmission]", "lead", f'"{value!r} m"'),

@@ -157,7 +157,11 @@ def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | N
         harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
         turner = "screw" if turn else "motor"
         numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
-    numbers |= {"gravity": {"amplitude": missing.amplitude}, "play": {"ratio": missing.ratio}}.get(cause, {})
+    numbers |= {
+        "gravity": {"amplitude": missing.amplitude},
+        "position": {"alike": 1} if missing.alike else {},
+        "play": {"ratio": missing.ratio},
+    }.get(cause, {})
     numbers |= {} if cause in CODES else {"channel": cause}
     return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
 

@@ -18,6 +18,7 @@ from bristle.identification.preprocessing import segment_of, smallest_step
 from bristle.logs.filters import at_spline, butterworth, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
+from bristle.plants.terms import SPRINGS
 
 WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz
@@ -265,19 +266,29 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
         if little or width <= narrowest:
             stride = max(int(FINE / (width * dt)), 1)
             pairs = zip(parts, speeds, strict=True)
-            frequencies = list[float]()
+            frequencies, degree = list[float](), 0
             if axes[0] is not None:
                 # The known waves of the plant over the position [1/m or 1/rad]: gravity, cogging.
                 frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
                 frequencies = [1.0] * axes[0].gravity + frequencies
-            stretches = [_stretch(*pair, width, dt, stride, top, frequencies, few=few) for pair in pairs if top > 0.0]
+                degree = SPRINGS.get(axes[0].spring or "", 0)
+            stretches = [_stretch(*pair, width, dt, stride, top, frequencies, degree, few=few) for pair in pairs if top > 0.0]
             rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
 
 
 def _stretch(
-    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = (), *, few: bool = False
+    segment: Segment,
+    speed: np.ndarray,
+    width: float,
+    dt: float,
+    stride: int,
+    top: float,
+    plant: Sequence[float] = (),
+    degree: int = 0,
+    *,
+    few: bool = False,
 ) -> _Stretch:
     from scipy.ndimage import minimum_filter1d, spline_filter1d, uniform_filter1d
 
@@ -293,6 +304,7 @@ def _stretch(
                 yield np.where(along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0)
         for wave in plant:
             yield from (bend(wave * segment.position) for bend in (np.cos, np.sin))
+        yield from ((segment.position - segment.position.mean()) ** power for power in range(2, degree + 1))
         yield from segment.regressors
 
     def wide(signals: Iterable[np.ndarray]) -> np.ndarray:

@@ -116,7 +116,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
 def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
     """Return the note on a position that bristle integrated from a velocity column."""
     begin = "the first value of the reference" if follows else "position 0"
-    terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging)) if stated]
+    terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging), ("a spring", axis.spring)) if stated]
     named = f" ({' and '.join(terms)})" if terms else ""
     return (
         f"the log has no position: bristle integrates the velocity in column {column} from {begin}. The true start is unknown, "

@@ -25,6 +25,7 @@ COPIED_WITHIN = 1e-6  # of the range, within which a position is a copy of its r
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
 SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
+FARTHEST = {"translational": 0.05, "rotational": 0.5}  # [m, rad], more than the deflection of any contact
 RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
 INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
 GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
@@ -137,10 +138,12 @@ def _never_slides(look: Look) -> Numbers | None:
     if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < 0.5:
         return None
     likeness = likeness_of(*(channel.values - np.mean(channel.values) for channel in (log.position, log.effort)))
-    narrow = abs(share) < SPRING_WORK and likeness > SPRING_LIKENESS
-    if not narrow and not (likeness > 0.9 and _builds_up(look)):
+    reach = 0.5 * float(np.ptp(log.position.values))
+    # No contact sticks over such strokes: gravity, a spring or a cable outweighs the friction of an axis that slides.
+    narrow = abs(share) < SPRING_WORK and likeness > SPRING_LIKENESS and reach < FARTHEST[log.kind]
+    if not narrow and not (likeness > (0.9 if reach < FARTHEST[log.kind] else SPRING_LIKENESS) and _builds_up(look)):
         return None
-    return {"correlation": likeness, "percent": 100.0 * share, "reach": 0.5 * float(np.ptp(log.position.values))}
+    return {"correlation": likeness, "percent": 100.0 * share, "reach": reach}
 
 
 def _builds_up(look: Look) -> bool:

@@ -13,6 +13,7 @@ from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.clock import median_step
+from bristle.logs.nameless import is_nameless
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
 from bristle.logs.words import other_unit_in
 
@@ -124,6 +125,8 @@ def axis_of(table: Table) -> Axis:
             if split_unit(text)[0].lower() in USUAL_NAMES["position"]:
                 raise table.missing(text, "position")
         message, mend = "has no column with a usual name of a position", "Give an axis file that names the columns (--axis AXIS.toml)"
+        if is_nameless(table):
+            mend = "Propose a role for each column with `bristle log LOG --write AXIS.toml`, and add --axis AXIS.toml"
         raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
     unit = table.units.get(moved, "m")
     turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))

@@ -43,8 +43,8 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     if not terms:
         return PLANTS[base]
     chosen = terms_in(keys)
-    for term, example in (("cogging", "motor_6_cos"), ("known", "known_NAME")):
-        has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
+    for term, example in (("cogging", "motor_6_cos"), ("spring", "spring_1"), ("known", "known_NAME")):
+        has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns" if term == "known" else term]
         if term in terms and not has_any:
             raise InputError(
                 f"has +{term}, but no coefficient",
@@ -57,4 +57,5 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
         gravity="gravity" in terms,
         cogging=chosen["cogging"] if "cogging" in terms else None,
         columns=chosen["columns"] if "known" in terms else (),
+        spring=chosen["spring"] if "spring" in terms else None,
     )

@@ -1,13 +1,15 @@
-r"""Terms of a plant besides friction: gravity of a link, cogging, and effects of known columns of the log.
+r"""Terms of a plant besides friction: gravity of a link, cogging, a spring or cable, and effects of known columns of the log.
 
 .. math::
     u = u_\text{plant} + g_s \sin x + g_c \cos x + \sum_{T} \sum_n \left(c_{T,n} \cos \frac{2\pi n x}{T}
-        + s_{T,n} \sin \frac{2\pi n x}{T}\right) + \sum_j k_j w_j(t) + F
+        + s_{T,n} \sin \frac{2\pi n x}{T}\right) + \sum_{i=1}^3 c_i x^i + \sum_j k_j w_j(t) + F
 
 Gravity of a link depends on its angle, with two coefficients for any mounting position. Cogging pulls a motor from tooth
-to tooth, or a screw from ball to ball: :math:`n` times per turn :math:`T` of motor or screw. Gravity and cogging depend
-on the position only and are equal in both directions, but friction changes its sign. A motion in both directions
-therefore separates them. A known column :math:`w_j` of the log acts only on simulations along that log.
+to tooth, or a screw from ball to ball: :math:`n` times per turn :math:`T` of motor or screw. A linear spring has the
+stiffness :math:`c_1`, and its rest position acts as a constant offset. The cubic polynomial describes the pull of a
+cable or hose within the range of the log. All these forces depend on the position only and are equal in both directions,
+but friction changes its sign. A motion in both directions therefore separates them. A known column :math:`w_j` of the log
+acts only on simulations along that log.
 
 A step uses the position-dependent force at :math:`x + \tfrac12 h v`, half a step ahead at the initial velocity. The
 port stays affine in the friction force, and a motion without friction keeps its energy (Verlet's scheme).
@@ -15,7 +17,7 @@ port stays affine in the friction force, and a motion without friction keeps its
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -31,14 +33,22 @@ from bristle.core.mathematics import cos, sin
 from bristle.core.variable import Variable
 
 TWO_PI = 2.0 * math.pi
-GRAVITY, COGGING, COLUMNS = "gravity", "cogging", "known"
-TERMS = (GRAVITY, COGGING, COLUMNS)  # Suffixes of the name of a plant, as in `inertia+gravity`
+GRAVITY, COGGING, SPRING, COLUMNS = "gravity", "cogging", "spring", "known"
+TERMS = (GRAVITY, COGGING, SPRING, COLUMNS)  # Suffixes of the name of a plant, as in `inertia+gravity`
 TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
 """Causes of cogging, and the parameter with the movement for a turn of each."""
 TURN = {turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12) for turner in TURNS}
 _GRAVITY = {
     name: Variable("force", f"effort of gravity, {part} of the angle", excitation="place")
     for name, part in (("g_sin", "sine"), ("g_cos", "cosine"))
+}
+SPRINGS = {"linear": 1, "cubic": 3}
+"""Degree of the polynomial of each spring."""
+DEGREES = {degree: name for name, degree in SPRINGS.items()}
+_SPRING = {
+    "spring_1": Variable("force/length", "stiffness of a spring over the position", excitation="place"),
+    "spring_2": Variable("force/length^2", "force of a cable over the position, square part", excitation="place"),
+    "spring_3": Variable("force/length^3", "force of a cable over the position, cubic part", excitation="place"),
 }
 _WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
 
@@ -54,6 +64,9 @@ class Terms(NamedTuple):
     cosines: Annotated[np.ndarray, Variable("force", "cosine part of each wave")]
     sines: Annotated[np.ndarray, Variable("force", "sine part of each wave")]
     per_column: Annotated[np.ndarray, Variable("force", "effort for one unit of each known column")]
+    spring_1: Annotated[float, _SPRING["spring_1"]] = 0.0
+    spring_2: Annotated[float, _SPRING["spring_2"]] = 0.0
+    spring_3: Annotated[float, _SPRING["spring_3"]] = 0.0
 
 
 class Place(NamedTuple):
@@ -64,6 +77,19 @@ class Place(NamedTuple):
     waves: np.ndarray
     cosines: np.ndarray
     sines: np.ndarray
+
+
+class Sprung(NamedTuple):
+    """The same with a spring."""
+
+    g_sin: float
+    g_cos: float
+    waves: np.ndarray
+    cosines: np.ndarray
+    sines: np.ndarray
+    spring_1: float
+    spring_2: float
+    spring_3: float
 
 
 NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))  # For a plant without terms
@@ -93,9 +119,15 @@ def effort_at(x, q):
 
 
 @kernel
+def sprung_effort_at(x, q):
+    """Return the effort [N or N*m] against gravity, cogging and a spring at a position [m or rad]."""
+    return effort_at(x, q) + x * (q.spring_1 + x * (q.spring_2 + x * q.spring_3))
+
+
+@kernel
 def left_of(state, effort, dt, p):
     """Return an effort [N or N*m] minus that of the terms, over a step of `dt` [s]."""
-    return effort - effort_at(state.x + 0.5 * dt * state.v, p.terms)
+    return effort - sprung_effort_at(state.x + 0.5 * dt * state.v, p.terms)
 
 
 @kernel
@@ -119,20 +151,21 @@ def rest(state, effort, dt, p):
 @kernel
 def rate(state, effort, force, p):
     """Return the time derivative of the state of the plant, for the effort minus that of the terms."""
-    return plant_rate(state, effort - effort_at(state.x, p.terms), force, p.inner)
+    return plant_rate(state, effort - sprung_effort_at(state.x, p.terms), force, p.inner)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TermedPlant(Enclosing, Plant):
-    """A plant with terms: gravity, the orders of cogging per turn of motor and screw, known columns by name."""
+    """A plant with terms: gravity, orders of cogging per turn of motor and screw, degree of a spring, known columns by name."""
 
     inner: Plant
     gravity: bool
     orders: tuple[tuple[str, int], ...]
     columns: tuple[str, ...]
+    degree: int
 
     def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
-        return _termed, (self.inner, self.gravity, self.orders, self.columns)
+        return _termed, (self.inner, self.gravity, self.orders, self.columns, self.degree)
 
     @property
     def turners(self) -> tuple[str, ...]:
@@ -142,12 +175,12 @@ class TermedPlant(Enclosing, Plant):
     @property
     def beside(self) -> Mapping[str, Variable]:
         """The parameters of its terms."""
-        return _variables(self.gravity, self.turners, self.orders, self.columns)
+        return _variables(self.gravity, self.turners, self.orders, self.columns, self.degree)
 
     @property
     def defaults(self) -> dict[str, Any]:
         """Default values of the parameters; a turn has none."""
-        return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns), 0.0)
+        return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns, self.degree), 0.0)
 
     def assemble(self, values: Mapping[str, Any]) -> Termed:
         """Return the parameters of the kernels from the values of the user."""
@@ -162,6 +195,7 @@ class TermedPlant(Enclosing, Plant):
             cosines,
             sines,
             np.array([values[f"known_{name}"] for name in self.columns], dtype=float),
+            *(float(values.get(name, 0.0)) for name in _SPRING),
         )
         return Termed(self.inside(values), terms)
 
@@ -173,11 +207,17 @@ class TermedPlant(Enclosing, Plant):
         values |= {TURNS[turner]: getattr(terms, TURNS[turner]) for turner in self.turners}
         for wave, cosine, sine in zip(self.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True):
             values |= {_wave(*wave, "cos"): cosine, _wave(*wave, "sin"): sine}
+        values |= {name: getattr(terms, name) for name in tuple(_SPRING)[: self.degree]}
         return values | {f"known_{name}": k for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)}
 
 
 def with_terms(
-    plant: Plant, *, gravity: bool = False, cogging: Mapping[str, Iterable[int]] | None = None, columns: Iterable[str] = ()
+    plant: Plant,
+    *,
+    gravity: bool = False,
+    cogging: Mapping[str, Iterable[int]] | None = None,
+    columns: Iterable[str] = (),
+    spring: str | None = None,
 ) -> Plant:
     """Return a plant with terms; the plant itself without terms.
 
@@ -191,11 +231,13 @@ def with_terms(
         Orders of cogging per turn of the ``"motor"`` and of the ``"screw"``.
     columns : iterable of str
         Names of known columns, each with a coefficient.
+    spring : {"linear", "cubic"}, optional
+        Polynomial of a spring or cable over the position.
     """
     orders = cogging or {}
     pairs = tuple((turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ()))))
-    named = tuple(columns)
-    return _termed(plant, gravity, pairs, named) if gravity or pairs or named else plant
+    named, degree = tuple(columns), SPRINGS[spring] if spring else 0
+    return _termed(plant, gravity, pairs, named, degree) if gravity or pairs or named or degree else plant
 
 
 def terms_in(names: Iterable[str]) -> dict[str, Any]:
@@ -206,13 +248,15 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
         "gravity": "g_sin" in parameters or "g_cos" in parameters,
         "cogging": {turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS},
         "columns": list(dict.fromkeys(match[1] for name in parameters if (match := re.fullmatch(r"known_(\w+)", name)))),
+        "spring": "cubic" if {"spring_2", "spring_3"} & set(parameters) else "linear" if "spring_1" in parameters else None,
     }
 
 
 def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
-    """Return the effort [N or N*m] against gravity and cogging at some positions [m or rad], of the same shape."""
+    """Return the effort [N or N*m] of the position-dependent terms at some positions [m or rad], of the same shape."""
+    spring = x * (terms.spring_1 + x * (terms.spring_2 + x * terms.spring_3))
     phase = np.multiply.outer(np.asarray(x, dtype=float), terms.waves)
-    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines)
+    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines) + spring
 
 
 def terms_of(plant: Model) -> Terms | None:
@@ -220,10 +264,16 @@ def terms_of(plant: Model) -> Terms | None:
     return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
 
 
-def place_of(plant: Model | None) -> Place:
+def place_of(plant: Model | None) -> Place | Sprung:
     """Return the position-dependent terms of a plant; `NOWHERE` for a plant without terms."""
     terms = None if plant is None else terms_of(plant)
-    return NOWHERE if terms is None else Place(*(getattr(terms, name) for name in Place._fields))
+    form = Sprung if terms is not None and (terms.spring_1 or terms.spring_2 or terms.spring_3) else Place
+    return NOWHERE if terms is None else form(*(getattr(terms, name) for name in form._fields))
+
+
+def kernel_of_place(place: Place | Sprung) -> Callable[..., float]:
+    """Return the kernel ``effort(x, place)`` for the position-dependent terms of a plant."""
+    return sprung_effort_at if isinstance(place, Sprung) else effort_at
 
 
 def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:
@@ -247,7 +297,9 @@ def _wave(turner: str, order: int, part: str) -> str:
     return f"{turner}_{order}_{part}"
 
 
-def _variables(gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str]) -> dict[str, Variable]:
+def _variables(
+    gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str], degree: int
+) -> dict[str, Variable]:
     variables = dict(_GRAVITY) if gravity else {}
     variables |= {TURNS[turner]: TURN[turner] for turner in turners}
     for turner, order in orders:
@@ -255,13 +307,14 @@ def _variables(gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str
         for part, word in (("cos", "cosine"), ("sin", "sine")):
             text = f"cogging {often} a turn of the {turner}, {word}"
             variables[_wave(turner, order, part)] = Variable("force", text, excitation="place")
+    variables |= {name: _SPRING[name] for name in tuple(_SPRING)[:degree]}
     for name in columns:
         variables[f"known_{name}"] = Variable("force", f"effort for a 1 in the known column {name}", excitation="place")
     return variables
 
 
 @once
-def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...]) -> TermedPlant:
+def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...], degree: int) -> TermedPlant:
     own = plant.inverse
 
     def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray, p: Termed) -> np.ndarray:
@@ -269,7 +322,7 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
         assert own is not None
         return own(x, v, a, p.inner) + effort_of_place(x, p.terms)
 
-    named = [GRAVITY] * gravity + [COGGING] * bool(orders) + [COLUMNS] * bool(columns)
+    named = [GRAVITY] * gravity + [COGGING] * bool(orders) + [SPRING] * bool(degree) + [COLUMNS] * bool(columns)
     return TermedPlant(
         name="+".join((plant.name, *named)),
         description=f"{plant.description}, with {' and '.join(_WORDS[name] for name in named)}",
@@ -286,7 +339,8 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
         gravity=gravity,
         orders=orders,
         columns=columns,
+        degree=degree,
     )
 
 
-_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", COLUMNS: "known columns of a log"}
+_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", SPRING: "a spring", COLUMNS: "known columns of a log"}

@@ -82,6 +82,7 @@ ADVICE = {
         "Move at several amplitudes, up to the working stroke and through any resonance, until the stiffness visibly falls or rises.",
         "",
     ),
+    "place": ("Move slowly through the whole range in both directions, so that the force of the load changes and turns round.", ""),
     "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,6 +81,8 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
     summary = data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
+        if proposal.roles:
+            summary["proposal"]["roles"] = [asdict(entry) for entry in proposal.roles]
         summary["notes"] = [*proposal.notes, *summary["notes"]]
     return replace(inspected, summary=summary)
 

@@ -9,6 +9,7 @@ from bristle.report.cards import Step
 from bristle.report.comparison import comparison_report
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import Table, capital
+from bristle.tune.machine import STOPS
 
 if TYPE_CHECKING:
     from bristle.core import Kind
@@ -68,7 +69,7 @@ def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored")
     following = Step("Keep it, or undo it:" if is_kept else "Undo again:", undo_command(result))
     if not _is_changed(result):
-        following = Step("Mend the cause, and run again:", options["command"])
+        following = Step("Run again:" if result.code == STOPS[-1] else "Mend the cause, and run again:", options["command"])
     sections = [
         Section("written", "Values written", [Table("Values written", ("Step", "Write", "Value"), _writes(run))], "Written"),
         Section("steps", "Steps", [Table("Steps", ("Step", "Result"), _steps(result))], "Steps"),

@@ -40,7 +40,7 @@ _REMOVED = (
 def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return the text about proposed lines: taken, rejected, or without a fit."""
     *names, taken, rejected, unfitted = texts
-    named = " and ".join(name for name, key in zip(names, ("offset", "gravity", "harmonics"), strict=True) if key in numbers)
+    named = " and ".join(name for name, key in zip(names, ("offset", "gravity", "harmonics", "spring"), strict=True) if key in numbers)
     return (taken if numbers["taken"] else rejected if numbers["percent"] < float("inf") else unfitted).replace("LINES", named)
 
 
@@ -50,6 +50,7 @@ FITS: dict[str, Sentence] = {
             "the offset of {offset:force}",
             "the gravity of a link",
             "cogging (turn {travel:length}, harmonics {harmonics:whole numbers})",
+            "a spring or a cable",
             "bristle took LINES into the axis. The held-out error is {percent:3 digits} % instead of {before:3 digits} %. For the next "
             "log, write {lines:list} into the axis file",
             "bristle tried LINES in a second pass and rejected it. The held-out error would be {percent:3 digits} % instead of "

@@ -202,6 +202,19 @@ def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
     )
 
 
+def _like_a_spring(sentence: Sentence) -> Sentence:
+    """Return the sentence on a force along the axis, with another text for a force that is equal in both directions."""
+    text = (
+        "a force over the position acts on the axis, equal in both directions like that of a spring or cable. The missing part is "
+        '{force:force} rms, {percent:.2g} % of friction. Next: write `spring = "cubic"` under `[plant]` of the axis file'
+    )
+
+    def choose(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+        return texts[-1] if "alike" in numbers else sentence.choose(texts[:-1], numbers)
+
+    return sentence._replace(texts=(*sentence.texts, text), choose=choose, also=(*sentence.also, "alike"))
+
+
 STRUCTURE: dict[str, Sentence] = {
     "structure": Sentence(
         (
@@ -258,11 +271,13 @@ STRUCTURE: dict[str, Sentence] = {
         "No other model of bristle describes this build-up differently",
         "friction builds up over a distance after a reversal",
     ),
-    "missing_position": _missing(
-        "friction changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
-        "`{model}`",
-        "Friction of this model already changes along the axis, up to the square of the position",
-        "friction changes along the axis",
+    "missing_position": _like_a_spring(
+        _missing(
+            "friction changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
+            "`{model}`",
+            "Friction of this model already changes along the axis, up to the square of the position",
+            "friction changes along the axis",
+        )
     ),
     "missing_ripple": Sentence(
         (

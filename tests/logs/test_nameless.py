@@ -1,0 +1,178 @@
+"""Columns without names: roles with their evidence, on simulated joints and on measured logs without their headers."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from bristle.core import Content, InputError
+from bristle.files import axes_in, propose_axis
+from bristle.logs import read_log
+from bristle.logs.nameless import is_nameless, proposed_roles
+from bristle.logs.readers import read_table
+from bristle.report.log import inspect_log
+
+DT = 2e-3
+T = np.arange(0.0, 24.0, DT)
+
+
+@dataclass
+class Joint:
+    """Angle, speed and effort of a joint with inertia, friction and gravity."""
+
+    seed: int
+    gravity: float = 5.0
+
+    def __post_init__(self):
+        rng = np.random.default_rng(self.seed)
+        rates, phases, sizes = rng.uniform(0.5, 4.0, 4), rng.uniform(0.0, 6.0, 4), rng.uniform(0.2, 0.6, 4)
+        parts = [sizes * rates**n * np.sin(np.outer(T, rates) + phases + 0.5 * np.pi * n) for n in range(3)]
+        self.q, self.v, a = (part.sum(axis=1) for part in parts)
+        self.u = 0.2 * a + np.sign(self.v) + 0.4 * self.v + self.gravity * np.sin(self.q) + 0.02 * rng.normal(size=T.size)
+
+
+def table_of(*columns, separator=","):
+    rows = "\n".join(separator.join(f"{cell:.8g}" for cell in row) for row in np.column_stack(columns))
+    return f"{rows}\n".encode()
+
+
+def roles(data):
+    return {entry.column.removeprefix("column_"): (entry.role, entry.joint) for entry in proposed_roles(read_table(data))}
+
+
+ONE = Joint(1)
+
+
+def test_a_matrix_of_one_axis_is_recognised_by_its_signals():
+    assert roles(table_of(T, ONE.q, ONE.v, ONE.u)) == {"1": ("time", 0), "2": ("position", 1), "3": ("velocity", 1), "4": ("effort", 1)}
+    assert roles(table_of(ONE.u, np.degrees(ONE.q), separator=" ")) == {"1": ("effort", 1), "2": ("position", 1)}
+
+
+def test_an_acceleration_is_neither_a_velocity_nor_an_effort():
+    result = roles(table_of(T, np.gradient(ONE.v, DT), ONE.v, ONE.q, ONE.u))
+    assert [role for role, _ in result.values()] == ["time", "", "velocity", "position", "effort"]
+
+
+@pytest.mark.parametrize("late", [4, 20])
+def test_of_two_almost_equal_columns_the_earlier_is_the_reference(late):
+    reference, measured = ONE.q[late:], ONE.q[:-late]
+    result = roles(table_of(measured, reference, ONE.u[:-late]))
+    assert result == {"1": ("position", 1), "2": ("reference", 1), "3": ("effort", 1)}
+
+
+def in_blocks(joints):
+    return [signal for name in "qvu" for signal in (getattr(joint, name) for joint in joints)]
+
+
+def by_joint(joints):
+    return [getattr(joint, name) for joint in joints for name in "uvq"]
+
+
+@pytest.mark.parametrize("arranged", [in_blocks, by_joint])
+def test_each_effort_belongs_to_the_joint_whose_direction_it_follows(arranged):
+    joints = [Joint(seed) for seed in (1, 2, 3)]
+    joints[1].u += 3.0 * np.sin(joints[0].q) + 0.3 * np.gradient(joints[2].v, DT)  # coupling
+    columns = arranged(joints)
+    expected = {
+        id(getattr(joint, name)): (role, joint)
+        for joint in joints
+        for name, role in (("q", "position"), ("v", "velocity"), ("u", "effort"))
+    }
+    result = roles(table_of(T, *columns))
+    numbers = {}
+    for number, column in enumerate(columns, start=2):
+        role, joint = expected[id(column)]
+        assert result[str(number)][0] == role
+        assert numbers.setdefault(id(joint), result[str(number)][1]) == result[str(number)][1]
+    assert sorted(numbers.values()) == [1, 2, 3]
+
+
+def test_a_reversed_effort_a_constant_and_a_counter_are_stated():
+    data = table_of(T, ONE.q, -ONE.u, np.full(T.size, 24.0), np.arange(T.size))
+    entries = {entry.column: entry for entry in proposed_roles(read_table(data))}
+    assert entries["column_3"].evidence.endswith("its sign is reversed")
+    assert [entries[f"column_{k}"].evidence for k in (4, 5)] == ["it is constant", "it counts the rows"]
+    assert [entries[f"column_{k}"].role for k in (4, 5)] == ["", ""]
+    assert (entries["column_2"].low, entries["column_2"].high) == pytest.approx((ONE.q.min(), ONE.q.max()), rel=1e-6)
+
+
+def test_noise_has_no_role():
+    rng = np.random.default_rng(0)
+    assert set(roles(table_of(T, *rng.normal(size=(4, T.size)))).values()) == {("time", 0), ("", 0)}
+
+
+def test_names_with_a_meaning_are_no_numbers():
+    assert not is_nameless(read_table(b"q1,q2\n" + table_of(ONE.q, ONE.v)))
+    assert is_nameless(read_table(table_of(ONE.q, ONE.v)))
+    assert proposed_roles(read_table(b"time,position\n" + table_of(T, ONE.q))) == ()
+
+
+def test_two_joints_give_an_axis_file_with_two_tables_and_no_channels(tmp_path):
+    joints = [Joint(1), Joint(2)]
+    path = tmp_path / "arm.csv"
+    path.write_bytes(table_of(T, *in_blocks(joints)))
+    inspected = inspect_log(path)
+    assert inspected.summary["channels"] == []
+    assert "uses no column before you accept its role" in inspected.summary["notes"][0]
+    assert [entry["role"] for entry in inspected.summary["proposal"]["roles"]][:2] == ["time", "position"]
+    assert json.loads(json.dumps(inspected.summary["proposal"]))["missing"] == [
+        "columns.position.unit",
+        "columns.velocity.unit",
+        "columns.effort.unit",
+    ]
+    text = propose_axis(path).text
+    assert text.count("[[joint]]") == 2
+    for unit in ("rad", "rad/s", "N*m"):
+        text = text.replace('unit = "?"', f'unit = "{unit}"', 1)
+    axes = axes_in(Content(tmp_path / "axis.toml", text.encode()))
+    assert list(axes) == ["joint_1", "joint_2"]
+    for axis, joint in zip(axes.values(), joints, strict=True):
+        log = read_log(path, axis)
+        assert axis.kind == "rotational"
+        assert log.position.values == pytest.approx(joint.q, abs=1e-7)
+        assert log.effort.values == pytest.approx(joint.u, abs=1e-6)
+
+
+def test_a_log_without_names_is_refused_with_the_command_that_proposes_roles():
+    with pytest.raises(InputError, match=r"bristle log LOG --write AXIS\.toml"):
+        read_log(table_of(T, ONE.q, ONE.u))
+
+
+MEASURED = Path(os.environ.get("BRISTLE_DATA", "missing"))
+needs_data = pytest.mark.skipif(not MEASURED.exists(), reason="no measured logs")
+
+
+@needs_data
+@pytest.mark.parametrize("mixed", [False, True])
+def test_the_columns_of_a_measured_robot_are_recognised(mixed):
+    data = np.load(MEASURED / "industrial_robot" / "robot.npz")
+    angles, efforts = data["y_train"], data["u_train"]
+    if mixed:
+        columns = [signal for pair in zip(efforts, angles, strict=True) for signal in pair]
+        expected = [(role, joint) for joint in range(1, 7) for role in ("effort", "position")]
+    else:
+        columns, expected = [*angles, *efforts], [(role, joint) for role in ("position", "effort") for joint in range(1, 7)]
+    assert list(roles(table_of(*columns)).values()) == expected
+
+
+@needs_data
+def test_the_columns_of_a_measured_ball_screw_are_recognised():
+    data = {
+        name: np.ravel(values)
+        for name, values in scipy.io.loadmat(MEASURED / "emps" / "DATA_EMPS.mat").items()
+        if name in ("t", "qm", "qg", "vir")
+    }
+    result = roles(table_of(data["t"], data["vir"], data["qm"], data["qg"]))
+    assert [role for role, _ in result.values()] == ["time", "effort", "position", "reference"]
+
+
+@needs_data
+def test_the_columns_of_a_measured_motor_are_recognised():
+    data = np.genfromtxt(MEASURED / "cogging" / "acc_current.txt", delimiter=",", skip_header=1)
+    assert [role for role, _ in roles(table_of(*data[:, :4].T)).values()] == ["time", "position", "velocity", "effort"]
