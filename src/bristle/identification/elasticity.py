@@ -69,6 +69,7 @@ HOLDS, LEAST_CLEAN, LEAST_ROWS = (
     0.05,
     50.0,
 )  # exponent of the hold; of the effort, power without noise; rows of a level of noise
+BEHIND = 0.05  # of the mass: error of the inertia of a whole log by friction behind a spring
 TINY = float(np.finfo(float).tiny)
 
 
@@ -130,9 +131,12 @@ def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
     """Return the alignment of an axis; that of an elastic axis has the more precise sum of the masses, and the delay of the response."""
     if coupling is None:
         return alignment
-    mass, width = alignment.mass or math.inf, alignment.mass_half_width or 0.0
-    if coupling.mass_half_width < width + ONE_MASS * mass:
-        alignment = replace(alignment, mass=coupling.mass, mass_half_width=coupling.mass_half_width)
+    mass, width = alignment.mass, alignment.mass_half_width
+    if mass is None or width is None or coupling.mass_half_width < width + BEHIND * mass:
+        mass, width = coupling.mass, coupling.mass_half_width
+    else:
+        width += ONE_MASS * mass
+    alignment = replace(alignment, mass=mass, mass_half_width=width)
     late = {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width} if alignment.delay is not None else {}
     return replace(alignment, slow=alignment.slow or coupling.one_mass, **late)
 
