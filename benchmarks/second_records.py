@@ -74,11 +74,11 @@ def inside(first: Log, second: Log, axis: Axis, axis_of_second: Axis, model: str
     """Identify a record; return the share of the rows of a second record within the band [%], and their number."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = identify(first, model, axis=axis)
-        assert found.best.resampling is not None
-        treatment: Mapping[str, Any] = {name: found.treatment[name] for name in TREATMENT if name in found.treatment}
-        bands = found.best.resampling.bands
-        predicted = predict(found.best.plant, found.best.friction, second, axis_of_second, bands=bands, **treatment)
+        result = identify(first, model, axis=axis)
+        assert result.best.resampling is not None
+        treatment: Mapping[str, Any] = {name: result.treatment[name] for name in TREATMENT if name in result.treatment}
+        bands = result.best.resampling.bands
+        predicted = predict(result.best.plant, result.best.friction, second, axis_of_second, bands=bands, **treatment)
     assert predicted.inside_percent is not None
     assert predicted.effort is not None
     return predicted.inside_percent, predicted.effort.size
@@ -95,7 +95,7 @@ def _cut(log: Log, span: slice) -> Log:
         return {name: part(item) for name, item in value.items()} if isinstance(value, Mapping) else value
 
     parts = {field.name: part(getattr(log, field.name)) for field in fields(log) if field.name not in ("segments", "findings", "notes")}
-    starts = [(max(one.start, span.start), min(one.stop, span.stop)) for one in log.segments]
+    starts = [(max(segment.start, span.start), min(segment.stop, span.stop)) for segment in log.segments]
     return replace(log, **parts, segments=tuple(slice(a - span.start, b - span.start) for a, b in starts if b > a))
 
 

@@ -101,26 +101,28 @@ class Elastic(NamedTuple):
 
 def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
     """Return the elastic coupling that logs of one axis show, or None."""
-    log, found = _spectra_of(logs, axes), list[_Resonance]()
+    log, resonances = _spectra_of(logs, axes), list[_Resonance]()
     if log is None:
         return None
-    whole, time = _Search(log).resonance, np.cumsum(log.lengths) / np.sum(log.lengths)
+    of_log, time = _Search(log).resonance, np.cumsum(log.lengths) / np.sum(log.lengths)
     for start, end in PARTS:
         inside = (time > start - 1e-9) & (time < end + 1e-9)
         if np.count_nonzero(inside) >= FEWEST:
             part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
-            found += [part] if part is not None else []
+            resonances += [part] if part is not None else []
     # Parts of a log with a resonance in friction of its own contradict each other.
-    centre = whole or min(found, key=attrgetter("error"), default=None)
+    centre = of_log or min(resonances, key=attrgetter("error"), default=None)
     if centre is None:
         return None
-    found = [part for part in found if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if whole else AGREE)]
-    if whole is None and len(found) < AGREEING:
+    resonances = [part for part in resonances if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if of_log else AGREE)]
+    if of_log is None and len(resonances) < AGREEING:
         return None
-    found += [whole] if whole is not None else []
-    best = min(found, key=attrgetter("error"))
-    weights = np.maximum([part.errors for part in found], 1e-6) ** -2.0
-    spread = np.sqrt(np.sum(weights * (np.array([part.values for part in found]) - best.values) ** 2, axis=0) / np.sum(weights, axis=0))
+    resonances += [of_log] if of_log is not None else []
+    best = min(resonances, key=attrgetter("error"))
+    weights = np.maximum([part.errors for part in resonances], 1e-6) ** -2.0
+    spread = np.sqrt(
+        np.sum(weights * (np.array([part.values for part in resonances]) - best.values) ** 2, axis=0) / np.sum(weights, axis=0)
+    )
     errors = np.hypot(STUDENT * best.errors, SPREAD * spread)
     values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
     widths = np.append(values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time)
