@@ -110,7 +110,6 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
         if np.count_nonzero(inside) >= FEWEST:
             part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
             resonances += [part] if part is not None else []
-    # Parts of a log with a resonance in friction of its own contradict each other.
     centre = of_log or min(resonances, key=attrgetter("error"), default=None)
     if centre is None:
         return None
