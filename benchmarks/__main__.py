@@ -36,6 +36,7 @@ from benchmarks.presliding import presliding
 from benchmarks.pushes import pushes
 from benchmarks.readers import readers
 from benchmarks.rotors import rotors
+from benchmarks.second_records import second_records
 from benchmarks.stick_slip import stick_slip
 from benchmarks.strange_logs import strange_logs
 from benchmarks.structure import structures
@@ -214,6 +215,7 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
         observer,
         rotors,
         wind_up,
+        second_records,
     )
 }
 

@@ -23,6 +23,7 @@ from bristle.core.cores import core_count
 __all__ = ["Tried", "elastic", "tried"]
 
 FIRST, COUNT = 500, 60
+NARROWEST, WIDEST = 92.0, 98.0  # % of the intervals that hold the true value
 CLOSE, CLOSE_MASS = 3.0, 1.0  # % of the frequencies, and of the sum of the masses
 
 
@@ -58,6 +59,8 @@ def tried(seed: int, elastic: bool) -> Tried:
         100.0 * (facts[name] / truth - 1.0) if "antiresonance" in facts else np.nan for name, truth in pairs.items()
     )
     inside = [abs(facts[name] - truth) < facts[f"{name}_half_width"] for name, truth in pairs.items() if "antiresonance" in facts]
+    ends = found.best.parameters["M"].ends
+    inside += [ends[0] < drive.total < ends[1]] if inside and ends else []
     suggested = {str(item.numbers.get("model", "")) for item in found.best.diagnostics} - {""}
     mass = 100.0 * (found.best.parameters["M"].value / drive.total - 1.0)
     first = codes[:1] == ["elastic_load"]
@@ -81,7 +84,7 @@ def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
     yield _share("the same with play", [one.close for one in play])
     yield _share("rigid axis, reported as elastic", [one.reported for one in rigid], most=2.0)
     yield _share("reported drive, elasticity first, no pre-sliding model", [one.first and not _cures(one) for one in reported], least=100.0)
-    yield _share("true value in the 95 % interval", [part for one in reported for part in one.inside])
+    yield _share("true value in the 95 % interval", [part for one in reported for part in one.inside], NARROWEST, WIDEST)
     yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in reported])
     yield _share("the same without play", [abs(one.mass) < CLOSE_MASS for one in reported if not one.play])
 

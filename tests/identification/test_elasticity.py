@@ -51,6 +51,29 @@ def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency,
     assert abs(coupling.antiresonance - frequency) < coupling.antiresonance_half_width < 0.05 * frequency
 
 
+@pytest.mark.parametrize(("noise", "strength"), [(0.5, 4.0), (1.0, 8.0)])
+def test_noise_of_the_effort_does_not_raise_the_mass(noise, strength):
+    coupling = coupling_of(noise=noise, strength=strength)
+    assert coupling.mass == pytest.approx(MASS, rel=0.01)
+    assert coupling.inertia_ratio == pytest.approx(0.4 / 0.6, rel=0.05)
+    assert abs(coupling.mass - MASS) < coupling.mass_half_width
+
+
+def held(effort):
+    return np.fft.irfft(np.fft.rfft(effort) / np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size)
+
+
+def averaged(effort):
+    return np.fft.irfft(np.fft.rfft(effort) * np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size)
+
+
+@pytest.mark.parametrize("measured", [held, averaged])
+def test_an_effort_that_is_held_or_averaged_over_a_sample_has_the_same_mass(measured):
+    coupling = coupling_of(80.0, 0.7, measured=measured)
+    assert coupling.mass == pytest.approx(MASS, rel=0.005)
+    assert coupling.inertia_ratio == pytest.approx(0.7 / 0.3, rel=0.03)
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(seed):
     for measured in (lambda effort: effort, lambda effort: np.roll(effort, 3), behind_lag):

@@ -6,13 +6,21 @@ A motor :math:`m_1` that moves a load :math:`m_2` through a spring answers an ef
    M = m_1 + m_2, \quad \kappa = \frac{m_2}{m_1}, \quad \omega_a = \frac{\omega_r}{\sqrt{1 + \kappa}} .
 
 It has an antiresonance at :math:`\omega_a` and a resonance at :math:`\omega_r`. A term :math:`1/s` stands for viscous
-friction. The response is estimated from slides: motions in one direction, in which friction is almost constant. Around
-reversals friction is neither constant nor linear, and a contact with pre-sliding has a resonance, too.
+friction. A power `h` of :math:`\sin(x)/x`, with :math:`x = \pi f \Delta t`, stands for the effort between two samples: the
+recorder holds it (`h = 1`), samples it (0) or averages it (-1). The response is estimated from slides: motions in one
+direction, in which friction is almost constant. Around reversals friction is neither constant nor linear, and a contact
+with pre-sliding has a resonance, too.
 
 The spectra are averaged over all slides (Welch [1]_). Bins within 2 % of a frequency share one cross-spectrum, and bins
-within 8 % one variance. For each resonance the response is linear in all other parameters (variable projection [2]_)
-except damping and delay, which a simplex search refines. A rigid axis with a lag of second order is the alternative. If
-the whole log shows a resonance, the part of the log with the smallest standard errors determines its values.
+within 8 % one variance. Noise of the effort, white, attenuates the response, as in any regression on a noisy signal. The part of
+the effort that the acceleration does not explain is at least this noise: its minimum over the frequencies is the noise, and
+the spectrum of the effort loses it [3]_. For each resonance the response is linear in all other parameters (variable
+projection [2]_) except damping, delay and hold, which a simplex search refines. A rigid axis with a lag of second order is the
+alternative. A resonance is that of the whole log, or of two parts that agree. The part with the smallest standard errors
+determines its values; the scatter over the parts is the error of the model.
+
+Up to a frequency `f` the motor feels the mass :math:`M (1 + \mu r^2 / (1 - r^2))`, with :math:`r = f / f_a` and the share
+:math:`\mu` of the load in the mass. Where the excess is below 2 %, the axis is one mass.
 
 References
 ----------
@@ -20,6 +28,8 @@ References
    and Electroacoustics 15(2), 1967. doi:10.1109/TAU.1967.1161901
 .. [2] G. H. Golub, V. Pereyra, "The differentiation of pseudo-inverses and nonlinear least squares problems whose
    variables separate", SIAM Journal on Numerical Analysis 10(2), 1973. doi:10.1137/0710036
+.. [3] T. Söderström, "Errors-in-variables methods in system identification", Automatica 43(6), 2007.
+   doi:10.1016/j.automatica.2006.11.025
 """
 
 from __future__ import annotations
@@ -39,10 +49,10 @@ from bristle.logs.filters import derivative, low_passed
 from bristle.logs.log import Log
 from bristle.logs.turns import runs
 
-LONGEST, SHORTEST, FEWEST, TAPER = 8.0, 0.4, 3, 0.5  # s: of a slide; slides; tapered share of a slide
-PERIODS = 6.0  # of a frequency in a slide that determines its response
+LONGEST, SHORTEST, FEWEST, TAPER = 8.0, 0.4, 3, 1.0  # s: of a slide; slides; tapered share of a slide
+PERIODS = 4.0  # of a frequency in a slide that determines its response
 SIDES, BRISK, STEPS = 60.0, 0.03, 10.0  # Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide
-SLOWEST, FASTEST, OF_RATE, LOWEST = 3.0, 500.0, 0.4, 5.0  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
+SLOWEST, FASTEST, OF_RATE, LOWEST = 3.0, 500.0, 0.25, 5.0  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
 WIDTH, POOLED, MISFIT = 0.02, 0.08, 0.03  # of a group of bins; of pooled variances; model error as a share of the acceleration
 LATE, EARLY, DELAY_STEP = 12e-3, 4e-3, 1e-4  # s: search range of the delay
 STEP, DAMPINGS, AROUND = 0.015, (0.02, 0.08), (-6e-4, 0.0, 6e-4)  # of the scan: frequency, damping; s: delays around the first
@@ -50,9 +60,16 @@ DAMPED, RATIOS = (2e-3, 0.3), (0.05, 8.0)  # damping of a resonance; load over m
 BAND = 1.5  # around antiresonance and resonance
 LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = 60.0, 0.2, 0.3, 0.02  # of a clear resonance: squared deviation; shares; error
 PARTS = ((0.0, 0.5), (0.5, 1.0), (0.0, 0.34), (0.33, 0.67), (0.66, 1.0), (0.25, 0.75))  # of the slides
-ALIKE = 1.6  # largest ratio of the frequency in a part to that in the whole log
-STUDENT, SPARE, SPARE_DELAY = 4.0, 0.004, 0.1  # of the intervals: factor of the standard error; smallest relative half-width; in samples
-ONE_MASS = 0.2  # of the antiresonance: the highest frequency at which the axis is one mass
+ALIKE, AGREE, AGREEING = 1.6, 1.05, 2  # largest ratio of the frequency in a part to that in the whole log, and to that in another; parts
+STUDENT, SPREAD = 4.0, 2.0  # of the intervals: factors of the standard error, and of the scatter over the parts
+SPARE, SPARE_DELAY = 0.004, 0.1  # of the intervals: smallest relative half-width; in samples
+ONE_MASS = 0.02  # largest relative excess of the mass that the motor of one mass feels
+HOLDS, LEAST_CLEAN, LEAST_ROWS = (
+    (-1.5, 1.5),
+    0.05,
+    50.0,
+)  # exponent of the hold; of the effort, power without noise; rows of a level of noise
+BEHIND = 0.05  # of the mass: error of the inertia of a whole log by friction behind a spring
 TINY = float(np.finfo(float).tiny)
 
 
@@ -78,26 +95,36 @@ class Elastic(NamedTuple):
     @property
     def one_mass(self) -> float:
         """Highest frequency [Hz] at which the axis is one mass."""
-        return ONE_MASS * self.antiresonance
+        share = self.inertia_ratio / (1.0 + self.inertia_ratio)
+        return self.antiresonance * math.sqrt(ONE_MASS / (share + ONE_MASS))
 
 
 def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
     """Return the elastic coupling that logs of one axis show, or None."""
-    log = _spectra_of(logs, axes)
-    best = log and _Search(log).resonance
-    if log is None or best is None:
+    log, resonances = _spectra_of(logs, axes), list[_Resonance]()
+    if log is None:
         return None
-    antiresonance, time = best.values[0], np.cumsum(log.lengths) / np.sum(log.lengths)
+    of_log, time = _Search(log).resonance, np.cumsum(log.lengths) / np.sum(log.lengths)
     for start, end in PARTS:
         inside = (time > start - 1e-9) & (time < end + 1e-9)
         if np.count_nonzero(inside) >= FEWEST:
             part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
-            if part is not None and abs(part.values[0] - antiresonance) < math.log(ALIKE) and part.error < best.error:
-                best = part
-    values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
-    widths = np.append(
-        values[:4] * (STUDENT * best.errors[:4] + SPARE), 1e-3 * STUDENT * best.errors[4] + SPARE_DELAY * logs[0].sample_time
+            resonances += [part] if part is not None else []
+    centre = of_log or min(resonances, key=attrgetter("error"), default=None)
+    if centre is None:
+        return None
+    resonances = [part for part in resonances if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if of_log else AGREE)]
+    if of_log is None and len(resonances) < AGREEING:
+        return None
+    resonances += [of_log] if of_log is not None else []
+    best = min(resonances, key=attrgetter("error"))
+    weights = np.maximum([part.errors for part in resonances], 1e-6) ** -2.0
+    spread = np.sqrt(
+        np.sum(weights * (np.array([part.values for part in resonances]) - best.values) ** 2, axis=0) / np.sum(weights, axis=0)
     )
+    errors = np.hypot(STUDENT * best.errors, SPREAD * spread)
+    values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
+    widths = np.append(values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time)
     return Elastic(*(float(number) for pair in zip(values, widths, strict=True) for number in pair))
 
 
@@ -105,8 +132,12 @@ def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
     """Return the alignment of an axis; that of an elastic axis has the more precise sum of the masses, and the delay of the response."""
     if coupling is None:
         return alignment
-    if coupling.mass_half_width < (alignment.mass_half_width or math.inf):
-        alignment = replace(alignment, mass=coupling.mass, mass_half_width=coupling.mass_half_width)
+    mass, width = alignment.mass, alignment.mass_half_width
+    if mass is None or width is None or coupling.mass_half_width < width + BEHIND * mass:
+        mass, width = coupling.mass, coupling.mass_half_width
+    else:
+        width += ONE_MASS * mass
+    alignment = replace(alignment, mass=mass, mass_half_width=width)
     late = {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width} if alignment.delay is not None else {}
     return replace(alignment, slow=alignment.slow or coupling.one_mass, **late)
 
@@ -131,30 +162,40 @@ class _Spectra(NamedTuple):
     lengths: np.ndarray  # of each slide, in lengths of the transform
     highest: float  # Hz
     scale: float  # of the effort over that of the acceleration
+    dt: float
 
     @property
     def response(self) -> _Response:
         """The response over all slides, with weights from its variance around each frequency."""
-        near = (np.abs(np.subtract.outer(*[np.log(self.frequency)] * 2)) < POOLED).astype(float)
+        apart = np.abs(np.subtract.outer(*[np.log(self.frequency)] * 2))
+        near = (apart < POOLED).astype(float)
         rows = self.lengths[:, None] * self.bins * (self.frequency * LONGEST * self.lengths[:, None] > PERIODS)
         total, rows = np.einsum("sg,sgij->gij", (rows > 0.0).astype(float), self.slides), rows.sum(axis=0)
-        square, power, cross = np.real(total[:, 0, 0]), np.maximum(np.real(total[:, 1, 1]), TINY), total[:, 1, 0]
-        left = np.maximum(square - np.abs(cross) ** 2 / power, 0.0) / np.maximum(1.0 - 1.0 / np.maximum(rows, 1.0), 0.1)
-        weight = near @ rows / np.maximum(near @ left + MISFIT**2 * (near @ square), TINY)
-        coherence = 1.0 - np.clip(near @ (weight * left) / np.maximum(near @ (weight * square), TINY), 0.0, 1.0)
-        return _Response(self.frequency, weight * square, weight * power, weight * cross, rows, coherence)
+        signals, cross = np.maximum(np.real(np.diagonal(total, axis1=1, axis2=2)).T, TINY), total[:, 1, 0]
+        # What acceleration and effort do not explain of each other.
+        left = np.maximum(signals - np.abs(cross) ** 2 / signals[::-1], 0.0) / np.maximum(1.0 - 1.0 / np.maximum(rows, 1.0), 0.1)
+        weight = near @ rows / np.maximum(near @ left[0] + MISFIT**2 * (near @ signals[0]), TINY)
+        coherence = 1.0 - np.clip(near @ (weight * left[0]) / np.maximum(near @ (weight * signals[0]), TINY), 0.0, 1.0)
+        wide = (apart < 2.0 * POOLED).astype(float)
+        levels = (wide @ left[1])[wide @ rows > LEAST_ROWS] / (wide @ rows)[wide @ rows > LEAST_ROWS]
+        clean = np.maximum(signals[1] - np.min(levels, initial=np.inf if levels.size else 0.0) * rows, LEAST_CLEAN * signals[1])
+        sinc = np.log(np.sinc(self.frequency * self.dt))
+        square, power = weight * signals
+        return _Response(self.frequency, square, power, weight * clean, weight * cross, rows, coherence, sinc)
 
 
 @dataclass(frozen=True)
 class _Response:
-    """Weighted squares of acceleration and effort and their cross spectrum, with rows and coherence, shape (group,)."""
+    """Weighted squares of acceleration, effort and effort without noise, their cross spectrum, rows and coherence, shape (group,)."""
 
     frequency: np.ndarray
     square: np.ndarray
     power: np.ndarray
+    clean: np.ndarray
     cross: np.ndarray
     rows: np.ndarray
     coherence: np.ndarray
+    sinc: np.ndarray  # logarithm of the gain of a hold
 
     @property
     def delay(self) -> float:
@@ -164,20 +205,23 @@ class _Response:
         delays = np.arange(-EARLY, LATE, DELAY_STEP)
         return float(delays[np.argmax((np.exp(-4j * np.pi * np.outer(delays, self.frequency)) @ (weight * phase)).real)])
 
-    def fitted(self, delay: float, *shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def fitted(self, delay: float, *shapes: np.ndarray, hold: float = 0.0, clean: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Return factors, shape (trial, shape), and explained squares, shape (trial,), of shapes of shape (trial, group)."""
-        cross = self.cross * np.exp(-2j * np.pi * self.frequency * delay)
+        power = (self.clean if clean else self.power) * np.exp(2.0 * hold * self.sinc)
+        cross = self.cross * np.exp(hold * self.sinc - 2j * np.pi * self.frequency * delay)
         stacked = np.stack(np.broadcast_arrays(*shapes), axis=1)
-        normal = np.real((stacked.conj() * self.power) @ np.swapaxes(stacked, 1, 2))
+        normal = np.real((stacked.conj() * power) @ np.swapaxes(stacked, 1, 2))
         right = np.real(stacked.conj() @ cross)
         scale = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), TINY))
         normal = normal / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(len(shapes))
         factors = np.linalg.solve(normal, (right / scale)[..., None])[..., 0]
         return factors / scale, np.sum(factors * right / scale, axis=1)
 
-    def left(self, delay: float, factors: np.ndarray, *shapes: np.ndarray) -> np.ndarray:
+    def left(self, delay: float, factors: np.ndarray, *shapes: np.ndarray, hold: float = 0.0) -> np.ndarray:
         """Return the weighted squares that a fit leaves in each group, shape (group,)."""
-        gain = sum(factor * shape[0] for factor, shape in zip(factors, shapes, strict=True)) * np.exp(2j * np.pi * self.frequency * delay)
+        gain = sum(factor * shape[0] for factor, shape in zip(factors, shapes, strict=True)) * np.exp(
+            hold * self.sinc + 2j * np.pi * self.frequency * delay
+        )
         return self.square - 2.0 * np.real(np.conj(gain) * self.cross) + np.abs(gain) ** 2 * self.power
 
     def elastic(self, resonance: np.ndarray, damping: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -193,14 +237,14 @@ class _Response:
 
 
 class _Search:
-    """The search for a resonance; a point is the logarithm of resonance [Hz], that of damping, and the delay [ms]."""
+    """The search for a resonance; a point: logarithms of resonance [Hz] and damping, delay [ms], exponent of the hold."""
 
     def __init__(self, spectra: _Spectra) -> None:
         self.response, self.highest, self.scale = spectra.response, spectra.highest / 1.05, spectra.scale
 
-    def _fitted(self, point: np.ndarray) -> tuple[np.ndarray, float]:
+    def _fitted(self, point: np.ndarray, *, clean: bool = True) -> tuple[np.ndarray, float]:
         shapes = self.response.elastic(np.exp(point[:1]), np.exp(point[1:2]))
-        factors, squares = self.response.fitted(1e-3 * point[2], *shapes)
+        factors, squares = self.response.fitted(1e-3 * point[2], *shapes, hold=float(point[3]), clean=clean)
         return factors[0], float(squares[0])
 
     def _values(self, point: np.ndarray) -> np.ndarray:
@@ -221,7 +265,7 @@ class _Search:
             squares = np.where((ratios > RATIOS[0]) & (ratios < RATIOS[1]), squares, 0.0)
             place = int(np.argmax(squares))
             if squares[place] > most:
-                most, best = float(squares[place]), np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay])
+                most, best = float(squares[place]), np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay, 0.0])
         return best
 
     @property
@@ -232,15 +276,22 @@ class _Search:
         start, response = self._start, self.response
         if start is None:
             return None
-        bounds = [(start[0] - 0.7, start[0] + 0.7), (math.log(DAMPED[0]), math.log(1.5 * DAMPED[1])), (-2e3 * EARLY, 2e3 * LATE)]
-        options = {"initial_simplex": np.vstack([start, start + np.diag([0.02, 0.5, 0.3])]), "xatol": 1e-4, "fatol": 1e-3, "maxfev": 250}
+        bounds = [(start[0] - 0.7, start[0] + 0.7), (math.log(DAMPED[0]), math.log(1.5 * DAMPED[1])), (-2e3 * EARLY, 2e3 * LATE), HOLDS]
+        options = {
+            "initial_simplex": np.vstack([start, start + np.diag([0.02, 0.5, 0.3, 0.3])]),
+            "xatol": 1e-4,
+            "fatol": 1e-3,
+            "maxfev": 400,
+        }
         best = np.asarray(minimize(lambda point: -self._fitted(point)[1], start, method="Nelder-Mead", bounds=bounds, options=options).x)
         (factors, _), values, damping = self._fitted(best), self._values(best), math.exp(best[1])
         antiresonance, resonance, ratio = np.exp(values[:3]).tolist()
         in_range = antiresonance > LOWEST and resonance < self.highest
         if not (in_range and factors[0] > 0.0 and RATIOS[0] < ratio < RATIOS[1] and 1.1 * DAMPED[0] < damping < DAMPED[1]):
             return None
-        elastic = response.left(1e-3 * best[2], factors, *response.elastic(np.exp(best[:1]), np.exp(best[1:2])))
+        # Whether the resonance is clear is a question to the raw spectra, whose residual is least.
+        factors, _ = self._fitted(best, clean=False)
+        elastic = response.left(1e-3 * best[2], factors, *response.elastic(np.exp(best[:1]), np.exp(best[1:2])), hold=float(best[3]))
         fits = [(delay, *response.fitted(delay, *response.rigid())) for delay in response.delay + np.arange(-30, 31, 3) * DELAY_STEP]
         delay, factors, _ = max(fits, key=lambda fit: float(fit[2][0]))
         rigid = response.left(delay, factors[0], *response.rigid())
@@ -254,7 +305,7 @@ class _Search:
 
     def _errors(self, best: np.ndarray) -> np.ndarray:
         """Return the standard errors of the values, from the curvature of the explained squares."""
-        steps, curvature = np.diag([2e-3, 0.05, 0.02]), np.empty((3, 3))
+        steps, curvature = np.diag([2e-3, 0.05, 0.02, 0.05]), np.empty((4, 4))
         for n, step in enumerate(steps):
             for m, step_2 in enumerate(steps):
                 corners = [i * j * self._fitted(best + i * step + j * step_2)[1] for i in (1, -1) for j in (1, -1)]
@@ -301,6 +352,7 @@ def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | 
         np.array(lengths),
         highest,
         float(scale[1] / scale[0]),
+        dt,
     )
 
 

@@ -253,24 +253,27 @@ def _context(
             # Fewer rows, so that position noise does not hide friction.
             rows, noise = calmed(aligned(treated_dataset, alignment))
             treated_dataset = replace(treat(rows), calmed_from=noise) if rows > treated_dataset.decimation else treated_dataset
-        dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
+        dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
         if finds:
             # Waves of known length determine the delay better than waves found in the residual.
             axes = [axis and told_by(prior.plant, axis) for axis in axes]
             alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
-            dataset, prior = _aligned(treated_dataset, prior, alignment, settings)
+            dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
     context = _of_channel(context, treated_dataset, share(0, "looking for the channel that was filtered"))
     return replace(context, coupling=coupling)
 
 
-def _aligned(treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings) -> tuple[Dataset, PriorKnowledge]:
+def _aligned(
+    treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings, *, elastic: bool
+) -> tuple[Dataset, PriorKnowledge]:
     """Return the rows of a log with its channels aligned in time, and the prior knowledge with the measured inertia."""
-    # Noise above half of the reported threshold biases the inertia in the fits.
+    # Noise above half of the reported threshold biases the inertia in the fits; so does friction behind a spring.
     moved = aligned(treated, alignment)
-    unsure = 1.0 if moved.acceleration_noise_share > 0.5 * settings.acceleration_noise else settings.inertia_unsure
+    noisy = moved.acceleration_noise_share > 0.5 * settings.acceleration_noise
+    unsure = 1.0 if noisy or elastic else settings.inertia_unsure
     measured, mass, half_width = {}, alignment.mass, alignment.mass_half_width
     if mass is not None and half_width is not None and half_width <= unsure * mass:
         names = names_of(Role.INERTIA, prior.plant.variables)

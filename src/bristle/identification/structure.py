@@ -44,7 +44,6 @@ LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("gravity", "play")  # causes without a model to try next
 AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, also found with a drive that is not rigid
 LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
-ONE_BAND = 0.35  # of the antiresonance: cut-off up to which the axis is one mass
 NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
 MOST_ROWS = 120_000  # of a log, in the search for missing forces
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
@@ -120,7 +119,7 @@ def with_structure(
 
 def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:
     """Return the diagnostic of an elastic coupling, for rows up to a cut-off [Hz]."""
-    numbers: dict[str, Number] = {**coupling.facts, "cutoff": cutoff, "one_mass": int(cutoff <= ONE_BAND * coupling.antiresonance)}
+    numbers: dict[str, Number] = {**coupling.facts, "cutoff": cutoff, "one_mass": int(cutoff <= coupling.one_mass)}
     return Diagnostic("elastic_load", "", "warning", numbers)
 
 
