@@ -327,12 +327,14 @@ def identification_parts(
     from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.table import capital
+    from bristle.report.two_masses import two_masses_table
 
     best = identification.best
     parts: list[str | Table] = [parameter_table(best)]
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
+    parts += [] if identification.two_masses is None else [two_masses_table(identification.two_masses)]
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
@@ -352,4 +354,8 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
+    if identification.two_masses is not None:
+        from bristle.report.two_masses import two_masses_lines
+
+        lines += two_masses_lines(identification.two_masses)
     show_lines([*lines, *results, feedforward, verdict, *following])

@@ -144,7 +144,12 @@ class Identified(Identification, ModelInHand, Result):
     def _words(self) -> tuple[str, list[str]]:
         logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
         behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]
-        return logs, [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        remarks = [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        if self.two_masses is not None:
+            from bristle.report.two_masses import two_masses_lines
+
+            remarks += [line.text for line in two_masses_lines(self.two_masses)[:5]]
+        return logs, remarks
 
 
 @dataclass(frozen=True)
@@ -249,6 +254,10 @@ class Outcome:
         if best.resampling is not None:
             write_arrays(folder, "draws", best.resampling.bands.draws)
         write_arrays(folder, "traces", vars(best.traces))
+        if self.identification.two_masses is not None:
+            from bristle.report.two_masses import write_two_masses
+
+            write_two_masses(folder, self.identification.two_masses, self.provenance, self.identification)
 
 
 def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
