@@ -334,7 +334,7 @@ def identification_parts(
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts += [] if identification.two_masses is None else [two_masses_table(identification.two_masses)]
+    parts += [table] if (table := two_masses_table(identification.two_masses)) is not None else []
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]

@@ -145,7 +145,7 @@ def identify(
     """
     request.refuse_without_draws(method, draws)
     pairs, of_load = apart(request.with_method(logs_and_axes(log, axis), method))
-    whole, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
+    total, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
     chosen = request.settings_of(pairs[0][1], settings)
     components, extended = request.models_of(model), request.asks_for_all(model)
     for entry, _ in pairs:
@@ -194,13 +194,13 @@ def identify(
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
     further = tuple(log for log, _ in better.pairs[1:])
-    found = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
+    result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
     if not of_load or unfinished:
-        return found
-    both = two_masses(of_load, partial(identify, model=model, free=free, draws=draws, settings=settings), whole)
-    if isinstance(both, str):
-        return replace(found, left_out={**found.left_out, "the plant with two masses": both})
-    return replace(found, two_masses=both)
+        return result
+    masses = two_masses(of_load, partial(identify, model=model, free=free, draws=draws, settings=settings), total)
+    if isinstance(masses, str):
+        return replace(result, left_out={**result.left_out, "the plant with two masses": masses})
+    return replace(result, two_masses=masses)
 
 
 def _passed(

@@ -16,6 +16,7 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -65,8 +66,7 @@ def stretched(twist: np.ndarray, play: float, centre: float) -> np.ndarray:
 
 def lost_motion(records: Sequence[Record], step: float, masses: Masses) -> LostMotion:
     """Return the play and the stiffness that records show, given the masses."""
-    rows = _Rows(tuple(records), step, masses)
-    return rows.found
+    return _Rows(tuple(records), step, masses).estimate
 
 
 @dataclass(frozen=True)
@@ -105,15 +105,19 @@ class _Rows:
         return np.linalg.qr(columns / np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny))[0]
 
     @cached_property
-    def _force(self) -> np.ndarray:
-        """The effort without that of the mass of the motor, apart from friction, shape (row,)."""
+    def _acceleration(self) -> np.ndarray:
+        """The acceleration of the motor, apart from friction, shape (row,)."""
         parts = list[np.ndarray]()
         for record in self.records:
             x = low_passed(record.motor - record.motor[0], self._cutoff(record.dt), record.dt)
-            effort = ahead(record.effort, self.masses.delay / record.dt)
-            inertial = self.masses.values[M_1] * derivative(derivative(x, record.dt), record.dt)
-            parts.append(self._decimated(record, effort) - self._decimated(record, inertial))
+            parts.append(self._decimated(record, derivative(derivative(x, record.dt), record.dt)))
         return apart_from(self._basis, np.concatenate(parts))
+
+    @cached_property
+    def _force(self) -> np.ndarray:
+        """The effort without that of the mass of the motor, apart from friction, shape (row,)."""
+        parts = [self._decimated(record, ahead(record.effort, self.masses.delay / record.dt)) for record in self.records]
+        return apart_from(self._basis, np.concatenate(parts)) - self.masses.values[M_1] * self._acceleration
 
     def _pull(self, play: float, centre: float) -> np.ndarray:
         """Return the force of a coupling of stiffness 1, apart from friction of the motor, shape (row,)."""
@@ -134,7 +138,7 @@ class _Rows:
         return float(residual @ residual)
 
     @cached_property
-    def found(self) -> LostMotion:
+    def estimate(self) -> LostMotion:
         """The play of the smallest residual, and the stiffness with this play or, if it is not clear, without play."""
         from scipy.optimize import minimize
 
@@ -166,7 +170,9 @@ class _Rows:
                 stiffness * (self._pull(play, centre + nudge) - self._pull(play, centre - nudge)) / (2.0 * nudge),
             ]
         errors = _errors(np.stack(slopes, axis=1), residual)
-        return LostMotion(play, float(errors[1]) if gain > CLEAR else np.inf, centre, stiffness, float(errors[0]), gain)
+        by_mass = float(pull @ self._acceleration) / max(float(pull @ pull), np.finfo(float).tiny)
+        error = math.hypot(float(errors[0]), by_mass * float(self.masses.errors[M_1]))
+        return LostMotion(play, float(errors[1]) if gain > CLEAR else math.inf, centre, stiffness, error, gain)
 
 
 def _errors(slopes: np.ndarray, residual: np.ndarray) -> np.ndarray:

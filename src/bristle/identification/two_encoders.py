@@ -43,11 +43,10 @@ SLOWEST, FASTEST, OF_RATE, NOISE_BAND = 2.0, 500.0, 0.4, (0.42, 0.49)  # Hz; Hz;
 WIDTH, POOLED, SEARCHED = 0.04, 0.15, 80.0  # of a group of bins; of pooled variances; Hz: highest frequency of the first fit
 NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less; least residual, of the signal
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
-MEAN = 1.0 / 24.0  # of the square of the sample time: curvature of the gain of a mean over a sample
 PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = 4, 15, 20, 6  # estimates of `Q`; steps; blocks of the jackknife; slides
 SIGNALS, TINY = 9, float(np.finfo(float).tiny)
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2 = range(SIGNALS)
-M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, BEND, FRICTION_1, FRICTION_2 = range(10)
+M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
 Dead = Callable[[np.ndarray], np.ndarray]
 
@@ -80,7 +79,7 @@ class Masses(NamedTuple):
         return float(self.values[DELAY])
 
 
-class Known(NamedTuple):
+class Prior(NamedTuple):
     """A stiffness from another method, with its standard error."""
 
     stiffness: float
@@ -96,22 +95,21 @@ class Spectra:
     slides: np.ndarray
     lengths: np.ndarray
     noise: np.ndarray
-    dt: float
 
     def total(self, without: slice | None = None) -> np.ndarray:
         """Return the mean spectra of the slides, for the power of one sample of a taper."""
-        kept = np.ones(self.lengths.size, dtype=bool)
+        used = np.ones(self.lengths.size, dtype=bool)
         if without is not None:
-            kept[without] = False
-        return np.asarray(self.slides[kept].sum(axis=0) / self.lengths[kept].sum())
+            used[without] = False
+        return np.asarray(self.slides[used].sum(axis=0) / self.lengths[used].sum())
 
 
-def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, known: Known | None = None) -> Masses | None:
+def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior | None = None) -> Masses | None:
     """Return the masses and the coupling that some records show, or None; `dead` is the dead zone of a known play."""
     spectra = _spectra_of(records, step, dead)
     if spectra is None:
         return None
-    fit = _Fit(spectra, known, np.zeros((spectra.frequency.size, 2, 2), complex))
+    fit = _Fit(spectra, prior, np.zeros((spectra.frequency.size, 2, 2), complex))
     total = spectra.total()
     point = fit.first(total)
     for _ in range(PASSES):
@@ -167,15 +165,15 @@ def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Sp
 
     dt = records[0].dt
     size = round(LONGEST / dt) + 2
-    every = np.fft.rfftfreq(size, dt)
-    high = (every > NOISE_BAND[0] / dt) & (every < NOISE_BAND[1] / dt)
-    inside = (every > SLOWEST) & (every < min(OF_RATE / dt, FASTEST))
-    frequency, starts = every[inside], [0]
-    for place, hertz in enumerate(frequency.tolist()):
-        if hertz > (1.0 + WIDTH) * frequency[starts[-1]]:
+    hertz = np.fft.rfftfreq(size, dt)
+    high = (hertz > NOISE_BAND[0] / dt) & (hertz < NOISE_BAND[1] / dt)
+    inside = (hertz > SLOWEST) & (hertz < min(OF_RATE / dt, FASTEST))
+    frequency, starts = hertz[inside], [0]
+    for place, edge in enumerate(frequency.tolist()):
+        if edge > (1.0 + WIDTH) * frequency[starts[-1]]:
             starts.append(place)
     # The gain of exact derivatives over those of differences.
-    turn, turn_high = 2.0 * np.pi * frequency * dt, 2.0 * np.pi * every[high] * dt
+    turn, turn_high = 2.0 * np.pi * frequency * dt, 2.0 * np.pi * hertz[high] * dt
     exact = np.ones((SIGNALS, turn.size))
     exact[[A_1, A_2]], exact[[V_1, V_2, TWIST_RATE]] = turn**2 / (2.0 - 2.0 * np.cos(turn)), turn / np.sin(turn)
     slides, lengths, noise = list[np.ndarray](), list[float](), np.zeros((2, 2))
@@ -193,7 +191,7 @@ def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Sp
     if len(slides) < FEWEST:
         return None
     bins = np.diff([*starts, frequency.size])
-    return Spectra(np.add.reduceat(frequency, starts) / bins, bins, np.array(slides), np.array(lengths), noise / sum(lengths), dt)
+    return Spectra(np.add.reduceat(frequency, starts) / bins, bins, np.array(slides), np.array(lengths), noise / sum(lengths))
 
 
 @dataclass(frozen=True)
@@ -201,7 +199,7 @@ class _Fit:
     """The fit of both equations to spectra, with the covariance of the residuals that encoder noise leaves unexplained."""
 
     spectra: Spectra
-    known: Known | None
+    prior: Prior | None
     left: np.ndarray
 
     def first(self, total: np.ndarray) -> np.ndarray:
@@ -224,13 +222,13 @@ class _Fit:
         motor, load, k, d, *viscous = solutions[best].tolist()
         least = max(0.05 * (motor + load), TINY)
         motor, load, k = max(motor, least), max(load, least), max(k, TINY)
-        return np.array([motor, load, load / k, max(d / k, 0.0), *viscous, delays[best], 0.0, 0.0, 0.0])
+        return np.array([motor, load, load / k, max(d / k, 0.0), *viscous, delays[best], 0.0, 0.0])
 
     def equations(self, point: np.ndarray) -> np.ndarray:
         """Return the factors of the signals in both equations, shape (group, 2, signal)."""
         turn = 2.0 * np.pi * self.spectra.frequency
         rows = np.zeros((turn.size, 2, SIGNALS), complex)
-        rows[:, 0, EFFORT] = np.exp(1j * turn * point[DELAY]) * (1.0 + point[BEND] * turn**2)
+        rows[:, 0, EFFORT] = np.exp(1j * turn * point[DELAY])
         for signal, number in ((A_1, M_1), (A_2, M_2), (V_1, VISCOUS_1), (V_2, VISCOUS_2), (FADING_1, FRICTION_1), (FADING_2, FRICTION_2)):
             rows[:, 0, signal] = -point[number]
         softness = point[KAPPA] / point[M_2]
@@ -272,12 +270,13 @@ class _Fit:
         """Return the point of the smallest cost near a point, by damped Gauss-Newton steps."""
         diagonal = np.real(np.einsum("gii->gi", total))
         root = np.linalg.cholesky(total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))) * math.sqrt(self.spectra.lengths.size)
-        spare = np.array([1e-9, 1e-9, 1e-12, 1e-4, *[0.1 * point[M_1], 0.1 * point[M_2]], 1e-4, 1e-8, 0.1 * point[M_1], 0.1 * point[M_2]])
+        sides = 0.1 * point[M_1 : M_2 + 1]
+        spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides])  # smallest units of the parameters
         unit, damped = np.maximum(np.abs(point), spare), 1e-3
         change = 1e-5 * np.diag(unit)
         residual = self._whitened(point, root)
         for _ in range(steps):
-            slope = np.stack([self._whitened(point + one, root) - self._whitened(point - one, root) for one in change], axis=1) / 2e-5
+            slope = np.stack([self._whitened(point + nudge, root) - self._whitened(point - nudge, root) for nudge in change], axis=1) / 2e-5
             gram, right, cost = slope.T @ slope, -slope.T @ residual, float(residual @ residual)
             for _ in range(8):
                 trial = point + unit * normal(gram + damped * np.diag(np.diag(gram)), right, rcond=1e-15)
@@ -293,10 +292,8 @@ class _Fit:
         return point
 
     def _whitened(self, point: np.ndarray, root: np.ndarray) -> np.ndarray:
-        """Return the residuals of unit variance; an effort is an instant, or at most the mean over a sample."""
+        """Return the residuals of unit variance, and that of a known stiffness."""
         white = np.linalg.cholesky(self.noise(point) + self.left)
         residual = np.linalg.solve(white, self.equations(point) @ root)
-        beside = [point[BEND] / (MEAN * self.spectra.dt**2)]
-        if self.known is not None:
-            beside.append((point[M_2] / point[KAPPA] - self.known.stiffness) / self.known.error)
+        beside = [] if self.prior is None else [(point[M_2] / point[KAPPA] - self.prior.stiffness) / self.prior.error]
         return np.concatenate([residual.real.ravel(), residual.imag.ravel(), beside])

@@ -26,7 +26,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
 from bristle.identification.preprocessing import smallest_step
-from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Known, Masses, Record, masses_of
+from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 from bristle.plants import ball_screw
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     Pairs = Sequence[tuple[Log, Axis | None]]
 
 FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
-KNOWN = 4e-3  # smallest relative error of the stiffness of the lost motion
+LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
@@ -46,7 +46,7 @@ NORMAL_ERROR = 1.96
 
 
 class Quantity(NamedTuple):
-    """A value with the half-width of its 95 % interval, unit and meaning; the half-width is infinite if unknown."""
+    """A value with the half-width of its 95 % interval, unit and meaning; a play of 0 is smaller than its half-width."""
 
     name: str
     value: float
@@ -112,10 +112,8 @@ class TwoMasses:
     def as_data(self) -> dict[str, Any]:
         """Return quantities and friction as plain data."""
         sides = {name: _friction_data(side.best) for name, side in (("motor_friction", self.motor), ("load_friction", self.load))}
-        shown = {quantity.name: quantity._asdict() for quantity in self.quantities}
-        for quantity in shown.values():
-            quantity["half_width"] = quantity["half_width"] if math.isfinite(quantity["half_width"]) else None
-        return {"quantities": shown, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
+        numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
+        return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
 
 
 def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
@@ -134,20 +132,19 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     masses = masses_of(records, step)
     if masses is None:
         return "the log has too few motions in one direction. Record strokes at several speeds"
-    found = lost_motion(records, step, masses)
-    for _ in range(2):
-        known = Known(found.stiffness, math.hypot(found.stiffness_error, KNOWN * found.stiffness))
-        masses = masses_of(records, step, found.dead if found.clear else None, known) or masses
-        found = lost_motion(records, step, masses) if found.clear else found
-        if not found.clear:
-            break
+    lost = lost_motion(records, step, masses)
+    if lost.clear:
+        masses = masses_of(records, step, lost.dead) or masses
+        lost = lost_motion(records, step, masses)
+    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
+    masses = masses_of(records, step, lost.dead, prior) or masses
     kind = pairs[0][0].kind
-    quantities = _quantities(masses, found, kind)
+    quantities = _quantities(masses, lost, kind)
     widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
     if not widest.half_width < MOST_ERROR * widest.value:
         percent = 100.0 * widest.half_width / widest.value
         return f"the log determines the {widest.meaning} only within {percent:.0f} %. Excite the axis around its antiresonance"
-    sides = [_side_logs(log, masses, found) for log, _ in pairs]
+    sides = [_side_logs(log, masses, lost) for log, _ in pairs]
     axes = [
         replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
         for _, axis in pairs
@@ -157,7 +154,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     forces = [float(np.sqrt(np.mean(result.best.traces.friction**2))) for result in results]
     stiffness, play = quantities[2], quantities[4]
     doubt = forces[1] * stiffness.half_width / stiffness.value
-    doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width) if found.clear else doubt
+    doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width)
     widened = [
         replace(result, fits=(_widened(result.best, doubt / max(force, np.finfo(float).tiny)), *result.fits[1:]))
         for result, force in zip(results, forces, strict=True)
@@ -186,7 +183,7 @@ def _records(log: Log) -> list[Record]:
     return records
 
 
-def _quantities(masses: Masses, found: LostMotion, kind: Kind) -> tuple[Quantity, ...]:
+def _quantities(masses: Masses, lost: LostMotion, kind: Kind) -> tuple[Quantity, ...]:
     """Return values with intervals and units."""
 
     def width(value: float, error: float) -> float:
@@ -194,25 +191,25 @@ def _quantities(masses: Masses, found: LostMotion, kind: Kind) -> tuple[Quantity
 
     value, error = masses.values.tolist(), masses.errors.tolist()
     damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
-    play, hertz = found.play if found.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
+    play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
     unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
-    mass, inertia = unit["mass"], "inertia" if kind == "rotational" else "mass"
+    mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
     return (
-        Quantity("motor", value[M_1], width(value[M_1], error[M_1]), mass, f"{inertia} of the motor"),
-        Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{inertia} of the load"),
+        Quantity("motor", value[M_1], width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
+        Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
         Quantity("stiffness", masses.stiffness, width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
         Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
-        Quantity("play", play, width(play, found.play_error) if found.clear else math.inf, unit["length"], "play"),
+        Quantity("play", play, width(play, lost.play_error) if lost.clear else lost.play, unit["length"], "play"),
         Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
     )
 
 
-def _side_logs(log: Log, masses: Masses, found: LostMotion) -> tuple[Log, Log]:
+def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:
     """Return the logs of the motor and of the load as axes with one mass."""
     assert log.effort is not None
     pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
     for part, record in zip(log.segments, _records(log), strict=True):
-        stretch = stretched(record.motor - record.load, found.play if found.clear else 0.0, found.centre if found.clear else 0.0)
+        stretch = stretched(record.motor - record.load, lost.play if lost.clear else 0.0, lost.centre if lost.clear else 0.0)
         smooth = low_passed(stretch, min(CUTOFF / record.dt, HIGHEST), record.dt)
         pulled[part] = masses.stiffness * stretch + masses.damping * derivative(smooth, record.dt)
         pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part]

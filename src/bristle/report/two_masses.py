@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from bristle.identification.two_masses import Quantity, TwoMasses
 
 SIDES = ("motor", "load")
-NO_PLAY = "not visible"
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
 STROKE = 0.25  # of the recorded range: amplitude of the sine
@@ -29,16 +28,18 @@ name = "two masses"
 kind = "rotational"
 friction = {{ file = "{motor}" }}           # with the plant
 table_friction = {{ file = "{table}" }}
-controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g} }}
+controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
 reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
 run = {{ duration = "{duration:.6g} s", sample_time = "{sample_time:.9g} s" }}
 """
 
 
-def two_masses_table(both: TwoMasses) -> Table:
-    """Return masses, coupling and friction of both sides with their 95 % intervals."""
-    rows = [(capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in both.quantities]
-    for name, side in zip(SIDES, (both.motor, both.load), strict=True):
+def two_masses_table(masses: TwoMasses | None) -> Table | None:
+    """Return masses, coupling and friction of masses sides with their 95 % intervals; None without a second encoder."""
+    if masses is None:
+        return None
+    rows = [(capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
+    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
         fit = side.best
         for estimate in fit.estimates:
             if estimate.name not in fit.friction.values or estimate.status == "held":
@@ -46,31 +47,31 @@ def two_masses_table(both: TwoMasses) -> Table:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             label = f"Friction of the {name}, {fit.name}: {estimate.name}"
             rows.append((label, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
+    caption = "Motor and load as two masses, from masses encoders. ± is the half-width of the 95 % interval"
     return Table(caption, ("Quantity", "Value", "95 % interval [%]"), rows)
 
 
-def two_masses_lines(both: TwoMasses) -> list[Line]:
+def two_masses_lines(masses: TwoMasses) -> list[Line]:
     """Return masses, coupling and friction levels for the terminal."""
-    texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in both.quantities]
-    for name, side in zip(SIDES, (both.motor, both.load), strict=True):
+    texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
+    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
         fit, levels = side.best, side.best.levels
         parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
         texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
-def write_two_masses(folder: Results, both: TwoMasses, provenance: Mapping[str, str], identification: Identification) -> None:
+def write_two_masses(folder: Results, masses: TwoMasses, provenance: Mapping[str, str], identification: Identification) -> None:
     """Write plant and friction as model files, and an experiment file that simulates them."""
-    plant, log = both.plant, identification.log
-    write_model(folder / MOTOR_FILE, plant, both.motor_friction, provenance=provenance)
-    write_model(folder / TABLE_FILE, None, both.table_friction, provenance=provenance)
+    plant, log = masses.plant, identification.log
+    write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
+    write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
     position = log.position.values
-    amplitude = STROKE * float(position.max() - position.min()) / both.arm
-    speed = float(identification.treatment["velocity_max"]) / both.arm
+    amplitude = STROKE * float(position.max() - position.min()) / masses.arm
+    speed = float(identification.treatment["velocity_max"]) / masses.arm
     frequency = speed / (2.0 * math.pi * amplitude)
-    inertia = plant.values["J"] + plant.values["M"] * both.arm**2
-    pace = min(FASTEST, OF_ANTIRESONANCE * 2.0 * math.pi * both.by_name["antiresonance"].value, 0.1 / log.sample_time)
+    inertia = plant.values["J"] + plant.values["M"] * masses.arm**2
+    pace = min(FASTEST, OF_ANTIRESONANCE * 2.0 * math.pi * masses.by_name["antiresonance"].value, 0.1 / log.sample_time)
     gains = {"k_p": FOR_POSITION * pace, "k_v": pace * inertia}
     text = EXPERIMENT.format(
         name=EXPERIMENT_FILE,
@@ -86,7 +87,7 @@ def write_two_masses(folder: Results, both: TwoMasses, provenance: Mapping[str, 
 
 
 def _value(item: Quantity) -> str:
-    return with_unit(item.value, item.unit) if item.value else NO_PLAY
+    return with_unit(item.value, item.unit) if item.value else f"below {with_unit(item.half_width, item.unit)}"
 
 
 def _width(half: float, value: float) -> str:
