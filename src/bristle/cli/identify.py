@@ -334,7 +334,7 @@ def identification_parts(
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts += [table] if (table := two_masses_table(identification.two_masses)) is not None else []
+    parts += [table] if (table := two_masses_table(identification)) is not None else []
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
@@ -346,6 +346,7 @@ def show_identification(
 ) -> None:
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
+    from bristle.report.two_masses import two_masses_lines
 
     identification = outcome.identification
     *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
@@ -354,8 +355,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    if identification.two_masses is not None:
-        from bristle.report.two_masses import two_masses_lines
-
-        lines += two_masses_lines(identification.two_masses)
-    show_lines([*lines, *results, feedforward, verdict, *following])
+    show_lines([*lines, *two_masses_lines(identification), *results, feedforward, verdict, *following])

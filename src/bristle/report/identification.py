@@ -111,6 +111,7 @@ def identification_report(
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
+    values = [Block("table", parameter_table(fit, axis), ("long",)), two_masses_table(identification)]
     treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
     read = [
         passage_table([segment.as_data() for segment in facts["passages"]], kind),
@@ -122,8 +123,7 @@ def identification_report(
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table" if usable else ""),
-        Section("two_masses", "Motor and load", [two_masses_table(identification.two_masses)], "Drive table" if usable else ""),
+        Section("parameters", "Parameters", values, "Drive table" if usable else ""),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
         Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bristle.core import with_unit
 from bristle.files import write_model
@@ -14,7 +14,6 @@ from bristle.report.table import Table, capital, short_text
 if TYPE_CHECKING:
     from bristle.files import Results
     from bristle.identification import Identification
-    from bristle.identification.two_masses import Quantity, TwoMasses
 
 SIDES = ("motor", "load")
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
@@ -34,8 +33,9 @@ run = {{ duration = "{duration:.6g} s", sample_time = "{sample_time:.9g} s" }}
 """
 
 
-def two_masses_table(masses: TwoMasses | None) -> Table | None:
-    """Return masses, coupling and friction of masses sides with their 95 % intervals; None without a second encoder."""
+def two_masses_table(identification: Identification) -> Table | None:
+    """Return masses, coupling and friction of either side with their 95 % intervals; None without a second encoder."""
+    masses = identification.two_masses
     if masses is None:
         return None
     rows = [(capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
@@ -47,12 +47,15 @@ def two_masses_table(masses: TwoMasses | None) -> Table | None:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             label = f"Friction of the {name}, {fit.name}: {estimate.name}"
             rows.append((label, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    caption = "Motor and load as two masses, from masses encoders. ± is the half-width of the 95 % interval"
+    caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
     return Table(caption, ("Quantity", "Value", "95 % interval [%]"), rows)
 
 
-def two_masses_lines(masses: TwoMasses) -> list[Line]:
-    """Return masses, coupling and friction levels for the terminal."""
+def two_masses_lines(identification: Identification) -> list[Line]:
+    """Return masses, coupling and friction levels for the terminal; empty without a second encoder."""
+    masses = identification.two_masses
+    if masses is None:
+        return []
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
     for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
         fit, levels = side.best, side.best.levels
@@ -61,9 +64,12 @@ def two_masses_lines(masses: TwoMasses) -> list[Line]:
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
-def write_two_masses(folder: Results, masses: TwoMasses, provenance: Mapping[str, str], identification: Identification) -> None:
+def write_two_masses(folder: Results, identification: Identification, provenance: Mapping[str, str]) -> None:
     """Write plant and friction as model files, and an experiment file that simulates them."""
-    plant, log = masses.plant, identification.log
+    masses, log = identification.two_masses, identification.log
+    if masses is None:
+        return
+    plant = masses.plant
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
     write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
     position = log.position.values
@@ -86,7 +92,7 @@ def write_two_masses(folder: Results, masses: TwoMasses, provenance: Mapping[str
     folder.write(EXPERIMENT_FILE, text)
 
 
-def _value(item: Quantity) -> str:
+def _value(item: Any) -> str:
     return with_unit(item.value, item.unit) if item.value else f"below {with_unit(item.half_width, item.unit)}"
 
 
@@ -94,5 +100,5 @@ def _width(half: float, value: float) -> str:
     return f"± {short_text(100.0 * half / abs(value))}" if value and math.isfinite(half) else "–"
 
 
-def _behind(item: Quantity) -> str:
+def _behind(item: Any) -> str:
     return f" ± {short_text(100.0 * item.half_width / abs(item.value))} %" if item.value else ""
