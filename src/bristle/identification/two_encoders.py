@@ -106,7 +106,8 @@ class Spectra:
 
 def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior | None = None) -> Masses | None:
     """Return the masses and the coupling that some records show, or None; `dead` is the dead zone of a known play."""
-    spectra = _spectra_of(records, step, dead)
+    twisted = max(float(np.ptp(record.motor - record.load)) for record in records) > step
+    spectra = _spectra_of(records, step, dead) if twisted else None
     if spectra is None:
         return None
     fit = _Fit(spectra, prior, np.zeros((spectra.frequency.size, 2, 2), complex))
@@ -123,8 +124,12 @@ def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, 
         return np.sqrt((count - 1) / count * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
 
     array = np.array(points)
-    error = float(scatter(array[:, M_2] / array[:, KAPPA]))
-    return Masses(point, scatter(array), float(point[M_2] / point[KAPPA]), error)
+    errors, error = scatter(array), float(scatter(array[:, M_2] / array[:, KAPPA]))
+    stiffness = float(point[M_2] / point[KAPPA])
+    if prior is not None:  # it is the same in all blocks: its error is propagated
+        moved = replace(fit, prior=Prior(prior.stiffness + prior.error, prior.error)).solved(point, total, 3)
+        errors, error = np.hypot(errors, moved - point), math.hypot(error, float(moved[M_2] / moved[KAPPA]) - stiffness)
+    return Masses(point, errors, stiffness, error)
 
 
 def _slides(record: Record, step: float) -> Iterator[slice]:

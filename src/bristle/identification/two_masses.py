@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     Pairs = Sequence[tuple[Log, Axis | None]]
 
 FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
+SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
@@ -131,7 +132,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     records = [record for log, _ in pairs for record in _records(log)]
     masses = masses_of(records, step)
     if masses is None:
-        return "the log has too few motions in one direction. Record strokes at several speeds"
+        return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
     lost = lost_motion(records, step, masses)
     if lost.clear:
         masses = masses_of(records, step, lost.dead) or masses
@@ -156,7 +157,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     doubt = forces[1] * stiffness.half_width / stiffness.value
     doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width)
     widened = [
-        replace(result, fits=(_widened(result.best, doubt / max(force, np.finfo(float).tiny)), *result.fits[1:]))
+        replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force in zip(results, forces, strict=True)
     ]
     axis = pairs[0][1]
@@ -171,7 +172,7 @@ def _records(log: Log) -> list[Record]:
     for part in log.segments:
         motor, load = log.position.values[part], log.further[LOAD_ENCODER].values[part]
         strokes = motor - motor.mean(), load - load.mean()
-        ratio = float(strokes[0] @ strokes[1]) / max(float(strokes[0] @ strokes[0]), np.finfo(float).tiny)
+        ratio = float(strokes[0] @ strokes[1]) / max(float(strokes[0] @ strokes[0]), TINY)
         if abs(ratio - 1.0) > ALIKE:
             mend = "Check unit and sign of both columns, side, gear_ratio and lead"
             raise InputError(
