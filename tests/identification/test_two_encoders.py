@@ -66,6 +66,20 @@ def test_play_is_told_from_friction_that_winds_up_the_drive(seed):
         assert lost.dead(np.array([lost.centre, lost.centre + drive.gap])) == pytest.approx([0.0, drive.gap - 0.5 * lost.play])
 
 
+@pytest.mark.slow
+def test_a_rotary_axis_has_the_masses_and_the_play_of_the_linear_axis_that_it_drives():
+    drive, records = records_of(916)
+    turns = 40.0  # rad/m
+    rotary = [Record(turns * record.motor, turns * record.load, record.effort / turns, record.dt) for record in records]
+    pairs = (records, drive.step, "translational"), (rotary, turns * drive.step, "rotational")
+    linear, turned = (masses_of(every, step) for every, step, _ in pairs)
+    assert turned.values[:2] * turns**2 == pytest.approx(linear.values[:2], rel=1e-3)
+    play, angle = (lost_motion(every, step, fit, kind) for (every, step, kind), fit in zip(pairs, (linear, turned), strict=True))
+    assert angle.clear
+    assert angle.play / turns == pytest.approx(play.play, abs=2.0 * play.play_error)
+    assert angle.stiffness * turns**2 == pytest.approx(play.stiffness, rel=0.01)
+
+
 def test_a_load_encoder_with_another_unit_is_refused():
     time = DT * np.arange(4000)
     position = 0.05 * np.sin(3.0 * time)

@@ -25,15 +25,16 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import apart_from
+from bristle.core.variable import Kind
 from bristle.engine.motion import along
 from bristle.friction import maxwell_slip
 from bristle.identification.two_encoders import DAMPING, M_1, Masses, Record
 from bristle.logs.filters import ahead, derivative, low_passed
 
 CUTOFF, HIGHEST, ROWS_PER_PERIOD, EDGE = 0.12, 150.0, 2.5, 200  # of the sampling frequency; Hz; samples dropped at the ends
-DISTANCES, SMALLEST = (1e-6, 3e-6, 1e-5, 3e-5, 1e-4), 1.5  # m or rad: of elements; encoder steps
+DISTANCES, SMALLEST, STROKE = (1e-6, 3e-6, 1e-5, 3e-5, 1e-4), 1.5, 0.2  # m: of elements; encoder steps; m: to which angles are scaled
 SIGN, FADES = 0.003, (0.03, 0.1, 0.3)  # of the top speed: width of the sign; decays of friction
-WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = 1e-4, 9, 0.1, 80  # of the scan: play [m or rad]; shares of the range; of the search
+WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = 1e-4, 9, 0.1, 80  # of the scan: play [m]; shares of the range; of the search
 NUDGE, BLOCKS = 3e-3, 20  # of the range; of the errors
 CLEAR = 0.05  # reduction of the squared residual by play
 
@@ -64,9 +65,10 @@ def stretched(twist: np.ndarray, play: float, centre: float) -> np.ndarray:
     return apart - np.clip(apart, -0.5 * play, 0.5 * play)
 
 
-def lost_motion(records: Sequence[Record], step: float, masses: Masses) -> LostMotion:
+def lost_motion(records: Sequence[Record], step: float, masses: Masses, kind: Kind = "translational") -> LostMotion:
     """Return the play and the stiffness that records show, given the masses."""
-    return _Rows(tuple(records), step, masses).estimate
+    scale = 1.0 if kind == "translational" else max(float(np.ptp(record.motor)) for record in records) / STROKE
+    return _Rows(tuple(records), step, masses, scale).estimate
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class _Rows:
     records: tuple[Record, ...]
     step: float
     masses: Masses
+    scale: float
 
     def _decimated(self, record: Record, signal: np.ndarray) -> np.ndarray:
         cutoff = self._cutoff(record.dt)
@@ -97,7 +100,7 @@ class _Rows:
             constants = [np.full(x.size, float(place == number)) for place in range(len(self.records))]
             elements = [
                 along(maxwell_slip(F_C=1.0, k_i=[1.0 / reach], nu_i=[1.0]), dt=dt, v=np.diff(x, prepend=x[:1]) / dt, x=x)
-                for reach in (max(distance, SMALLEST * self.step) for distance in DISTANCES)
+                for reach in (max(distance * self.scale, SMALLEST * self.step) for distance in DISTANCES)
             ]
             fading = [np.tanh(speed / (SIGN * top)) * np.exp(-np.abs(speed) / (share * top)) for share in FADES]
             parts.append(self._decimated(record, np.stack([*constants, speed, *elements, *fading])))
@@ -145,7 +148,7 @@ class _Rows:
         ends = np.array([np.quantile(record.motor - record.load, [0.005, 0.995]) for record in self.records])
         low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
         middle, span = 0.5 * (low + high), max(high - low, np.finfo(float).tiny)
-        plays, sides = np.linspace(0.0, 1.0, TRIALS) * min(span, WIDEST), np.array([-SIDEWAYS, 0.0, SIDEWAYS])
+        plays, sides = np.linspace(0.0, 1.0, TRIALS) * min(span, WIDEST * self.scale), np.array([-SIDEWAYS, 0.0, SIDEWAYS])
         scanned = [np.array([play, middle + side * span]) / span for play in plays.tolist() for side in sides.tolist()]
         start = min(scanned, key=lambda point: self._cost(*(span * point)))
         options = {

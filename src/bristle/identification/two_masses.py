@@ -133,13 +133,13 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     masses = masses_of(records, step)
     if masses is None:
         return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
-    lost = lost_motion(records, step, masses)
+    kind = pairs[0][0].kind
+    lost = lost_motion(records, step, masses, kind)
     if lost.clear:
         masses = masses_of(records, step, lost.dead) or masses
-        lost = lost_motion(records, step, masses)
+        lost = lost_motion(records, step, masses, kind)
     prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
     masses = masses_of(records, step, lost.dead, prior) or masses
-    kind = pairs[0][0].kind
     quantities = _quantities(masses, lost, kind)
     widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
     if not widest.half_width < MOST_ERROR * widest.value:
