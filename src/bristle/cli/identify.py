@@ -205,10 +205,12 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
     from bristle.report.brief import Line, advice_to_record
     from bristle.report.identified import EXPERIMENT
+    from bristle.report.two_masses import EXPERIMENT_FILE as TWO_MASSES
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
-    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}")]
+    further = f", {TWO_MASSES}" if outcome.identification.two_masses is not None else ""
+    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
     lines = [Line("Next", "Simulate the loop:", command=command)]
