@@ -3,6 +3,8 @@
 The drives are those of `benchmarks.two_mass`, a simulator that shares no code with bristle. Each drive is simulated twice:
 with its spring, and as a rigid axis with the same loop, motion and friction. A third of the drives have play, at which
 the apparent antiresonance depends on the amplitude. ``python -m benchmarks.elastic [FIRST COUNT]`` prints the figures.
+
+``python -m benchmarks.elastic two [FIRST COUNT]`` identifies both masses from logs with a second encoder at the load.
 """
 
 from __future__ import annotations
@@ -11,20 +13,22 @@ import sys
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import bristle as br
 from benchmarks.coverage import Share
-from benchmarks.two_mass import columns_of, drive_of
+from benchmarks.two_mass import columns_of, drive_of, log_of
 from bristle.core.cores import core_count
+from bristle.identification.two_masses import two_masses
 
-__all__ = ["Tried", "elastic", "tried"]
+__all__ = ["Found", "Tried", "elastic", "found", "tried", "two"]
 
 FIRST, COUNT = 500, 60
 NARROWEST, WIDEST = 92.0, 98.0  # % of the intervals that hold the true value
-CLOSE, CLOSE_MASS = 3.0, 1.0  # % of the frequencies, and of the sum of the masses
+CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = 3.0, 1.0, 5.0  # % of the frequencies, of the sum of the masses, of the stiffness
 
 
 class Tried(NamedTuple):
@@ -89,6 +93,56 @@ def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
     yield _share("the same without play", [abs(one.mass) < CLOSE_MASS for one in reported if not one.play])
 
 
+class Found(NamedTuple):
+    """Two masses of one drive: whether the true values are in the intervals, and errors [%] of stiffness and sum of the masses."""
+
+    inside: dict[str, bool]
+    stiffness: float
+    mass: float
+    widths: dict[str, float]
+
+
+def found(seed: int) -> Found | str:
+    """Identify both masses of one drive from the log of both encoders."""
+    drive, axis = drive_of(seed), br.Axis(resolution=drive_of(seed).step)
+    columns: Any = log_of(drive)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        log = br.Log.from_columns(columns)
+        both = two_masses([(log, axis)], partial(br.identify, model="lugre", blocks=0, draws=0))
+    if isinstance(both, str):
+        return both
+    damping = 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
+    truths = {"motor": drive.motor, "load": drive.load, "stiffness": drive.stiffness, "damping": damping}
+    truths |= {"play": drive.gap} if both.play_is_clear else {}
+    values = {name: both.by_name[name] for name in truths}
+    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items()}
+    widths = {name: 100.0 * item.half_width / item.value for name, item in values.items()}
+    for name, side, friction in (("motor friction", both.motor, drive.friction[0]), ("load friction", both.load, drive.friction[1])):
+        level = side.best.parameters["F_C"]
+        if level.status == "identified" and level.ends is not None:
+            inside[name] = level.ends[0] < friction[1] < level.ends[1]
+            widths[name] = 50.0 * (level.ends[1] - level.ends[0]) / level.value
+    mass = values["motor"].value + values["load"].value
+    return Found(inside, 100.0 * (values["stiffness"].value / drive.stiffness - 1.0), 100.0 * (mass / drive.total - 1.0), widths)
+
+
+def two(first: int = 0, count: int = COUNT) -> Iterator[Share]:
+    """Yield the shares of intervals that hold the truth, and of close values, for logs with two encoders."""
+    seeds = list(range(first, first + count))
+    with ProcessPoolExecutor(core_count()) as pool:
+        results = list(pool.map(found, seeds))
+    for seed, one in zip(seeds, results, strict=True):
+        print("two", seed, one, file=sys.stderr)
+    shown = [one for one in results if isinstance(one, Found)]
+    yield _share("log with two encoders, two masses reported", [isinstance(one, Found) for one in results])
+    yield _share("true value in the 95 % interval", [held for one in shown for held in one.inside.values()], least=92.0, most=98.0)
+    for name in ("motor", "load", "stiffness", "damping", "play", "motor friction", "load friction"):
+        yield _share(f"the same, {name}", [one.inside[name] for one in shown if name in one.inside])
+    yield _share("stiffness within 5 %", [abs(one.stiffness) < CLOSE_STIFFNESS for one in shown], least=95.0)
+    yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in shown], least=95.0)
+
+
 def _cures(one: Tried) -> bool:
     return any(name.startswith(("lugre", "dahl", "maxwell", "gms")) for name in one.suggested)
 
@@ -98,5 +152,6 @@ def _share(name: str, holds: list[bool], least: float = 0.0, most: float = 100.0
 
 
 if __name__ == "__main__":
-    for share in elastic(*map(int, sys.argv[1:])):
+    of_two = sys.argv[1:2] == ["two"]
+    for share in (two if of_two else elastic)(*map(int, sys.argv[1 + of_two :])):
         print(share.row())

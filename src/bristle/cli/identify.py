@@ -205,10 +205,12 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
     from bristle.report.brief import Line, advice_to_record
     from bristle.report.identified import EXPERIMENT
+    from bristle.report.two_masses import EXPERIMENT_FILE as TWO_MASSES
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
-    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}")]
+    further = f", {TWO_MASSES}" if outcome.identification.two_masses is not None else ""
+    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
     lines = [Line("Next", "Simulate the loop:", command=command)]
@@ -325,12 +327,14 @@ def identification_parts(
     from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.table import capital
+    from bristle.report.two_masses import two_masses_table
 
     best = identification.best
     parts: list[str | Table] = [parameter_table(best)]
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
+    parts += [table] if (table := two_masses_table(identification)) is not None else []
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
@@ -342,6 +346,7 @@ def show_identification(
 ) -> None:
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
+    from bristle.report.two_masses import two_masses_lines
 
     identification = outcome.identification
     *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
@@ -350,4 +355,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    show_lines([*lines, *results, feedforward, verdict, *following])
+    show_lines([*lines, *two_masses_lines(identification), *results, feedforward, verdict, *following])

@@ -16,6 +16,8 @@ CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "veloc
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
 """Allowed columns: a channel, or the following error, which gives the reference together with the position."""
+LOAD_ENCODER = "load_position"
+"""Further channel of a second encoder, at the load behind an elastic coupling."""
 
 _NUMBER = amount(Variable("1", "factor"))
 _COEFFICIENT = optional(_NUMBER)

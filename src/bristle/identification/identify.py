@@ -35,6 +35,7 @@ from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.structure import next_models, with_structure
+from bristle.identification.two_masses import apart, two_masses
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted
@@ -51,6 +52,7 @@ _Common = tuple[
 TELLS_CHANNEL = "lugre"
 TURNS = 2  # rounds of slots added to the best model
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
+ALONE = 0.4  # share of the work for one mass of a log with two encoders
 DRAWING = 8  # duration of the intervals in fits
 
 
@@ -142,7 +144,8 @@ def identify(
     ('identified', 12.0, 'kg')
     """
     request.refuse_without_draws(method, draws)
-    pairs = request.with_method(logs_and_axes(log, axis), method)
+    pairs, of_load = apart(request.with_method(logs_and_axes(log, axis), method))
+    total, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
     chosen = request.settings_of(pairs[0][1], settings)
     transmits = all(axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs)
     components, extended = request.models_of(model, transmits=transmits), request.asks_for_all(model)
@@ -192,7 +195,13 @@ def identify(
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
     further = tuple(log for log, _ in better.pairs[1:])
-    return Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
+    result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
+    if not of_load or unfinished:
+        return result
+    masses = two_masses(of_load, partial(identify, model=model, free=free, draws=draws, settings=settings), total)
+    if isinstance(masses, str):
+        return replace(result, left_out={**result.left_out, "the plant with two masses": masses})
+    return replace(result, two_masses=masses)
 
 
 def _passed(

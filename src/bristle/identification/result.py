@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from bristle.core.diagnostic import Diagnostic
     from bristle.identification.second_pass import SecondPass
     from bristle.identification.simulated_bands import Bands
+    from bristle.identification.two_masses import TwoMasses
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 
@@ -301,6 +302,8 @@ class Identification:
         The thresholds of the diagnostics.
     second_pass : SecondPass or None
         The pass with lines that the first pass proposed for the axis file; None without such lines.
+    two_masses : TwoMasses or None
+        Motor and load as two masses; None for logs without a second encoder.
     """
 
     fits: tuple[Fit, ...]
@@ -312,6 +315,7 @@ class Identification:
     left_out: Mapping[str, str] = field(default_factory=dict)
     settings: Settings = DEFAULT
     second_pass: SecondPass | None = None
+    two_masses: TwoMasses | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -31,6 +31,7 @@ from bristle.report.model_tables import (
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, capital, fixed, percent_text
+from bristle.report.two_masses import two_masses_table
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -121,7 +122,7 @@ def identification_report(
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", [Block("table", parameter_table(fit, axis), ("long",))], "Drive table" if usable else ""),
+        Section("parameters", "Parameters", _parameters(identification, axis), "Drive table" if usable else ""),
         Section("doubts", "Limits of this log", doubts, "Limits"),
         Section("following", f"Following error {heading}", loop, "Loop"),
         Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
@@ -156,6 +157,11 @@ def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
 def why_only_similar(fit: Fit) -> str:
     """Return why the values hold only for similar motions; empty if they hold in general."""
     return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
+
+
+def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
+    """Return the parameters of the best model, and with a second encoder those of two masses."""
+    return [Block("table", parameter_table(identification.best, axis), ("long",)), two_masses_table(identification)]
 
 
 def _correlations(fit: Fit) -> Table:

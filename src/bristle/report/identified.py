@@ -142,9 +142,12 @@ class Identified(Identification, ModelInHand, Result):
         return [self.log, *self.further_logs], list(self.axes), self.settings.as_data()
 
     def _words(self) -> tuple[str, list[str]]:
+        from bristle.report.two_masses import two_masses_lines
+
         logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
         behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]
-        return logs, [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        remarks = [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        return logs, [*remarks, *(line.text for line in two_masses_lines(self)[:5])]
 
 
 @dataclass(frozen=True)
@@ -214,6 +217,7 @@ class Outcome:
         from bristle.report.model_tables import as_csv
         from bristle.report.results import write_report
         from bristle.report.sentences import SENTENCES
+        from bristle.report.two_masses import write_two_masses
 
         best = self.identification.best
         for code in codes_of(best.friction.component):
@@ -249,6 +253,7 @@ class Outcome:
         if best.resampling is not None:
             write_arrays(folder, "draws", best.resampling.bands.draws)
         write_arrays(folder, "traces", vars(best.traces))
+        write_two_masses(folder, self.identification, self.provenance)
 
 
 def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:

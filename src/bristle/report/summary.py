@@ -85,7 +85,7 @@ def identification_summary(
         "settings": identification.settings.as_data(),
         "break_aways": [break_away._asdict() for break_away in identification.break_aways],
         "provenance": provenance,
-    }
+    } | ({} if identification.two_masses is None else {"two_masses": identification.two_masses.as_data()})
 
 
 def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:

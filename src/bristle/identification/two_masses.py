@@ -1,0 +1,257 @@
+r"""Two masses as a plant of identification: coupling, play, and friction on either side, from a log with a second encoder.
+
+The coupling is identified first (`two_encoders`, `lost_motion`). Its force :math:`f_s = k D_g + d \dot D_g` then separates
+the log into two logs of one mass each, in which every friction model can be identified:
+
+.. math:: u - f_s = m_1 \ddot x_1 + F_1, \qquad f_s = m_2 \ddot x_2 + F_2 .
+
+A relative error of the stiffness changes all forces of the load by the same share. An error of the play changes the
+level of friction of the load by the stiffness times half of it. Both change the friction of the motor by the opposite force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import LOAD_ENCODER, Axis
+from bristle.core.contracts import Model
+from bristle.core.dimensions import exponents_of
+from bristle.core.edge import Progress, between
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, unit_of
+from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
+from bristle.identification.preprocessing import smallest_step
+from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
+from bristle.logs.filters import ahead, derivative, low_passed
+from bristle.logs.log import Channel, Log
+from bristle.plants import ball_screw
+
+if TYPE_CHECKING:
+    from bristle.identification.estimate import Estimate
+    from bristle.identification.result import Fit, Identification
+
+    Pairs = Sequence[tuple[Log, Axis | None]]
+
+FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
+SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
+LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
+MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
+ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
+CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
+NORMAL_ERROR = 1.96
+
+
+class Quantity(NamedTuple):
+    """A value with the half-width of its 95 % interval, unit and meaning; a play of 0 is smaller than its half-width."""
+
+    name: str
+    value: float
+    half_width: float
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class TwoMasses:
+    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side.
+
+    Parameters
+    ----------
+    quantities : tuple of Quantity
+        Masses, stiffness, damping and play in SI units of the axis, with 95 % intervals.
+    motor : Identification
+        Friction models of the motor side, best first, from motor position and effort minus force of the coupling.
+    load : Identification
+        Friction models of the load side, best first, from load position and force of the coupling.
+    delay : float
+        Delay of the effort [s].
+    arm : float
+        Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
+    """
+
+    quantities: tuple[Quantity, ...]
+    motor: Identification
+    load: Identification
+    delay: float
+    arm: float = 1.0
+
+    @property
+    def by_name(self) -> dict[str, Quantity]:
+        """The quantities by name."""
+        return {quantity.name: quantity for quantity in self.quantities}
+
+    @property
+    def play_is_clear(self) -> bool:
+        """Whether the log shows play."""
+        return self.by_name["play"].value > 0.0
+
+    @property
+    def plant(self) -> Model:
+        """The plant for simulations, a `ball_screw`; without a lead the motor turns by 1 rad per unit of travel."""
+        value = {name: quantity.value for name, quantity in self.by_name.items()}
+        J, lead = value["motor"] * self.arm**2, 2.0 * math.pi * self.arm
+        return ball_screw(
+            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value["play"]
+        )
+
+    @property
+    def motor_friction(self) -> Model:
+        """Friction of the motor in N*m and rad."""
+        return _turned(self.motor.best.friction, self.arm)
+
+    @property
+    def table_friction(self) -> Model:
+        """Friction of the table in N and m; of a rotational load in the same numbers."""
+        friction = self.load.best.friction
+        return friction.component(kind="translational", **friction.values)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return quantities and friction as plain data."""
+        sides = {name: _friction_data(side.best) for name, side in (("motor_friction", self.motor), ("load_friction", self.load))}
+        numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
+        return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
+
+
+def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
+    """Return logs without the second encoder, and the pairs if each log has one."""
+    alone = [
+        (replace(log, further={name: channel for name, channel in log.further.items() if name != LOAD_ENCODER}), axis)
+        for log, axis in pairs
+    ]
+    return alone, pairs if all(LOAD_ENCODER in log.further for log, _ in pairs) else ()
+
+
+def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
+    """Return both masses and the friction of both sides, or the reason why the logs do not show them."""
+    step = max(smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution for log, axis in pairs)
+    records = [record for log, _ in pairs for record in _records(log)]
+    masses = masses_of(records, step)
+    if masses is None:
+        return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
+    kind = pairs[0][0].kind
+    lost = lost_motion(records, step, masses, kind)
+    if lost.clear:
+        masses = masses_of(records, step, lost.dead) or masses
+        lost = lost_motion(records, step, masses, kind)
+    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
+    masses = masses_of(records, step, lost.dead, prior) or masses
+    quantities = _quantities(masses, lost, kind)
+    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
+    if not widest.half_width < MOST_ERROR * widest.value:
+        percent = 100.0 * widest.half_width / widest.value
+        return f"the log determines the {widest.meaning} only within {percent:.0f} %. Excite the axis around its antiresonance"
+    sides = [_side_logs(log, masses, lost) for log, _ in pairs]
+    axes = [
+        replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
+        for _, axis in pairs
+    ]
+    reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
+    results = [fitted([side[place] for side in sides], axis=axes, progress=report) for place, report in enumerate(reports)]
+    forces = [float(np.sqrt(np.mean(result.best.traces.friction**2))) for result in results]
+    stiffness, play = quantities[2], quantities[4]
+    doubt = forces[1] * stiffness.half_width / stiffness.value
+    doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width)
+    widened = [
+        replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
+        for result, force in zip(results, forces, strict=True)
+    ]
+    axis = pairs[0][1]
+    arm = axis.arm if axis is not None and axis.arm is not None and kind == "translational" else 1.0
+    return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm)
+
+
+def _records(log: Log) -> list[Record]:
+    """Return the stretches of a log without a gap; both encoders begin at the same place."""
+    assert log.effort is not None
+    records = []
+    for part in log.segments:
+        motor, load = log.position.values[part], log.further[LOAD_ENCODER].values[part]
+        strokes = motor - motor.mean(), load - load.mean()
+        ratio = float(strokes[0] @ strokes[1]) / max(float(strokes[0] @ strokes[0]), TINY)
+        if abs(ratio - 1.0) > ALIKE:
+            mend = "Check unit and sign of both columns, side, gear_ratio and lead"
+            raise InputError(
+                "moves otherwise than the motor", path=f"columns.{LOAD_ENCODER}", value=f"{ratio:.3g} times as far", allowed="1", mend=mend
+            )
+        twist = motor - load
+        low, high = np.quantile(twist, [0.005, 0.995]).tolist()
+        records.append(Record(motor, load + 0.5 * (low + high), log.effort.values[part], log.sample_time))
+    return records
+
+
+def _quantities(masses: Masses, lost: LostMotion, kind: Kind) -> tuple[Quantity, ...]:
+    """Return values with intervals and units."""
+
+    def width(value: float, error: float) -> float:
+        return FACTOR * error + SPARE * abs(value)
+
+    value, error = masses.values.tolist(), masses.errors.tolist()
+    damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
+    play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
+    unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
+    mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
+    return (
+        Quantity("motor", value[M_1], width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
+        Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
+        Quantity("stiffness", masses.stiffness, width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
+        Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
+        Quantity("play", play, width(play, lost.play_error) if lost.clear else lost.play, unit["length"], "play"),
+        Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
+    )
+
+
+def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:
+    """Return the logs of the motor and of the load as axes with one mass."""
+    assert log.effort is not None
+    pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
+    for part, record in zip(log.segments, _records(log), strict=True):
+        stretch = stretched(record.motor - record.load, lost.play if lost.clear else 0.0, lost.centre if lost.clear else 0.0)
+        smooth = low_passed(stretch, min(CUTOFF / record.dt, HIGHEST), record.dt)
+        pulled[part] = masses.stiffness * stretch + masses.damping * derivative(smooth, record.dt)
+        pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part]
+    alone = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
+    unit, encoder = log.effort.unit, log.further[LOAD_ENCODER]
+    force = [Channel(values, unit, log.effort.column) for values in (pushed, pulled)]
+    return replace(alone, effort=force[0]), replace(
+        alone, position=Channel(encoder.values, log.position.unit, encoder.column), effort=force[1]
+    )
+
+
+def _widened(fit: Fit, share: float) -> Fit:
+    """Return a fit whose forces are uncertain by a further share, as a half-width."""
+    variables = fit.friction.component.variables
+
+    def wider(estimate: Estimate) -> Estimate:
+        if estimate.ends is None or estimate.name not in variables or not exponents_of(variables[estimate.name].quantity).get("force"):
+            return estimate
+        low, high = estimate.ends
+        middle, half = 0.5 * (low + high), math.hypot(0.5 * (high - low), share * estimate.value)
+        return replace(estimate, interval=(middle - half, middle + half), robust_std=max(estimate.larger_std or 0.0, half / NORMAL_ERROR))
+
+    return replace(fit, estimates=tuple(map(wider, fit.estimates)))
+
+
+def _turned(friction: Model, arm: float) -> Model:
+    """Return a friction model of the axis for the angle of its motor."""
+    values: dict[str, Any] = {}
+    for name, value in friction.values.items():
+        powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
+        factor = arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
+        scaled = np.asarray(value, dtype=float) * factor if powers else value
+        values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
+    return friction.component(kind="rotational", **values)
+
+
+def _friction_data(fit: Fit) -> dict[str, Any]:
+    """Return model, parameters and intervals of a side."""
+    values = {
+        item.name: {"value": item.value, "unit": item.unit, "interval": item.ends, "status": item.status}
+        for item in fit.estimates
+        if item.name in fit.friction.values
+    }
+    return {"model": fit.name, "error_percent": fit.force_error_percent, "parameters": values}

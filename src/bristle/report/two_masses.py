@@ -1,0 +1,104 @@
+"""Two masses of an axis in reports: a table, lines of the terminal, and files for the simulation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from bristle.core import with_unit
+from bristle.files import write_model
+from bristle.report.brief import Line
+from bristle.report.table import Table, capital, short_text
+
+if TYPE_CHECKING:
+    from bristle.files import Results
+    from bristle.identification import Identification
+
+SIDES = ("motor", "load")
+MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
+FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
+STROKE = 0.25  # of the recorded range: amplitude of the sine
+EXPERIMENT = """\
+# The identified motor and table in a velocity and position loop around the motor, with a sine at the top speed of the log.
+# Simulate it: bristle run {name}; add [sensor] side = "load" to close the position loop at the table.
+schema = 1
+name = "two masses"
+kind = "rotational"
+friction = {{ file = "{motor}" }}           # with the plant
+table_friction = {{ file = "{table}" }}
+controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
+reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
+run = {{ duration = "{duration:.6g} s", sample_time = "{sample_time:.9g} s" }}
+"""
+
+
+def two_masses_table(identification: Identification) -> Table | None:
+    """Return masses, coupling and friction of either side with their 95 % intervals; None without a second encoder."""
+    masses = identification.two_masses
+    if masses is None:
+        return None
+    rows = [(capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
+    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+        fit = side.best
+        for estimate in fit.estimates:
+            if estimate.name not in fit.friction.values or estimate.status == "held":
+                continue
+            half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
+            label = f"Friction of the {name}, {fit.name}: {estimate.name}"
+            rows.append((label, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
+    caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
+    return Table(caption, ("Quantity", "Value", "95 % interval [%]"), rows)
+
+
+def two_masses_lines(identification: Identification) -> list[Line]:
+    """Return masses, coupling and friction levels for the terminal; empty without a second encoder."""
+    masses = identification.two_masses
+    if masses is None:
+        return []
+    texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
+    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+        fit, levels = side.best, side.best.levels
+        parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
+        texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
+    return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
+
+
+def write_two_masses(folder: Results, identification: Identification, provenance: Mapping[str, str]) -> None:
+    """Write plant and friction as model files, and an experiment file that simulates them."""
+    masses, log = identification.two_masses, identification.log
+    if masses is None:
+        return
+    plant = masses.plant
+    write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
+    write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
+    position = log.position.values
+    amplitude = STROKE * float(position.max() - position.min()) / masses.arm
+    speed = float(identification.treatment["velocity_max"]) / masses.arm
+    frequency = speed / (2.0 * math.pi * amplitude)
+    inertia = plant.values["J"] + plant.values["M"] * masses.arm**2
+    pace = min(FASTEST, OF_ANTIRESONANCE * 2.0 * math.pi * masses.by_name["antiresonance"].value, 0.1 / log.sample_time)
+    gains = {"k_p": FOR_POSITION * pace, "k_v": pace * inertia}
+    text = EXPERIMENT.format(
+        name=EXPERIMENT_FILE,
+        motor=MOTOR_FILE,
+        table=TABLE_FILE,
+        amplitude=amplitude,
+        frequency=frequency,
+        duration=3.0 / frequency,
+        sample_time=log.sample_time,
+        **gains,
+    )
+    folder.write(EXPERIMENT_FILE, text)
+
+
+def _value(item: Any) -> str:
+    return with_unit(item.value, item.unit) if item.value else f"below {with_unit(item.half_width, item.unit)}"
+
+
+def _width(half: float, value: float) -> str:
+    return f"± {short_text(100.0 * half / abs(value))}" if value and math.isfinite(half) else "–"
+
+
+def _behind(item: Any) -> str:
+    return f" ± {short_text(100.0 * item.half_width / abs(item.value))} %" if item.value else ""

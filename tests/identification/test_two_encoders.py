@@ -1,0 +1,185 @@
+"""Two masses from a log with encoders at motor and load; the simulated drives share no code with the identification."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from benchmarks.two_mass import drive_of, log_of
+
+import bristle as br
+from bristle.core.errors import InputError
+from bristle.engine.motion import along
+from bristle.files import read_axis, read_experiment, results_folder
+from bristle.identification import identify
+from bristle.identification.lost_motion import lost_motion
+from bristle.identification.two_encoders import Masses, Record, masses_of
+from bristle.identification.two_masses import Quantity, TwoMasses, apart, two_masses
+from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
+from bristle.simulation import simulate
+
+DT = 1e-3  # s
+
+
+def records_of(seed, seconds=None):
+    drive = drive_of(seed)
+    count = None if seconds is None else round(seconds / drive.sample_time)
+    motor, load, effort = (log_of(drive)[name][:count] for name in ("position", "load_position", "effort"))
+    return drive, [Record(motor, load, effort, drive.sample_time)]
+
+
+@pytest.mark.parametrize("seed", [901, 920])
+def test_masses_stiffness_and_delay_are_those_of_the_drive(seed):
+    drive, records = records_of(seed)
+    masses = masses_of(records, drive.step)
+    assert masses.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.02)
+    assert masses.stiffness == pytest.approx(drive.stiffness, rel=0.02)
+    assert abs(masses.stiffness / drive.stiffness - 1.0) < 4.0 * masses.stiffness_error / masses.stiffness + 0.004
+    # The recorded effort is a mean over a sample, which ends half a sample later.
+    assert masses.delay == pytest.approx((drive.late - 0.5) * drive.sample_time, abs=0.1 * drive.sample_time)
+
+
+def test_a_log_without_strokes_shows_no_masses():
+    draw = np.random.default_rng(3)
+    still = 1e-6 * np.round(draw.normal(size=5000))
+    assert masses_of([Record(still, still, draw.normal(size=5000), DT)], 1e-6) is None
+
+
+def with_true_values(drive):
+    """The true masses as if they had been identified."""
+    values = np.zeros(9)
+    values[:4] = drive.motor, drive.load, drive.load / drive.stiffness, 2.0 * drive.damping / (2.0 * np.pi * drive.antiresonance)
+    values[6] = (drive.late - 0.5) * drive.sample_time
+    return Masses(values, np.zeros(9), drive.stiffness, 0.0)
+
+
+@pytest.mark.slow
+@pytest.mark.fast_cases(2)
+@pytest.mark.parametrize("seed", [910, 920, 916, 925])
+def test_play_is_told_from_friction_that_winds_up_the_drive(seed):
+    drive, records = records_of(seed)
+    lost = lost_motion(records, drive.step, with_true_values(drive))
+    assert lost.clear == (drive.gap > 0.0)
+    assert lost.stiffness == pytest.approx(drive.stiffness, rel=0.03)
+    if drive.gap:
+        assert abs(lost.play - drive.gap) < 4.0 * lost.play_error + 0.01 * drive.gap
+        assert lost.dead(np.array([lost.centre, lost.centre + drive.gap])) == pytest.approx([0.0, drive.gap - 0.5 * lost.play])
+
+
+@pytest.mark.slow
+def test_a_rotary_axis_has_the_masses_and_the_play_of_the_linear_axis_that_it_drives():
+    drive, records = records_of(916)
+    turns = 40.0  # rad/m
+    rotary = [Record(turns * record.motor, turns * record.load, record.effort / turns, record.dt) for record in records]
+    pairs = (records, drive.step, "translational"), (rotary, turns * drive.step, "rotational")
+    linear, turned = (masses_of(every, step) for every, step, _ in pairs)
+    assert turned.values[:2] * turns**2 == pytest.approx(linear.values[:2], rel=1e-3)
+    play, angle = (lost_motion(every, step, fit, kind) for (every, step, kind), fit in zip(pairs, (linear, turned), strict=True))
+    assert angle.clear
+    assert angle.play / turns == pytest.approx(play.play, abs=2.0 * play.play_error)
+    assert angle.stiffness * turns**2 == pytest.approx(play.stiffness, rel=0.01)
+
+
+def test_a_load_encoder_with_another_unit_is_refused():
+    time = DT * np.arange(4000)
+    position = 0.05 * np.sin(3.0 * time)
+    log = br.Log.from_columns({"time": time, "position": position, "effort": np.cos(3.0 * time), "load_position": 1e3 * position})
+    with pytest.raises(InputError, match=r"columns\.load_position: moves otherwise than the motor; found '1e\+03 times as far'"):
+        two_masses([(log, None)], identify)
+
+
+def strokes(**further):
+    time = DT * np.arange(6000)
+    position, speed = 0.02 * np.sin(3.0 * time) + 0.01 * np.sin(11.0 * time), 0.06 * np.cos(3.0 * time) + 0.11 * np.cos(11.0 * time)
+    effort = 12.0 * np.gradient(speed, time) + 5.0 * np.sign(speed) + 80.0 * speed
+    return {"time": time, "position": position, "effort": effort, **{name: values(position) for name, values in further.items()}}
+
+
+def test_the_result_for_one_mass_does_not_depend_on_the_second_encoder():
+    plain, second = (
+        identify(columns, "coulomb_viscous", draws=0, blocks=0) for columns in (strokes(), strokes(load_position=lambda x: x.copy()))
+    )
+    assert plain.two_masses is None
+    assert second.best.friction.values == plain.best.friction.values
+    assert second.treatment == plain.treatment
+    # Both positions are equal: the log shows no coupling, and the result states why.
+    assert second.two_masses is None
+    assert "the plant with two masses" in second.left_out
+
+
+def test_only_logs_that_all_have_a_second_encoder_have_two_masses():
+    with_load, without = (br.Log.from_columns(strokes(**further)) for further in ({"load_position": lambda x: x}, {}))
+    alone, pairs = apart([(with_load, None), (with_load, None)])
+    assert [log.further for log, _ in alone] == [{}, {}]
+    assert len(pairs) == 2
+    assert apart([(with_load, None), (without, None)])[1] == ()
+
+
+@pytest.fixture(scope="module")
+def masses():
+    side = identify(strokes(), "stribeck", draws=0, blocks=0)
+    values = {"motor": 2.0, "load": 10.0, "stiffness": 4e6, "damping": 300.0, "play": 5e-6, "antiresonance": 100.0}
+    quantities = tuple(Quantity(name, value, 0.02 * value, "kg", name) for name, value in values.items())
+    return TwoMasses(quantities, side, side, 0.0, arm=0.01 / (2.0 * math.pi))
+
+
+def test_friction_of_the_motor_has_the_power_of_that_of_the_axis(masses):
+    speed = np.array([0.002, 0.05, -0.01, -0.2])
+    of_axis, of_motor = masses.motor.best.friction, masses.motor_friction
+    assert of_motor.kind == "rotational"
+    assert along(of_motor, speed / masses.arm, DT) * speed / masses.arm == pytest.approx(along(of_axis, speed, DT) * speed)
+
+
+def test_the_plant_has_the_energy_of_both_masses_and_of_the_coupling(masses):
+    plant = masses.plant
+    assert plant.values["lead"] == pytest.approx(0.01)
+    assert 0.5 * plant.values["J"] * (0.3 / masses.arm) ** 2 == pytest.approx(0.5 * 2.0 * 0.3**2)
+    assert (plant.values["M"], plant.values["k"], plant.values["backlash"]) == (10.0, 4e6, 5e-6)
+
+
+def test_report_and_terminal_state_masses_and_friction_of_either_side(masses):
+    identification = SimpleNamespace(two_masses=masses)
+    cells = [row[0] for row in two_masses_table(identification).rows]
+    assert {"Motor", "Load", "Stiffness", "Play"} <= set(cells)
+    assert any(cell.startswith("Friction of the load, stribeck") for cell in cells)
+    texts = [line.text for line in two_masses_lines(identification)]
+    assert texts[0] == "motor 2 kg ± 2.00 %"
+    assert two_masses_table(SimpleNamespace(two_masses=None)) is None
+    assert two_masses_lines(SimpleNamespace(two_masses=None)) == []
+
+
+def test_play_that_is_not_clear_is_stated_as_a_bound(masses):
+    bounded = tuple(item._replace(value=0.0, half_width=3e-6, unit="m") if item.name == "play" else item for item in masses.quantities)
+    unclear = TwoMasses(bounded, masses.motor, masses.load, 0.0)
+    assert not unclear.play_is_clear
+    assert any("play below 3 µm" in line.text for line in two_masses_lines(SimpleNamespace(two_masses=unclear)))
+
+
+def test_the_written_files_simulate_both_masses(masses, tmp_path):
+    identification = SimpleNamespace(two_masses=masses, log=br.Log.from_columns(strokes()), treatment={"velocity_max": 0.15})
+    with results_folder(tmp_path / "out") as folder:
+        write_two_masses(folder, identification, {})
+    experiment = read_experiment(tmp_path / "out" / EXPERIMENT_FILE)
+    (variant,) = experiment.variants
+    assert variant.plant.values == masses.plant.values
+    assert variant.table.values == masses.load.best.friction.values
+    result = simulate(experiment).variants[variant.name]
+    # The sensor is on the motor. The position is that of the table, as an angle of the motor.
+    assert np.ptp(result.position) == pytest.approx(np.ptp(result.measured), rel=0.02)
+    assert np.max(np.abs(result.position - result.measured)) > 1e-4
+    assert np.ptp(result.measured) == pytest.approx(np.ptp(result.reference), rel=0.2)
+
+
+def test_an_axis_file_names_the_second_encoder_in_its_own_unit():
+    text = b"""
+    schema = 1
+    kind = "translational"
+    columns.position = { column = "m", unit = "rev", side = "motor" }
+    columns.effort = { column = "u", unit = "N*m" }
+    columns.load_position = { column = "scale", unit = "mm" }
+    transmission.lead = "10 mm"
+    """
+    time = DT * np.arange(500)
+    turns = np.sin(3.0 * time)
+    log = br.Log.from_columns({"time": time, "m": turns, "u": np.cos(time), "scale": 10.0 * turns}, axis=read_axis(text), sample_time=DT)
+    assert log.further["load_position"].values == pytest.approx(log.position.values)
