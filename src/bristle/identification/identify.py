@@ -35,7 +35,7 @@ from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.structure import next_models, with_structure
-from bristle.identification.two_masses import apart, two_masses
+from bristle.identification.two_masses import apart, with_two_masses
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted
@@ -196,12 +196,8 @@ def identify(
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
     further = tuple(log for log, _ in better.pairs[1:])
     result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
-    if not of_load or unfinished:
-        return result
-    masses = two_masses(of_load, partial(identify, model=model, free=free, draws=draws, settings=settings), total)
-    if isinstance(masses, str):
-        return replace(result, left_out={**result.left_out, "the plant with two masses": masses})
-    return replace(result, two_masses=masses)
+    again = partial(identify, model=model, free=free, draws=draws, settings=settings)
+    return with_two_masses(result, of_load, again, total) if of_load and not unfinished else result
 
 
 def _passed(

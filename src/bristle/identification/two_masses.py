@@ -165,6 +165,16 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm)
 
 
+def with_two_masses(
+    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None
+) -> Identification:
+    """Return a result with both masses, or with the reason why the logs do not show them."""
+    found = two_masses(pairs, fitted, progress)
+    if isinstance(found, str):
+        return replace(result, left_out={**result.left_out, "the plant with two masses": found})
+    return replace(result, two_masses=found)
+
+
 def _records(log: Log) -> list[Record]:
     """Return the stretches of a log without a gap; both encoders begin at the same place."""
     assert log.effort is not None
