@@ -7,13 +7,17 @@ both frictions along the reference. Friction acts as Coulomb with a Stribeck cur
 In a third of the drives the friction of the table falls with velocity by more than the damping of the screw: such a table
 sticks and slips on its screw, and no reference of the motor prevents that.
 ``python -m benchmarks.wind_up [FIRST COUNT]`` prints the figures.
+
+``python -m benchmarks.wind_up identified [FIRST COUNT]`` takes the parameters from a log of effort, motor encoder and scale of the same
+drive. Its baseline is one mass with its friction, identified from the motor encoder.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -21,17 +25,20 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 
+import bristle as br
 from benchmarks.coverage import Share
-from benchmarks.two_mass import COULOMB, LUGRE, Drive, drive_of
+from benchmarks.two_mass import COULOMB, LUGRE, Drive, drive_of, log_of
 from benchmarks.two_mass import _friction as friction_force
 from bristle import friction, plants
 from bristle.core import Feedforward
 from bristle.core.cores import core_count
 from bristle.simulation import feedforward_effort, friction_along, motor_reference
 
-__all__ = ["Tried", "soft_drive", "tried", "wind_up"]
+__all__ = ["Identified", "Tried", "identified", "soft_drive", "tried", "wind_up", "with_identification"]
 
 FIRST, COUNT = 0, 60
+FIRST_IDENTIFIED, COUNT_IDENTIFIED = 4200, 10
+MODELS = "coulomb_viscous,stribeck,lugre"
 ERROR = 0.05  # of each parameter of the feedforward
 SETTLE = 1.5  # s
 SIDES = ("motor", "scale")
@@ -133,17 +140,24 @@ def fed_forward(drive: Drive, wanted: np.ndarray, acceleration: np.ndarray, side
     """Return the feedforward of one mass and of two masses, for a drive as the controller knows it."""
     dt, (motor_side, table_side) = drive.sample_time, drive.friction
     motor, table = model_of(motor_side, drive.motor, "rotational"), model_of(table_side, drive.load, "translational")
-    steps = np.diff(wanted, append=wanted[-1]) / dt
-    summed = friction_along(motor, steps, dt) + friction_along(table, steps, dt)
-    one = Fed(wanted, wanted, drive.total * acceleration + summed)
+    one = one_mass(drive.total, [motor, table], wanted, acceleration, dt)
     # A lead of 2 pi: one radian of the motor is one metre of the table.
     screw = plants.ball_screw(
         kind="rotational", J=drive.motor, M=drive.load, lead=2.0 * math.pi, k=drive.stiffness, d=damper_of(drive), backlash=drive.gap
     )
-    fed = Feedforward(plant=screw, friction=motor, table=table)
+    return one, two_masses(Feedforward(plant=screw, friction=motor, table=table), wanted, acceleration, dt, side)
+
+
+def one_mass(mass: float, frictions: Sequence[Any], wanted: np.ndarray, acceleration: np.ndarray, dt: float) -> Fed:
+    """Return the feedforward of one mass with the sum of frictions."""
+    steps = np.diff(wanted, append=wanted[-1]) / dt
+    return Fed(wanted, wanted, mass * acceleration + sum(friction_along(model, steps, dt) for model in frictions))
+
+
+def two_masses(fed: Feedforward, wanted: np.ndarray, acceleration: np.ndarray, dt: float, side: str) -> Fed:
+    """Return the feedforward of both masses with the wind-up."""
     led = motor_reference(fed, wanted, acceleration, dt)
-    two = Fed(led if side == "motor" else wanted, led, feedforward_effort(fed, wanted, acceleration, dt))
-    return one, two
+    return Fed(led if side == "motor" else wanted, led, feedforward_effort(fed, wanted, acceleration, dt))
 
 
 def tried(seed: int, side: str) -> Tried:
@@ -154,9 +168,50 @@ def tried(seed: int, side: str) -> Tried:
     errors = []
     for known in (drive, _mistaken(drive, draw)):
         for fed in fed_forward(known, wanted, acceleration, side):
-            missed = wanted - table_of(drive, fed, side)
-            errors.append(float(np.sqrt(np.mean(missed[round(SETTLE / drive.sample_time) :] ** 2))))
+            errors.append(_missed(drive, wanted, fed, side))
     return Tried(side, motion, *errors, slips=sticks_and_slips(drive))
+
+
+class Identified(NamedTuple):
+    """Rms error of the table of one drive [m], with feedforward from a log: one mass, two masses; and two masses with true parameters."""
+
+    seed: int
+    side: str
+    one: float
+    two: float
+    true: float
+    slips: bool
+
+    @property
+    def percent(self) -> float:
+        return 100.0 * self.two / self.one
+
+
+def identified(seed: int) -> list[Identified] | str:
+    """Identify one drive from a log of both encoders and run it with both feedforwards, or return why the log shows no two masses."""
+    drive, draw = soft_drive(seed), np.random.default_rng([815, seed])
+    columns: Any = log_of(drive)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = br.identify(columns, MODELS, axis=br.Axis(resolution=drive.step), blocks=0, draws=0)
+    both = found.two_masses
+    if both is None:
+        return found.left_out["the plant with two masses"]
+    wanted, acceleration = reference_of(drive, MOTIONS[seed % len(MOTIONS)], draw)
+    motion = wanted, acceleration, drive.sample_time
+    one = one_mass(found.best.parameters["M"].value, [found.best.friction], *motion)
+    fed = Feedforward(plant=both.plant, friction=both.motor_friction, table=both.table_friction)
+    results = []
+    for side in SIDES:
+        feeds = one, two_masses(fed, *motion, side), fed_forward(drive, wanted, acceleration, side)[1]
+        results.append(Identified(seed, side, *(_missed(drive, wanted, feed, side) for feed in feeds), sticks_and_slips(drive)))
+    return results
+
+
+def _missed(drive: Drive, wanted: np.ndarray, fed: Fed, side: str) -> float:
+    """Return the rms error of the table after the settling time [m]."""
+    error = wanted - table_of(drive, fed, side)
+    return float(np.sqrt(np.mean(error[round(SETTLE / drive.sample_time) :] ** 2)))
 
 
 def _mistaken(drive: Drive, draw: np.random.Generator) -> Drive:
@@ -245,6 +300,22 @@ def wind_up(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
                 yield Share(f"{place}, {known}{text}: below {MOST:g} %", below, 0.0, 100.0, len(drives))
 
 
+def with_identification(first: int = FIRST_IDENTIFIED, count: int = COUNT_IDENTIFIED) -> Iterator[Share]:
+    """Yield the share of the error of the table that remains with identified parameters, in percent of one identified mass."""
+    tries = [identified(seed) for seed in range(first, first + count)]
+    for seed, one in zip(range(first, first + count), tries, strict=True):
+        print(seed, one, file=sys.stderr)
+    found = [one for one in tries if not isinstance(one, str)]
+    yield Share("both masses identified", 100.0 * len(found) / count, 90.0, 100.0, count)
+    for place, side in enumerate(SIDES):
+        drives = [pair[place] for pair in found if not pair[place].slips]
+        name = {"motor": "encoder", "scale": "scale"}[side]
+        yield Share(f"{name}, identified: median error", float(np.median([one.percent for one in drives])), 0.0, MOST, len(drives))
+        truly = float(np.median([100.0 * one.true / one.one for one in drives]))
+        yield Share(f"{name}, the same with true parameters", truly, 0.0, MOST, len(drives))
+
+
 if __name__ == "__main__":
-    for share in wind_up(*map(int, sys.argv[1:])):
+    mode, numbers = (with_identification, sys.argv[2:]) if sys.argv[1:2] == ["identified"] else (wind_up, sys.argv[1:])
+    for share in mode(*map(int, numbers)):
         print(share.row())

@@ -15,6 +15,7 @@ from bristle.identification import identify
 from bristle.identification.lost_motion import lost_motion
 from bristle.identification.two_encoders import Masses, Record, masses_of
 from bristle.identification.two_masses import Quantity, TwoMasses, apart, two_masses
+from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate
 
@@ -156,18 +157,32 @@ def test_play_that_is_not_clear_is_stated_as_a_bound(masses):
 
 
 def test_the_written_files_simulate_both_masses(masses, tmp_path):
-    identification = SimpleNamespace(two_masses=masses, log=br.Log.from_columns(strokes()), treatment={"velocity_max": 0.15})
+    log, treatment = br.Log.from_columns(strokes()), {"velocity_max": 0.15}
+    identification = SimpleNamespace(two_masses=masses, best=masses.load.best, log=log, treatment=treatment)
     with results_folder(tmp_path / "out") as folder:
         write_two_masses(folder, identification, {})
     experiment = read_experiment(tmp_path / "out" / EXPERIMENT_FILE)
-    (variant,) = experiment.variants
-    assert variant.plant.values == masses.plant.values
-    assert variant.table.values == masses.load.best.friction.values
-    result = simulate(experiment).variants[variant.name]
+    without, one_mass, both = experiment.variants
+    for variant in experiment.variants:
+        assert variant.plant.values == masses.plant.values
+        assert variant.table.values == masses.load.best.friction.values
+    assert one_mass.feedforward.mass == pytest.approx(12.0 * masses.arm**2)
+    assert one_mass.feedforward.friction.values["F_C"] == pytest.approx(masses.load.best.friction.values["F_C"] * masses.arm)
+    assert both.feedforward.plant.values == masses.plant.values
+    assert both.feedforward.table.values == masses.load.best.friction.values
+    simulated = simulate(experiment)
+    results = simulated.variants
     # The sensor is on the motor. The position is that of the table, as an angle of the motor.
-    assert np.ptp(result.position) == pytest.approx(np.ptp(result.measured), rel=0.02)
-    assert np.max(np.abs(result.position - result.measured)) > 1e-4
-    assert np.ptp(result.measured) == pytest.approx(np.ptp(result.reference), rel=0.2)
+    plain = results[without.name]
+    assert np.ptp(plain.position) == pytest.approx(np.ptp(plain.measured), rel=0.02)
+    assert np.max(np.abs(plain.position - plain.measured)) > 1e-4
+    assert np.ptp(plain.measured) == pytest.approx(np.ptp(plain.reference), rel=0.2)
+    old, new = (results[variant.name].true_error.rms for variant in (one_mass, both))
+    assert new < 0.25 * old
+    assert gain_of(simulated).headline.startswith("Feedforward of both masses: ")
+    sentence = closing_sentences(simulated)[0]
+    assert sentence.startswith("In simulation, feedforward of both masses lowers the error of the load from ")
+    assert "(one_mass) to " in sentence
 
 
 def test_an_axis_file_names_the_second_encoder_in_its_own_unit():

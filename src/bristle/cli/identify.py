@@ -209,7 +209,8 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
-    further = f", {TWO_MASSES}" if outcome.identification.two_masses is not None else ""
+    has_table = outcome.identification.two_masses is not None
+    further = f", {TWO_MASSES}" if has_table else ""
     results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
@@ -218,6 +219,9 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
         lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run:", command=command)]
     if again := advice_to_record(outcome.identification.best):
         lines = [Line("Next", again)]
+    if has_table:
+        command = shlex.join(["bristle", "run", str(out / TWO_MASSES), "--out", str(out.with_name(f"{out.name}_two_masses"))])
+        lines.append(Line("Table", "Compare the error of the load with feedforward of one mass and of both masses:", command=command))
     if motion is not None:
         file = str(axis[0].source) if axis else "AXIS.toml"
         words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]

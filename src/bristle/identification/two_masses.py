@@ -102,7 +102,11 @@ class TwoMasses:
     @property
     def motor_friction(self) -> Model:
         """Friction of the motor in N*m and rad."""
-        return _turned(self.motor.best.friction, self.arm)
+        return self.at_the_motor(self.motor.best.friction)
+
+    def at_the_motor(self, friction: Model) -> Model:
+        """Return a friction of the axis in N*m and rad of the motor."""
+        return _turned(friction, self.arm)
 
     @property
     def table_friction(self) -> Model:

@@ -12,6 +12,7 @@ import numpy as np
 from bristle.core import Kind, Status, number, scale_of, unit_of, with_unit
 from bristle.report.messages import message
 from bristle.report.table import length_text, short_text
+from bristle.simulation.two_masses import screw_of
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -52,12 +53,14 @@ class Gain(NamedTuple):
     alone: bool = True
     velocity_fed: bool = False
     subject: str = "following error"
+    measure: str = "friction feedforward"
 
     @property
     def headline(self) -> str:
         """The gain of friction feedforward in a line, for the report, terminal, notebook and served lab."""
         before, after = (step.peak_to_peak for step in self.steps[-2:])
-        return f"Friction feedforward: {change_text(before, after, partial(length_text, kind=self.kind), 'peak to peak')}"
+        measure = f"{self.measure[0].upper()}{self.measure[1:]}"
+        return f"{measure}: {change_text(before, after, partial(length_text, kind=self.kind), 'peak to peak')}"
 
     def sentences(self) -> list[str]:
         """Return the effect of compensation on the following error, in sentences."""
@@ -83,10 +86,10 @@ class Gain(NamedTuple):
                 "feedforward. Add a variant that differs only in friction feedforward to see its gain."
             )
         if after > (1.0 + NO_CHANGE) * before:
-            return f"In simulation, friction feedforward raises {change}. Do not use this compensation."
+            return f"In simulation, {self.measure} raises {change}. Do not use this compensation."
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, friction feedforward hardly changes the {self.subject}: {old} without it, {new} with it."
-        return f"In simulation, friction feedforward lowers {change}{_times(before, after)}."
+            return f"In simulation, {self.measure} hardly changes the {self.subject}: {old} without it, {new} with it."
+        return f"In simulation, {self.measure} lowers {change}{_times(before, after)}."
 
     def _about_lag(self) -> str:
         before, compensated = self.steps[-2:]
@@ -162,18 +165,28 @@ def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple
     """Return a variant without and a variant with friction feedforward that otherwise agree.
 
     The second is the first variant with friction feedforward by default. If no variant differs only in feedforward, the
-    first is the first variant without it. None if either kind is missing.
+    first is the first variant without it. None if either kind is missing. With a wind-up, the first has friction feedforward of one mass.
     """
     plain = [variant for variant in experiment.variants if variant.feedforward.friction is None]
     compensated = compensated or next((variant for variant in experiment.variants if variant.feedforward.friction is not None), None)
+    if compensated is not None and screw_of(compensated.feedforward) is not None:
+        rigid = next((variant for variant in experiment.variants if _is_wound_up(variant, compensated)), None)
+        if rigid is not None:
+            return rigid, compensated
     if compensated is None or not plain:
         return None
     return next((variant for variant in plain if _is_pair(variant, compensated)), plain[0]), compensated
 
 
 def _is_pair(before: Variant, after: Variant) -> bool:
-    """Return whether two variants differ only in friction feedforward."""
-    return before.feedforward.mass == after.feedforward.mass and before.controller == after.controller
+    """Return whether two variants differ only in friction feedforward, or in the wind-up with both masses."""
+    winds = _is_wound_up(before, after)
+    return before.controller == after.controller and (winds or before.feedforward.mass == after.feedforward.mass)
+
+
+def _is_wound_up(before: Variant, after: Variant) -> bool:
+    """Return whether the second variant feeds both masses forward, and the first one mass with friction."""
+    return before.feedforward.friction is not None and screw_of(after.feedforward) is not None and screw_of(before.feedforward) is None
 
 
 def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
@@ -213,7 +226,8 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
             "machine."
         )
     velocity_fed, subject = after.controller.values.get("k_ff", 0.0) > 0.0, "error of the load" if results[0].at_load else "following error"
-    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject)
+    measure = "feedforward of both masses" if _is_wound_up(before, after) else "friction feedforward"
+    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject, measure)
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:

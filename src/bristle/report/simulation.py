@@ -132,17 +132,18 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
         if moved := [loop for loop in completed if loop.is_open]:
             front = front._replace(title=f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}")
         return front._replace(cards=[Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit), "rms") for loop in completed[:4]])
-    best, base, spread = rank.best, rank.base, rank.best.spread.get("following_error", {}).get("peak_to_peak")
-    old, peak = (loop.following_error.peak_to_peak for loop in (base, best))
-    title = f"Following error: {change_text(old, peak, partial(length_text, kind=kind), 'peak to peak')}"
+    best, base, name = rank.best, rank.base, "true_error" if rank.best.at_load else "following_error"
+    subject, spread = "Error of the load" if best.at_load else "Following error", best.spread.get(name, {}).get("peak_to_peak")
+    (old, old_rms), (peak, rms) = ((error.peak_to_peak, error.rms) for error in (getattr(base, name), getattr(best, name)))
+    title = f"{subject}: {change_text(old, peak, partial(length_text, kind=kind), 'peak to peak')}"
     if gain is not None and gain.alone and len(gain.steps) > 1:
         title = gain.headline
     elif best is base:
-        title = f"Following error {length_text(peak, kind)} peak to peak"
+        title = f"{subject} {length_text(peak, kind)} peak to peak"
     half = 100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak if spread and best.runs > 1 and peak else None
     swings = [_swing(result, loop) for loop in (best, base)]
     cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
-    cards += [Card("Error, rms", length_text(best.following_error.rms, kind), _instead(best, base, base.following_error.rms))]
+    cards += [Card("Error, rms", length_text(rms, kind), _instead(best, base, old_rms))]
     if swings[0] is not None and swings[1] is not None:
         cards.append(Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
     cards.append(Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}"))

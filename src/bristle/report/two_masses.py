@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 
 SIDES = ("motor", "load")
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
+SUM_FILE = "two_masses_sum.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
 STROKE = 0.25  # of the recorded range: amplitude of the sine
 EXPERIMENT = """\
 # The identified motor and table in a velocity and position loop around the motor, with a sine at the top speed of the log.
-# Simulate it: bristle run {name}; add [sensor] side = "load" to close the position loop at the table.
+# Simulate it: bristle run {name}. It compares the errors of the table with a feedforward of one mass and of both masses.
+# Add [sensor] side = "load" to close the position loop at the table.
 schema = 1
 name = "two masses"
 kind = "rotational"
@@ -29,7 +31,18 @@ friction = {{ file = "{motor}" }}           # with the plant
 table_friction = {{ file = "{table}" }}
 controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
 reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
-run = {{ duration = "{duration:.6g} s", sample_time = "{sample_time:.9g} s" }}
+run = {{ duration = "{duration:.6g} s", settle = "{settle:.6g} s", sample_time = "{sample_time:.9g} s" }}
+
+[compare.without]
+
+[compare.one_mass.controller.feedforward]  # sum of the masses, friction of the whole axis from the encoder of the motor
+mass = "{inertia:.9g} kg*m^2"
+friction = {{ file = "{whole}" }}
+
+[compare.two_masses.controller.feedforward]  # both masses, both frictions, and the wind-up of the coupling
+plant = "own"
+friction = {{ file = "{motor}" }}
+table_friction = {{ file = "{table}" }}
 """
 
 
@@ -72,6 +85,7 @@ def write_two_masses(folder: Results, identification: Identification, provenance
     plant = masses.plant
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
     write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
+    write_model(folder / SUM_FILE, None, masses.at_the_motor(identification.best.friction), provenance=provenance)
     position = log.position.values
     amplitude = STROKE * float(position.max() - position.min()) / masses.arm
     speed = float(identification.treatment["velocity_max"]) / masses.arm
@@ -83,9 +97,12 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         name=EXPERIMENT_FILE,
         motor=MOTOR_FILE,
         table=TABLE_FILE,
+        whole=SUM_FILE,
+        inertia=inertia,
         amplitude=amplitude,
         frequency=frequency,
         duration=3.0 / frequency,
+        settle=1.0 / frequency,
         sample_time=log.sample_time,
         **gains,
     )
