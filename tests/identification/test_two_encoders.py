@@ -1,6 +1,8 @@
 """Two masses from a log with encoders at motor and load; the simulated drives share no code with the identification."""
 
 import math
+import re
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -89,11 +91,20 @@ def test_a_load_encoder_with_another_unit_is_refused():
         two_masses([(log, None)], identify)
 
 
+def effort_along(position, time):
+    speed = np.gradient(position, time)
+    return 12.0 * np.gradient(speed, time) + 5.0 * np.sign(speed) + 80.0 * speed
+
+
 def strokes(**further):
     time = DT * np.arange(6000)
-    position, speed = 0.02 * np.sin(3.0 * time) + 0.01 * np.sin(11.0 * time), 0.06 * np.cos(3.0 * time) + 0.11 * np.cos(11.0 * time)
-    effort = 12.0 * np.gradient(speed, time) + 5.0 * np.sign(speed) + 80.0 * speed
-    return {"time": time, "position": position, "effort": effort, **{name: values(position) for name, values in further.items()}}
+    position = 0.02 * np.sin(3.0 * time) + 0.01 * np.sin(11.0 * time)
+    return {
+        "time": time,
+        "position": position,
+        "effort": effort_along(position, time),
+        **{name: values(position) for name, values in further.items()},
+    }
 
 
 def test_the_result_for_one_mass_does_not_depend_on_the_second_encoder():
@@ -106,6 +117,45 @@ def test_the_result_for_one_mass_does_not_depend_on_the_second_encoder():
     # Both positions are equal: the log shows no coupling, and the result states why.
     assert second.two_masses is None
     assert "the plant with two masses" in second.left_out
+
+
+@pytest.mark.parametrize(
+    ("load", "cause"),
+    [
+        (lambda x: 1.001 * x, r"The scale moves 1\.001 times as far as the motor"),
+        (lambda x: x + 1e-3 * np.linspace(0.0, 1.0, x.size), r"The encoders drift apart by 0\.001 "),
+        (lambda x: np.concatenate([x[:1].repeat(2), x[:-2]]), r"like a delay of 2 ms between the encoders"),
+        (lambda x: x + 1e-5 * np.random.default_rng(2).normal(size=x.size), r"Excite the axis around its antiresonance"),
+    ],
+)
+def test_a_faulty_scale_is_named_as_the_reason(load, cause):
+    time = DT * np.arange(8000)
+    position = np.convolve(np.pad(0.1 * np.abs((0.7 * time) % 2.0 - 1.0), 50, mode="edge"), np.full(101, 1.0 / 101.0), "valid")
+    columns = {"time": time, "position": position, "effort": effort_along(position, time), "load_position": load(position)}
+    reason = two_masses([(br.Log.from_columns(columns), None)], identify)
+    assert re.search(cause, reason)
+
+
+def with_strange_columns(seed, **columns):
+    drive = drive_of(seed)
+    log = {name: log_of(drive)[name] for name in ("time", "position", "load_position", "effort")} | columns
+    return two_masses([(br.Log.from_columns(log), br.Axis(resolution=drive.step))], partial(identify, model="coulomb_viscous", draws=0))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [901, 920])
+def test_swapped_encoders_and_a_reversed_effort_do_not_make_a_plant(seed):
+    log = log_of(drive_of(seed))
+    swapped = with_strange_columns(seed, position=log["load_position"], load_position=log["position"])
+    assert "Check that `position` is the encoder of the motor" in swapped
+    assert "the sign of the effort" in with_strange_columns(seed, effort=-log["effort"])
+
+
+@pytest.mark.slow
+def test_a_late_scale_does_not_make_a_plant():
+    scale = log_of(drive_of(901))["load_position"]
+    reason = with_strange_columns(901, load_position=np.concatenate([scale[:1].repeat(3), scale[:-3]]))
+    assert "at the same time" in reason
 
 
 def test_only_logs_that_all_have_a_second_encoder_have_two_masses():

@@ -32,6 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.errors import InputError
 from bristle.core.least_squares import normal
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
@@ -105,7 +106,7 @@ class Spectra:
 
 
 def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior | None = None) -> Masses | None:
-    """Return the masses and the coupling that some records show, or None; `dead` is the dead zone of a known play."""
+    """Return the masses and the coupling that some records show, or None without twist; `dead` is the dead zone of a known play."""
     twisted = max(float(np.ptp(record.motor - record.load)) for record in records) > step
     spectra = _spectra_of(records, step, dead) if twisted else None
     if spectra is None:
@@ -225,8 +226,10 @@ class _Fit:
         solutions = normal(np.broadcast_to(gram, (delays.size, 6, 6)), rights, rcond=1e-12)
         best = int(np.argmax(np.sum(rights * solutions, axis=1)))
         motor, load, k, d, *viscous = solutions[best].tolist()
-        least = max(0.05 * (motor + load), TINY)
-        motor, load, k = max(motor, least), max(load, least), max(k, TINY)
+        least = 0.05 * (motor + load)
+        motor, load = max(motor, least), max(load, least)
+        if not (least > 0.0 and k > load * (2.0 * np.pi * SLOWEST) ** 2):
+            raise InputError("has no antiresonance in the band of the log", path="the fit of both masses")
         return np.array([motor, load, load / k, max(d / k, 0.0), *viscous, delays[best], 0.0, 0.0])
 
     def equations(self, point: np.ndarray) -> np.ndarray:

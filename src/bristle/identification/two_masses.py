@@ -44,6 +44,8 @@ MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above whi
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 NORMAL_ERROR = 1.96
+MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
+MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
 
 
 class Quantity(NamedTuple):
@@ -134,21 +136,26 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     """Return both masses and the friction of both sides, or the reason why the logs do not show them."""
     step = max(smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution for log, axis in pairs)
     records = [record for log, _ in pairs for record in _records(log)]
-    masses = masses_of(records, step)
+    try:
+        masses = masses_of(records, step)
+    except InputError as error:
+        return f"{error}. {_advice(records)}"
     if masses is None:
         return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
     kind = pairs[0][0].kind
     lost = lost_motion(records, step, masses, kind)
     if lost.clear:
-        masses = masses_of(records, step, lost.dead) or masses
+        masses = _refined(masses, records, step, lost)
         lost = lost_motion(records, step, masses, kind)
     prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
-    masses = masses_of(records, step, lost.dead, prior) or masses
-    quantities = _quantities(masses, lost, kind)
+    masses = _refined(masses, records, step, lost, prior)
+    quantities = _quantities(masses, lost, kind, step)
+    if masses.damping <= 0.0:
+        return f"the fit of both masses gives a negative damping. {_advice(records)}"
     widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
     if not widest.half_width < MOST_ERROR * widest.value:
         percent = 100.0 * widest.half_width / widest.value
-        return f"the log determines the {widest.meaning} only within {percent:.0f} %. Excite the axis around its antiresonance"
+        return f"the log determines the {widest.meaning} only within {percent:.0f} %. {_advice(records)}"
     sides = [_side_logs(log, masses, lost) for log, _ in pairs]
     axes = [
         replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
@@ -156,7 +163,13 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     ]
     reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
     results = [fitted([side[place] for side in sides], axis=axes, progress=report) for place, report in enumerate(reports)]
-    forces = [float(np.sqrt(np.mean(result.best.traces.friction**2))) for result in results]
+    forces = [_rms(result.best.traces.friction) for result in results]
+    left = [_rms(result.best.traces.residual) for result in results]
+    for name, force, rest in zip(("motor", "load"), forces, left, strict=True):
+        if rest > max(MOST_LEFT * force, OF_BOTH * math.hypot(*forces)):
+            return (
+                f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
+            )
     stiffness, play = quantities[2], quantities[4]
     doubt = forces[1] * stiffness.half_width / stiffness.value
     doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width)
@@ -198,7 +211,45 @@ def _records(log: Log) -> list[Record]:
     return records
 
 
-def _quantities(masses: Masses, lost: LostMotion, kind: Kind) -> tuple[Quantity, ...]:
+def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior | None = None) -> Masses:
+    """Return the masses with a known play and stiffness, or the previous masses if the records do not show them."""
+    try:
+        return masses_of(records, step, lost.dead, prior) or masses
+    except InputError:
+        return masses
+
+
+def _rms(signal: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(signal**2)))
+
+
+def _advice(records: Sequence[Record]) -> str:
+    """Return the likely cause why a log does not show two masses, from the signal that explains most of the twist, and its cure."""
+    longest = max(records, key=lambda record: record.motor.size)
+    size, dt = longest.motor.size, longest.dt
+    twist, place = longest.motor - longest.load, longest.motor - longest.motor.mean()
+    time = dt * np.arange(size)
+    signals = np.stack([place, time - time.mean(), np.gradient(low_passed(place, min(CUTOFF / dt, HIGHEST), dt), dt)])
+    centred = twist - twist.mean()
+    slopes = signals @ centred / np.maximum(np.sum(signals**2, axis=1), TINY)
+    shares = np.array(
+        [1.0 - _rms(centred - slope * signal) ** 2 / max(_rms(centred) ** 2, TINY) for slope, signal in zip(slopes, signals, strict=True)]
+    )
+    best = int(np.argmax(shares))
+    if shares[best] < MOSTLY:
+        return (
+            "Excite the axis around its antiresonance and sample both encoders at the same time. Check that `position` is the encoder "
+            "of the motor, and the sign of the effort"
+        )
+    return (
+        f"The scale moves {1.0 - slopes[0]:.5g} times as far as the motor. Correct lead or gear_ratio",
+        f"The encoders drift apart by {abs(slopes[1]) * time[-1]:.2g} in the unit of the axis. Warm the axis up, or use a shorter log",
+        f"The twist is mostly proportional to the velocity, like a delay of {1e3 * abs(slopes[2]):.2g} ms between the encoders. "
+        "Sample both at the same time",
+    )[best]
+
+
+def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tuple[Quantity, ...]:
     """Return values with intervals and units."""
 
     def width(value: float, error: float) -> float:
@@ -214,7 +265,7 @@ def _quantities(masses: Masses, lost: LostMotion, kind: Kind) -> tuple[Quantity,
         Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
         Quantity("stiffness", masses.stiffness, width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
         Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
-        Quantity("play", play, width(play, lost.play_error) if lost.clear else lost.play, unit["length"], "play"),
+        Quantity("play", play, width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
         Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
     )
 
