@@ -308,11 +308,14 @@ def with_identification(first: int = FIRST_IDENTIFIED, count: int = COUNT_IDENTI
     found = [one for one in tries if not isinstance(one, str)]
     yield Share("both masses identified", 100.0 * len(found) / count, 90.0, 100.0, count)
     for place, side in enumerate(SIDES):
-        drives = [pair[place] for pair in found if not pair[place].slips]
         name = {"motor": "encoder", "scale": "scale"}[side]
-        yield Share(f"{name}, identified: median error", float(np.median([one.percent for one in drives])), 0.0, MOST, len(drives))
-        truly = float(np.median([100.0 * one.true / one.one for one in drives]))
-        yield Share(f"{name}, the same with true parameters", truly, 0.0, MOST, len(drives))
+        for slips, text in ((False, ""), (True, ", stick-slip")):
+            drives = [pair[place] for pair in found if pair[place].slips is slips]
+            for known, percents in (
+                ("identified", [one.percent for one in drives]),
+                ("true", [100.0 * one.true / one.one for one in drives]),
+            ):
+                yield Share(f"{name}, {known}{text}: median error", float(np.median(percents)), 0.0, 100.0 if slips else MOST, len(drives))
 
 
 if __name__ == "__main__":

@@ -73,7 +73,7 @@ def ran(name, peak=2e-6, *, status=Status.OK, is_open=False, runs=1, spread=0.0,
 
 def simulated(*loops, refused=(), effort=None, limit=math.inf):
     run = Some(settle=0.1, sample_time=1e-3, effort_limit=limit)
-    fed = Some(friction=None, mass=0.0)
+    fed = Some(plant=None, friction=None, mass=0.0)
     law = Some(name="cascade", values={})
     known = {"run": run, "feedforward": fed, "controller": law, "reference": 1, "effort": effort, "disturbance": None, "friction": None}
     variants = [Some(name=loop.name, **known) for loop in loops]

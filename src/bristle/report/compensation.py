@@ -12,7 +12,6 @@ import numpy as np
 from bristle.core import Kind, Status, number, scale_of, unit_of, with_unit
 from bristle.report.messages import message
 from bristle.report.table import length_text, short_text
-from bristle.simulation.two_masses import screw_of
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -169,7 +168,7 @@ def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple
     """
     plain = [variant for variant in experiment.variants if variant.feedforward.friction is None]
     compensated = compensated or next((variant for variant in experiment.variants if variant.feedforward.friction is not None), None)
-    if compensated is not None and screw_of(compensated.feedforward) is not None:
+    if compensated is not None and _winds_up(compensated):
         rigid = next((variant for variant in experiment.variants if _is_wound_up(variant, compensated)), None)
         if rigid is not None:
             return rigid, compensated
@@ -186,7 +185,12 @@ def _is_pair(before: Variant, after: Variant) -> bool:
 
 def _is_wound_up(before: Variant, after: Variant) -> bool:
     """Return whether the second variant feeds both masses forward, and the first one mass with friction."""
-    return before.feedforward.friction is not None and screw_of(after.feedforward) is not None and screw_of(before.feedforward) is None
+    return before.feedforward.friction is not None and _winds_up(after) and not _winds_up(before)
+
+
+def _winds_up(variant: Variant) -> bool:
+    plant = variant.feedforward.plant
+    return plant is not None and plant.component.screw is not None
 
 
 def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
