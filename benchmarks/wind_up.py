@@ -37,7 +37,7 @@ from bristle.simulation import feedforward_effort, friction_along, motor_referen
 __all__ = ["Identified", "Tried", "identified", "soft_drive", "tried", "wind_up", "with_identification"]
 
 FIRST, COUNT = 0, 60
-FIRST_IDENTIFIED, COUNT_IDENTIFIED = 4200, 10
+FIRST_IDENTIFIED, COUNT_IDENTIFIED = 4200, 20
 MODELS = "coulomb_viscous,stribeck,lugre"
 ERROR = 0.05  # of each parameter of the feedforward
 SETTLE = 1.5  # s
