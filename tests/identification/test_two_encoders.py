@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 
@@ -181,6 +182,15 @@ def test_friction_of_the_motor_has_the_power_of_that_of_the_axis(masses):
     assert along(of_motor, speed / masses.arm, DT) * speed / masses.arm == pytest.approx(along(of_axis, speed, DT) * speed)
 
 
+def test_a_break_away_level_that_the_log_does_not_show_is_that_of_sliding(masses):
+    best = masses.load.best
+    high = best.friction.with_values(F_S=5.0 * best.friction.values["F_C"])
+    for status, level in (("at_edge", best.friction.values["F_C"]), ("identified", high.values["F_S"])):
+        estimates = tuple(replace(item, status=status) if item.name == "F_S" else item for item in best.estimates)
+        side = replace(masses.load, fits=(replace(best, friction=high, estimates=estimates),))
+        assert replace(masses, load=side).table_friction.values["F_S"] == level
+
+
 def test_the_plant_has_the_energy_of_both_masses_and_of_the_coupling(masses):
     plant = masses.plant
     assert plant.values["lead"] == pytest.approx(0.01)
@@ -215,11 +225,11 @@ def test_the_written_files_simulate_both_masses(masses, tmp_path):
     without, one_mass, both = experiment.variants
     for variant in experiment.variants:
         assert variant.plant.values == masses.plant.values
-        assert variant.table.values == masses.load.best.friction.values
+        assert variant.table.values == masses.table_friction.values
     assert one_mass.feedforward.mass == pytest.approx(12.0 * masses.arm**2)
     assert one_mass.feedforward.friction.values["F_C"] == pytest.approx(masses.load.best.friction.values["F_C"] * masses.arm)
     assert both.feedforward.plant.values == masses.plant.values
-    assert both.feedforward.table.values == masses.load.best.friction.values
+    assert both.feedforward.table.values == masses.table_friction.values
     simulated = simulate(experiment)
     results = simulated.variants
     # The sensor is on the motor. The position is that of the table, as an angle of the motor.

@@ -104,7 +104,7 @@ class TwoMasses:
     @property
     def motor_friction(self) -> Model:
         """Friction of the motor in N*m and rad."""
-        return self.at_the_motor(self.motor.best.friction)
+        return self.at_the_motor(_determined(self.motor.best))
 
     def at_the_motor(self, friction: Model) -> Model:
         """Return a friction of the axis in N*m and rad of the motor."""
@@ -113,7 +113,7 @@ class TwoMasses:
     @property
     def table_friction(self) -> Model:
         """Friction of the table in N and m; of a rotational load in the same numbers."""
-        friction = self.load.best.friction
+        friction = _determined(self.load.best)
         return friction.component(kind="translational", **friction.values)
 
     def as_data(self) -> dict[str, Any]:
@@ -299,6 +299,14 @@ def _widened(fit: Fit, share: float) -> Fit:
         return replace(estimate, interval=(middle - half, middle + half), robust_std=max(estimate.larger_std or 0.0, half / NORMAL_ERROR))
 
     return replace(fit, estimates=tuple(map(wider, fit.estimates)))
+
+
+def _determined(fit: Fit) -> Model:
+    """Return the friction of a fit; a break-away level that the log does not determine is that of sliding."""
+    values, peak = fit.friction.values, fit.parameters.get("F_S")
+    if peak is None or peak.status in ("identified", "held") or "F_C" not in values:
+        return fit.friction
+    return fit.friction.with_values(F_S=values["F_C"])
 
 
 def _turned(friction: Model, arm: float) -> Model:
