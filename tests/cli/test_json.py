@@ -23,6 +23,7 @@ FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fa
 # Commands in the reference, and the command line that shows all of their keys.
 DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper", "design", "lab", "log", "excite", "explain", "tune")} | {
     "identify": "identify identify_second_pass",
+    "log": "log log_nameless",
     "run": "run_seeds",
     "check": "check_own",
     "models": "models_lugre",

@@ -203,7 +203,16 @@ def test_columns_of_a_log_have_six_digits():
 
 
 def summary(count, **changed):
-    facts = {"channels": [], "passages": [], "kind": "translational", "rate": None, "duration": None, "notes": [], "diagnostics": []}
+    facts = {
+        "channels": [],
+        "passages": [],
+        "kind": "translational",
+        "rate": None,
+        "duration": None,
+        "notes": [],
+        "diagnostics": [],
+        "proposal": {},
+    }
     return {"columns": [column(f"c{number}") for number in range(count)]} | facts | changed
 
 

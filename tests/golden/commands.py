@@ -58,6 +58,7 @@ COMMANDS = {
     "excite": "excite axis_of_demo.toml --duration 10s --for break-away --out motion",
     "log": "log log.csv --axis axis.toml",
     "log_without_axis": "log constants.mat",
+    "log_nameless": "log nameless.txt",
     "log_pulls": "log pulls.csv --axis pulls.toml",
     "log_problems": "log holes.csv --axis axis.toml",
     "demo": "demo --out demo",

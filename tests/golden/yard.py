@@ -144,6 +144,7 @@ def _write_loop(folder: Path) -> None:
     for row in (100, 300):
         lines[row] = lines[row].rpartition(",")[0] + ",nan"
     (folder / "holes.csv").write_text("\n".join(lines))
+    np.savetxt(folder / "nameless.txt", columns, fmt="%.9g")
     scipy.io.savemat(folder / "constants.mat", {"t": columns[:, 0], "q": columns[:, 1], "gain": 35.0})
 
 

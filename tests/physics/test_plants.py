@@ -150,9 +150,10 @@ def test_the_names_of_parameters_determine_the_terms():
         "gravity": True,
         "cogging": {"motor": {6}, "screw": {1}},
         "columns": ["a"],
+        "spring": None,
     }
     assert terms_in(["M", "g_sin"])["gravity"] is True
-    assert terms_in(["M"]) == {"gravity": False, "cogging": {"motor": set(), "screw": set()}, "columns": []}
+    assert terms_in(["M"]) == {"gravity": False, "cogging": {"motor": set(), "screw": set()}, "columns": [], "spring": None}
 
 
 def test_the_description_of_a_plant_names_its_terms():
@@ -178,7 +179,7 @@ def test_the_description_of_a_plant_names_its_terms():
         (
             "inertia+gravitty",
             (),
-            r"there is no such term; found '\+gravitty', allowed \+gravity, \+cogging, \+known. Did you mean 'gravity'",
+            r"there is no such term; found '\+gravitty', allowed \+gravity, \+cogging, \+spring, \+known. Did you mean 'gravity'",
         ),
         ("inertia+cogging", ("g_sin",), r"has \+cogging, but no coefficient.*such as motor_6_cos = 0.1"),
         ("inertia+known", ("motor_6_cos",), r"has \+known, but no coefficient.*such as known_NAME = 0.1"),

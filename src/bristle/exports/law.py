@@ -301,8 +301,7 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
     if single:
         refuse_beyond_single(p._asdict())
-    called = {"led": led, "inertial": inertial, "law": law, "effort_at": effort_at, "gravity_at": gravity_at}
-    called["sprung_effort_at"] = sprung_effort_at
+    called = {kernel.__name__: kernel for kernel in (led, inertial, law, effort_at, gravity_at, sprung_effort_at)}
     scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
     written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p)}

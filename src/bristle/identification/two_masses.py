@@ -125,11 +125,13 @@ class TwoMasses:
 
 def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
     """Return logs without the second encoder, and the pairs if each log has one."""
-    alone = [
-        (replace(log, further={name: channel for name, channel in log.further.items() if name != LOAD_ENCODER}), axis)
-        for log, axis in pairs
-    ]
-    return alone, pairs if all(LOAD_ENCODER in log.further for log, _ in pairs) else ()
+    has_encoder = [LOAD_ENCODER in log.further for log, _ in pairs]
+    if not any(has_encoder):
+        return list(pairs), ()
+    others = [{name: channel for name, channel in log.further.items() if name != LOAD_ENCODER} for log, _ in pairs]
+    return [(replace(log, further=further), axis) for (log, axis), further in zip(pairs, others, strict=True)], pairs if all(
+        has_encoder
+    ) else ()
 
 
 def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
