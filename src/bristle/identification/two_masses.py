@@ -25,6 +25,7 @@ from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
+from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import smallest_step
 from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
@@ -305,10 +306,11 @@ def _widened(fit: Fit, share: float) -> Fit:
 
 def _determined(fit: Fit) -> Model:
     """Return the friction of a fit; a break-away level that the log does not determine is that of sliding."""
-    values, peak = fit.friction.values, fit.parameters.get("F_S")
-    if peak is None or peak.status in ("identified", "held") or "F_C" not in values:
-        return fit.friction
-    return fit.friction.with_values(F_S=values["F_C"])
+    values, variables = fit.friction.values, fit.friction.component.variables
+    pairs = zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False)
+    return fit.friction.with_values(
+        **{peak: values[level] for peak, level in pairs if fit.parameters[peak].status not in ("identified", "held")}
+    )
 
 
 def _turned(friction: Model, arm: float) -> Model:
