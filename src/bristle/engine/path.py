@@ -12,7 +12,7 @@ from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.signature import Vector
-from bristle.plants.terms import Place, Sprung, effort_at, gravity_at, sprung_effort_at
+from bristle.plants.terms import Place, effort_at, gravity_at
 
 
 @guarded(operator=OPERATOR, u=array())
@@ -44,17 +44,16 @@ EffortAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector], float]
 
 def effort_entry(numbers, waves, cosines, sines, x, effort):
     """Write the effort at each position."""
-    place = Sprung(numbers[0], numbers[1], waves, cosines, sines, numbers[2], numbers[3], numbers[4])
+    place = Place(numbers[0], numbers[1], waves, cosines, sines, numbers[2], numbers[3], numbers[4])
     for k in range(x.size):
-        effort[k] = sprung_effort_at(x[k], place)
+        effort[k] = effort_at(x[k], place)
     return 0.0
 
 
-def effort_along(x: np.ndarray, place: Place | Sprung) -> np.ndarray:
+def effort_along(x: np.ndarray, place: Place) -> np.ndarray:
     """Return the effort [N or N*m] of gravity, cogging and a spring at some positions [m or rad], shape (sample,)."""
     effort = np.empty(x.size)
-    entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (sprung_effort_at, effort_at, gravity_at))
+    entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (effort_at, gravity_at))
     waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))  # writable copies
-    springs = place[-3:] if isinstance(place, Sprung) else (0.0, 0.0, 0.0)
-    entry(np.array([place.g_sin, place.g_cos, *springs]), *waves, np.array(x, dtype=float), effort)
+    entry(np.array([place.g_sin, place.g_cos, place.spring_1, place.spring_2, place.spring_3]), *waves, np.array(x, dtype=float), effort)
     return effort

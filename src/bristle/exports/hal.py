@@ -28,7 +28,7 @@ from bristle.exports.law import Law, law_walk, samples_along
 from bristle.exports.subject import Subject
 from bristle.exports.targets import NAME, Product, Request
 from bristle.exports.tunable import settled_law
-from bristle.plants.terms import Place, Sprung, kernel_of_place, place_of
+from bristle.plants.terms import Place, effort_at, place_of
 from bristle.prediction.drive_units import DriveUnit, signed_units
 from bristle.translation.build import Builder
 from bristle.translation.tree import REAL, Unit, struct_type
@@ -63,7 +63,7 @@ def write(request: Request) -> Product:
     checksum = request.source.provenance.get("model_sha256", "") or request.source.model_hash
     request = replace(request, name=_name_of(request.name, checksum), single=False)
     settings, place = settings_of(request), place_of(request.plant)
-    has_place = bool(place.g_sin or place.g_cos or place.waves.size or isinstance(place, Sprung))
+    has_place = bool(place.g_sin or place.g_cos or not place.is_link)
     friction = subjects.settled_subject(subjects.subject_of(request.sampled))
     references = subjects.walk_of(friction, 1e-9 * PERIOD_NS).positions(STEPS) / settings.position.si
     feeds = feeds_of(friction, place, references, settings)
@@ -147,7 +147,7 @@ def settings_of(request: Request) -> Settings:
     return Settings(USUAL[kind] if axis is None else position, effort, *rounded)
 
 
-def feeds_of(friction: Subject, place: Place | Sprung, references: np.ndarray, settings: Settings) -> np.ndarray:
+def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
     dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
     rate = 1.0 / dt
@@ -157,16 +157,16 @@ def feeds_of(friction: Subject, place: Place | Sprung, references: np.ndarray, s
         a = (v - v_before) * rate
         ahead.append(x + v * lead + 0.5 * a * lead * lead)
         before, v_before = x, v
-    forces, effort = friction.forces(np.array(ahead), dt), kernel_of_place(place)
-    return np.array([(force + effort(x, place)) / settings.effort.si for x, force in zip(ahead, forces.tolist(), strict=True)])
+    forces = friction.forces(np.array(ahead), dt)
+    return np.array([(force + effort_at(x, place)) / settings.effort.si for x, force in zip(ahead, forces.tolist(), strict=True)])
 
 
-def _facts(request: Request, friction: Subject, place: Place | Sprung | None, settings: Settings) -> dict[str, Any]:
+def _facts(request: Request, friction: Subject, place: Place | None, settings: Settings) -> dict[str, Any]:
     """Return the facts of the templates: the C, pins and parameters, and the self-test."""
     name, constants, of_place = request.name, "", ""
     if place is not None:
         builder = Builder()
-        of_place = f" + place_{builder.function(kernel_of_place(place), [REAL, struct_type(place)]).name}(ahead, place)"
+        of_place = f" + place_{builder.function(effort_at, [REAL, struct_type(place)]).name}(ahead, place)"
         for function in builder.unit.functions:
             function.name = f"place_{function.name}"
         friction = replace(friction, unit=Unit([*friction.unit.functions, *builder.unit.functions]))

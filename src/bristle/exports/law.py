@@ -28,7 +28,7 @@ from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants import inertia
-from bristle.plants.terms import Sprung, Termed, effort_at, gravity_at, kernel_of_place, place_of, sprung_effort_at
+from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
 from bristle.prediction.drive_units import command_units
 from bristle.simulation.two_masses import plant_of_one_mass
 from bristle.translation.build import Builder
@@ -61,7 +61,7 @@ class Load(NamedTuple):
         if self.mass:
             parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
         if self.place:
-            kernel_name = "gravity_at" if isinstance(self.place, Gravity) else kernel_of_place(self.place).__name__
+            kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
             middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
             parts.append(f"{kernel_name}({middle}, p.{self.prefix}place)")
         return " + ".join(parts) or "0.0"
@@ -92,7 +92,7 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
 def _place(plant: Model | None) -> Any:
     """Return the data of the position-dependent effort of a plant; None if it has no such effort."""
     place = place_of(plant)
-    if place.waves.size or isinstance(place, Sprung):
+    if not place.is_link:
         return place
     return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
 
@@ -301,7 +301,7 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
     if single:
         refuse_beyond_single(p._asdict())
-    called = {kernel.__name__: kernel for kernel in (led, inertial, law, effort_at, gravity_at, sprung_effort_at)}
+    called = {kernel.__name__: kernel for kernel in (led, inertial, law, effort_at, gravity_at)}
     scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
     written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
     kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p)}

@@ -17,7 +17,7 @@ port stays affine in the friction force, and a motion without friction keeps its
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
@@ -77,19 +77,14 @@ class Place(NamedTuple):
     waves: np.ndarray
     cosines: np.ndarray
     sines: np.ndarray
+    spring_1: float = 0.0
+    spring_2: float = 0.0
+    spring_3: float = 0.0
 
-
-class Sprung(NamedTuple):
-    """The same with a spring."""
-
-    g_sin: float
-    g_cos: float
-    waves: np.ndarray
-    cosines: np.ndarray
-    sines: np.ndarray
-    spring_1: float
-    spring_2: float
-    spring_3: float
+    @property
+    def is_link(self) -> bool:
+        """Whether no effort besides gravity depends on the position."""
+        return not (self.waves.size or self.spring_1 or self.spring_2 or self.spring_3)
 
 
 NOWHERE = Place(0.0, 0.0, np.zeros(0), np.zeros(0), np.zeros(0))  # For a plant without terms
@@ -110,8 +105,8 @@ def gravity_at(x, q):
 
 @kernel
 def effort_at(x, q):
-    """Return the effort [N or N*m] against gravity and cogging at a position [m or rad]."""
-    total = gravity_at(x, q)
+    """Return the effort [N or N*m] against gravity, cogging and a spring at a position [m or rad]."""
+    total = gravity_at(x, q) + x * (q.spring_1 + x * (q.spring_2 + x * q.spring_3))
     for i in range(q.waves.size):
         phase = q.waves[i] * x
         total += q.cosines[i] * cos(phase) + q.sines[i] * sin(phase)
@@ -119,15 +114,9 @@ def effort_at(x, q):
 
 
 @kernel
-def sprung_effort_at(x, q):
-    """Return the effort [N or N*m] against gravity, cogging and a spring at a position [m or rad]."""
-    return effort_at(x, q) + x * (q.spring_1 + x * (q.spring_2 + x * q.spring_3))
-
-
-@kernel
 def left_of(state, effort, dt, p):
     """Return an effort [N or N*m] minus that of the terms, over a step of `dt` [s]."""
-    return effort - sprung_effort_at(state.x + 0.5 * dt * state.v, p.terms)
+    return effort - effort_at(state.x + 0.5 * dt * state.v, p.terms)
 
 
 @kernel
@@ -151,7 +140,7 @@ def rest(state, effort, dt, p):
 @kernel
 def rate(state, effort, force, p):
     """Return the time derivative of the state of the plant, for the effort minus that of the terms."""
-    return plant_rate(state, effort - sprung_effort_at(state.x, p.terms), force, p.inner)
+    return plant_rate(state, effort - effort_at(state.x, p.terms), force, p.inner)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -264,16 +253,10 @@ def terms_of(plant: Model) -> Terms | None:
     return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
 
 
-def place_of(plant: Model | None) -> Place | Sprung:
+def place_of(plant: Model | None) -> Place:
     """Return the position-dependent terms of a plant; `NOWHERE` for a plant without terms."""
     terms = None if plant is None else terms_of(plant)
-    form = Sprung if terms is not None and (terms.spring_1 or terms.spring_2 or terms.spring_3) else Place
-    return NOWHERE if terms is None else form(*(getattr(terms, name) for name in form._fields))
-
-
-def kernel_of_place(place: Place | Sprung) -> Callable[..., float]:
-    """Return the kernel ``effort(x, place)`` for the position-dependent terms of a plant."""
-    return sprung_effort_at if isinstance(place, Sprung) else effort_at
+    return NOWHERE if terms is None else Place(*(getattr(terms, name) for name in Place._fields))
 
 
 def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:
