@@ -200,9 +200,9 @@ def test_the_plant_has_the_energy_of_both_masses_and_of_the_coupling(masses):
 
 def test_report_and_terminal_state_masses_and_friction_of_either_side(masses):
     identification = SimpleNamespace(two_masses=masses)
-    cells = [row[0] for row in two_masses_table(identification).rows]
-    assert {"Motor", "Load", "Stiffness", "Play"} <= set(cells)
-    assert any(cell.startswith("Friction of the load, stribeck") for cell in cells)
+    rows = [tuple(map(str, row[:2])) for row in two_masses_table(identification).rows]
+    assert {("", "Motor"), ("", "Load"), ("", "Stiffness"), ("", "Play")} <= set(rows)
+    assert any(side.startswith("Friction of the load: stribeck") and name == "F_C" for side, name in rows)
     texts = [line.text for line in two_masses_lines(identification)]
     assert texts[0] == "motor 2 kg ± 2.00 %"
     assert two_masses_table(SimpleNamespace(two_masses=None)) is None

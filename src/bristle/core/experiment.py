@@ -249,6 +249,9 @@ class Coupling:
     inertia_ratio: float = quantity_of(Variable("1", "inertia of the load over that of the motor", min=1e-9))
 
 
+COUPLING = variables_in(Coupling)
+
+
 @guarded()
 @dataclass(frozen=True)
 class Variant:

@@ -13,6 +13,7 @@ from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.edge import array, guarded, model, optional
 from bristle.core.errors import InputError, located
+from bristle.core.experiment import COUPLING
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
@@ -38,12 +39,6 @@ TREATMENT = {
     "position_smoothing": Variable("time", "time constant of a filter of the position", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments of the recorded channels", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
-}
-
-# The elastic coupling of the load that an identification of one mass reported.
-COUPLING = {
-    "antiresonance": Variable("frequency", "antiresonance of motor and load", min=1e-9),
-    "inertia_ratio": Variable("1", "inertia of the load over that of the motor", min=1e-9),
 }
 
 NUMBERS = {

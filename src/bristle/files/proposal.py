@@ -18,7 +18,7 @@ from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
-from bristle.logs.nameless import REVERSED, Proposed, proposed_roles, roles_of_joint
+from bristle.logs.nameless import REVERSED, Proposed, joint_count, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -180,7 +180,7 @@ class Proposal:
     @property
     def joints(self) -> int:
         """Number of joints among columns without names."""
-        return max((entry.joint for entry in self.roles), default=0)
+        return joint_count(self.roles)
 
 
 def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Proposal:
@@ -210,7 +210,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         name, count = table.tables[0], len(table.tables)
         table = read_table(content, name, size_limit=limit)
     roles, proposed = roles_of(table), proposed_roles(table)
-    joints = max((entry.joint for entry in proposed), default=0)
+    joints = joint_count(proposed)
     if joints:
         roles = replace(
             roles, channels=roles_of_joint(proposed, 1).channels | {key: roles.channels[key] for key in {"time"} & set(roles.channels)}

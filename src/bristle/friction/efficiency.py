@@ -70,8 +70,8 @@ def trial(state, memory, motion, dt, p):
     side, way, ratio = direction(motion.v), abs(motion.v) * dt / p.h, motion.v / p.v_S
     left, mean = state.z - side, relaxation(way)
     z_square = side * side + 2.0 * side * left * mean + left * left * relaxation(2.0 * way)
-    alike = p.F_idle + (p.mu_avg + p.mu_fall * exp(-ratio * ratio)) * abs(motion.transmitted)
-    force = alike * (side + left * mean) + p.mu_dif * motion.transmitted * z_square
+    of_both = p.F_idle + (p.mu_avg + p.mu_fall * exp(-ratio * ratio)) * abs(motion.transmitted)
+    force = of_both * (side + left * mean) + p.mu_dif * motion.transmitted * z_square
     return force + p.sigma_2 * motion.v, Move(side + left * exp(-way))
 
 

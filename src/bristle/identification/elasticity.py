@@ -64,11 +64,8 @@ ALIKE, AGREE, AGREEING = 1.6, 1.05, 2  # largest ratio of the frequency in a par
 STUDENT, SPREAD = 4.0, 2.0  # of the intervals: factors of the standard error, and of the scatter over the parts
 SPARE, SPARE_DELAY = 0.004, 0.1  # of the intervals: smallest relative half-width; in samples
 ONE_MASS = 0.02  # largest relative excess of the mass that the motor of one mass feels
-HOLDS, LEAST_CLEAN, LEAST_ROWS = (
-    (-1.5, 1.5),
-    0.05,
-    50.0,
-)  # exponent of the hold; of the effort, power without noise; rows of a level of noise
+HOLDS = (-1.5, 1.5)  # exponent of the hold
+LEAST_CLEAN, LEAST_ROWS = 0.05, 50.0  # of the effort, power without noise; rows of a level of noise
 BEHIND = 0.05  # of the mass: error of the inertia of a whole log by friction behind a spring
 TINY = float(np.finfo(float).tiny)
 
@@ -172,7 +169,7 @@ class _Spectra(NamedTuple):
         rows = self.lengths[:, None] * self.bins * (self.frequency * LONGEST * self.lengths[:, None] > PERIODS)
         total, rows = np.einsum("sg,sgij->gij", (rows > 0.0).astype(float), self.slides), rows.sum(axis=0)
         signals, cross = np.maximum(np.real(np.diagonal(total, axis1=1, axis2=2)).T, TINY), total[:, 1, 0]
-        # What acceleration and effort do not explain of each other.
+        # The part of each signal that the other one does not explain.
         left = np.maximum(signals - np.abs(cross) ** 2 / signals[::-1], 0.0) / np.maximum(1.0 - 1.0 / np.maximum(rows, 1.0), 0.1)
         weight = near @ rows / np.maximum(near @ left[0] + MISFIT**2 * (near @ signals[0]), TINY)
         coherence = 1.0 - np.clip(near @ (weight * left[0]) / np.maximum(near @ (weight * signals[0]), TINY), 0.0, 1.0)
@@ -315,6 +312,15 @@ class _Search:
         return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
 
 
+def starts_of_groups(frequency: np.ndarray, width: float) -> list[int]:
+    """Return the first place of each group of rising frequencies, whose last exceeds its first by at most a relative width."""
+    starts = [0]
+    for place, hertz in enumerate(frequency.tolist()):
+        if hertz > (1.0 + width) * frequency[starts[-1]]:
+            starts.append(place)
+    return starts
+
+
 def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | None:
     """Return the spectra of all slides; None if the logs have too few."""
     from scipy.signal.windows import tukey
@@ -326,10 +332,8 @@ def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | 
     size = round(LONGEST / dt)
     frequency = np.fft.rfftfreq(size, dt)
     inside = (frequency > SLOWEST) & (frequency < highest)
-    frequency, starts = frequency[inside], [0]
-    for place, hertz in enumerate(frequency.tolist()):
-        if hertz > (1.0 + WIDTH) * frequency[starts[-1]]:
-            starts.append(place)
+    frequency = frequency[inside]
+    starts = starts_of_groups(frequency, WIDTH)
     # The gain of the second derivative over that of the second difference.
     exact = (2.0 * np.pi * frequency * dt) ** 2 / (2.0 - 2.0 * np.cos(2.0 * np.pi * frequency * dt))
     slides, lengths = list[np.ndarray](), list[float]()

@@ -28,12 +28,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.least_squares import normal
+from bristle.identification.elasticity import starts_of_groups
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
@@ -45,6 +46,7 @@ WIDTH, POOLED, SEARCHED = 0.04, 0.15, 80.0  # of a group of bins; of pooled vari
 NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less; least residual, of the signal
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
 PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = 4, 15, 20, 6  # estimates of `Q`; steps; blocks of the jackknife; slides
+NUDGE = 1e-5  # of a parameter, for a derivative
 SIGNALS, TINY = 9, float(np.finfo(float).tiny)
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2 = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
@@ -174,10 +176,8 @@ def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Sp
     hertz = np.fft.rfftfreq(size, dt)
     high = (hertz > NOISE_BAND[0] / dt) & (hertz < NOISE_BAND[1] / dt)
     inside = (hertz > SLOWEST) & (hertz < min(OF_RATE / dt, FASTEST))
-    frequency, starts = hertz[inside], [0]
-    for place, edge in enumerate(frequency.tolist()):
-        if edge > (1.0 + WIDTH) * frequency[starts[-1]]:
-            starts.append(place)
+    frequency = hertz[inside]
+    starts = starts_of_groups(frequency, WIDTH)
     # The gain of exact derivatives over those of differences.
     turn, turn_high = 2.0 * np.pi * frequency * dt, 2.0 * np.pi * hertz[high] * dt
     exact = np.ones((SIGNALS, turn.size))
@@ -275,29 +275,24 @@ class _Fit:
         return left
 
     def solved(self, point: np.ndarray, total: np.ndarray, steps: int) -> np.ndarray:
-        """Return the point of the smallest cost near a point, by damped Gauss-Newton steps."""
+        """Return the point of the smallest cost near a point; masses and their ratio to the stiffness stay positive."""
+        from scipy.optimize import least_squares
+
         diagonal = np.real(np.einsum("gii->gi", total))
         root = np.linalg.cholesky(total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))) * math.sqrt(self.spectra.lengths.size)
         sides = 0.1 * point[M_1 : M_2 + 1]
         spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides])  # smallest units of the parameters
-        unit, damped = np.maximum(np.abs(point), spare), 1e-3
-        change = 1e-5 * np.diag(unit)
-        residual = self._whitened(point, root)
-        for _ in range(steps):
-            slope = np.stack([self._whitened(point + nudge, root) - self._whitened(point - nudge, root) for nudge in change], axis=1) / 2e-5
-            gram, right, cost = slope.T @ slope, -slope.T @ residual, float(residual @ residual)
-            for _ in range(8):
-                trial = point + unit * normal(gram + damped * np.diag(np.diag(gram)), right, rcond=1e-15)
-                after = self._whitened(trial, root) if min(trial[: KAPPA + 1]) > 0.0 else None
-                if after is not None and float(after @ after) < cost:
-                    break
-                damped *= 10.0
-            else:
-                return point
-            point, residual, damped = trial, after, max(0.1 * damped, 1e-12)
-            if cost - float(residual @ residual) < 1e-7 * cost:
-                return point
-        return point
+        unit, lowest = np.maximum(np.abs(point), spare), np.full(point.size, -np.inf)
+        lowest[: KAPPA + 1], nudges = 0.0, NUDGE * np.eye(point.size)
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            return self._whitened(unit * x, root)
+
+        def slope(x: np.ndarray) -> np.ndarray:
+            return np.stack([residual(x + nudge) - residual(x - nudge) for nudge in nudges], axis=1) / (2.0 * NUDGE)
+
+        ended = least_squares(residual, point / unit, jac=cast(Any, slope), bounds=(lowest, np.inf), ftol=1e-7, max_nfev=steps)
+        return unit * ended.x
 
     def _whitened(self, point: np.ndarray, root: np.ndarray) -> np.ndarray:
         """Return the residuals of unit variance, and that of a known stiffness."""

@@ -23,8 +23,9 @@ from bristle.core.contracts import Model
 from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
+from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
+from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import smallest_step
 from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
@@ -44,7 +45,6 @@ LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motio
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
-NORMAL_ERROR = 1.96
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
 MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
 
@@ -129,10 +129,11 @@ def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
     has_encoder = [LOAD_ENCODER in log.further for log, _ in pairs]
     if not any(has_encoder):
         return list(pairs), ()
-    others = [{name: channel for name, channel in log.further.items() if name != LOAD_ENCODER} for log, _ in pairs]
-    return [(replace(log, further=further), axis) for (log, axis), further in zip(pairs, others, strict=True)], pairs if all(
-        has_encoder
-    ) else ()
+    alone = [
+        (replace(log, further={name: channel for name, channel in log.further.items() if name != LOAD_ENCODER}), axis)
+        for log, axis in pairs
+    ]
+    return alone, pairs if all(has_encoder) else ()
 
 
 def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
@@ -278,7 +279,7 @@ def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:
     assert log.effort is not None
     pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
     for part, record in zip(log.segments, _records(log), strict=True):
-        stretch = stretched(record.motor - record.load, lost.play if lost.clear else 0.0, lost.centre if lost.clear else 0.0)
+        stretch = lost.dead(record.motor - record.load)
         smooth = low_passed(stretch, min(CUTOFF / record.dt, HIGHEST), record.dt)
         pulled[part] = masses.stiffness * stretch + masses.damping * derivative(smooth, record.dt)
         pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part]
@@ -299,7 +300,7 @@ def _widened(fit: Fit, share: float) -> Fit:
             return estimate
         low, high = estimate.ends
         middle, half = 0.5 * (low + high), math.hypot(0.5 * (high - low), share * estimate.value)
-        return replace(estimate, interval=(middle - half, middle + half), robust_std=max(estimate.larger_std or 0.0, half / NORMAL_ERROR))
+        return replace(estimate, interval=(middle - half, middle + half), robust_std=max(estimate.larger_std or 0.0, half / NORMAL_95))
 
     return replace(fit, estimates=tuple(map(wider, fit.estimates)))
 

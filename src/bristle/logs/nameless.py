@@ -67,6 +67,11 @@ def proposed_roles(table: Table) -> tuple[Proposed, ...]:
     return tuple(described.values())
 
 
+def joint_count(proposed: Iterable[Proposed]) -> int:
+    """Return the number of joints among columns without names."""
+    return max((entry.joint for entry in proposed), default=0)
+
+
 def roles_of_joint(proposed: Iterable[Proposed], joint: int) -> Roles:
     """Return the channels of one joint, and the time, of columns without names."""
     return Roles({entry.role: Role(entry.column, "", "", entry.evidence) for entry in proposed if entry.role and entry.joint in (0, joint)})

@@ -51,17 +51,17 @@ def two_masses_table(identification: Identification) -> Table | None:
     masses = identification.two_masses
     if masses is None:
         return None
-    rows = [(capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
+    rows = [("", capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
     for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
         fit = side.best
         for estimate in fit.estimates:
             if estimate.name not in fit.friction.values or estimate.status == "held":
                 continue
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
-            label = f"Friction of the {name}, {fit.name}: {estimate.name}"
-            rows.append((label, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
+            side_of = f"friction of the {name}: {fit.name}"
+            rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
     caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
-    return Table(caption, ("Quantity", "Value", "95 % interval [%]"), rows)
+    return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
 
 
 def two_masses_lines(identification: Identification) -> list[Line]:
@@ -118,4 +118,4 @@ def _width(half: float, value: float) -> str:
 
 
 def _behind(item: Any) -> str:
-    return f" ± {short_text(100.0 * item.half_width / abs(item.value))} %" if item.value else ""
+    return f" {_width(item.half_width, item.value)} %" if item.value else ""

@@ -16,7 +16,7 @@ from bristle.files import MachineFile, as_json, lock, provenance, read_machine, 
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, SavingMachine
 from bristle.tune.machines import connected
-from bristle.tune.run import MODEL, Options, Run
+from bristle.tune.run import MODEL, RESULTS, Options, Run
 from bristle.tune.steps import GAINS, ORDER, RUN_IN, STAGE_CYCLES, STEPS, Step, cycles_compared
 
 SUMMARY = "summary.json"
@@ -159,9 +159,10 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
         if different:
             reason = f"the machine is not as the run left it: {', '.join(different)}"
             raise MachineRefusedError("state_changed", reason, f"Restore it, and tune again: bristle tune --undo {run.folder}")
-        run.noted(f"{kept['results']}/{MODEL}")
+        results = kept.get("results", RESULTS)  # a run of an earlier version has one model
+        run.noted(f"{results}/{MODEL}")
         journal.write("save", "saving", places=dict(used.saved()))
-        written, places = dict(used.save(run.folder / kept["results"])), dict(used.saved())
+        written, places = dict(used.save(run.folder / results)), dict(used.saved())
         if written != places or not all(places.values()):
             mend = f"Remove it: bristle tune --undo {run.folder}"
             raise MachineRefusedError("not_saved", f"the memory differs from what was written: {', '.join(places)}", mend)
