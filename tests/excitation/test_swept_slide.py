@@ -9,7 +9,7 @@ from benchmarks.two_mass import drive_of, of_the_motor, recorded
 from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.excitation import excite
-from bristle.excitation.swept_slide import cruises_of, swept_slide
+from bristle.excitation.swept_slide import _sine, cruises_of, swept_slide
 from bristle.identification.elasticity import elastic_coupling
 from bristle.logs.log import Log
 
@@ -31,6 +31,16 @@ def test_velocity_and_acceleration_are_derivatives_of_the_position(jerk):
     smooth[[0, -1]] = False
     assert np.max(np.abs(np.gradient(position, time) - velocity)[smooth]) < 1e-6
     assert np.max(np.abs(np.gradient(velocity, time) - acceleration)[smooth]) < 5e-3
+
+
+def test_the_acceleration_contains_the_change_of_the_amplitude():
+    """A sweep of more than an octave in a period: the second derivative of the amplitude is as large as that of the sine."""
+    p = swept_slide(**SHAPE | {"acceleration": 0.3, "f_0": 1.0}, jerk=20.0).parameters
+    time = np.linspace(0.0, 1.0, 200_001)
+    _, velocity, acceleration = _sine(time, 1.0, p)
+    inside = (time > 0.11) & (time < 0.89)  # between the fades, whose ends are corners of the acceleration
+    error = np.abs(np.gradient(velocity, time) - acceleration)[inside]
+    assert np.max(error) < 1e-6 * np.max(np.abs(acceleration))
 
 
 def test_the_sine_keeps_the_limits_and_the_direction_of_the_slide():

@@ -5,7 +5,7 @@ import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort
 
 from bristle.identification import identify
-from bristle.identification.elasticity import elastic_coupling
+from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.report.messages import message
 
 MASS, LEVEL, LOOP, DT = 12.0, 8.0, 25.0, 1e-3  # kg, N, Hz, s
@@ -127,3 +127,12 @@ def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
         log_of(motion, rippled, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings={"missing_evidence": 1e-4}
     ).best
     assert "missing_ripple" in codes_of(best)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
+def test_up_to_the_band_of_one_mass_the_motor_feels_two_per_cent_more(ratio):
+    coupling = Elastic(40.0, 0.1, 40.0 * (1.0 + ratio) ** 0.5, 0.1, ratio, 0.01, MASS, 0.1, 0.0, 1e-4)
+    motor, s = MASS / (1.0 + ratio), 2j * np.pi * coupling.one_mass
+    load, stiffness = MASS - motor, (MASS - motor) * (2.0 * np.pi * 40.0) ** 2
+    moved = np.linalg.solve([[motor * s**2 + stiffness, -stiffness], [-stiffness, load * s**2 + stiffness]], [1.0, 0.0])
+    assert abs(1.0 / (s**2 * moved[0])) == pytest.approx(1.02 * MASS, rel=1e-6)

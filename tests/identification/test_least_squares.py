@@ -13,7 +13,7 @@ from bristle.core.variable import Variable
 from bristle.friction import find
 from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import OF_SLOTS, Search, Sliding
+from bristle.identification.least_squares import FAR, OF_SLOTS, Linearised, Search, Sliding
 from bristle.identification.parameter_space import Ceiling, Transform
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
@@ -170,3 +170,14 @@ def test_a_search_interrupted_on_an_excerpt_is_unfinished_on_the_whole_log():
     assert asked == ["excerpt", ("whole", {"F_C": 8.0}, 1, None)]
     assert result == Ended({"F_C": 9.0}, 1.0, unfinished=True)
     assert reports == [0.0, 0.5]
+
+
+@pytest.mark.parametrize(("left", "slope"), [(3.0, 1e60), (3.0, np.inf), (3.0, np.nan), (2.0 * FAR, 5.0)])
+def test_a_row_that_diverges_shows_no_direction(left, slope):
+    """An observer that diverges has rows whose derivative, or whose residual, is beyond any use."""
+    space = SimpleNamespace(names=("a", "b"), values=dict, derivative=lambda x: np.eye(2))
+    rows = np.array([1.0, left, -2.0]), np.array([[4.0, 5.0], [1.0, slope], [6.0, 7.0]])
+    problem = SimpleNamespace(parameters=SimpleNamespace(free=["a", "b"]), linearised=lambda values: rows)
+    search = SimpleNamespace(problem=problem, space=space, unit=1.0, finite=lambda residual: np.clip(residual, -FAR, FAR))
+    jacobian = Linearised(search, slice(None)).jacobian(np.zeros((0, 2)))
+    np.testing.assert_array_equal(jacobian, [[-4.0, -5.0], [0.0, 0.0], [-6.0, -7.0]])

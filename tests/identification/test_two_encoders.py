@@ -15,9 +15,9 @@ from bristle.core.errors import InputError
 from bristle.engine.motion import along
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
-from bristle.identification.lost_motion import lost_motion
+from bristle.identification.lost_motion import lost_motion, stretched
 from bristle.identification.two_encoders import Masses, Record, masses_of
-from bristle.identification.two_masses import Quantity, TwoMasses, apart, two_masses
+from bristle.identification.two_masses import Quantity, TwoMasses, _doubt, apart, two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate
@@ -258,3 +258,12 @@ def test_an_axis_file_names_the_second_encoder_in_its_own_unit():
     turns = np.sin(3.0 * time)
     log = br.Log.from_columns({"time": time, "m": turns, "u": np.cos(time), "scale": 10.0 * turns}, axis=read_axis(text), sample_time=DT)
     assert log.further["load_position"].values == pytest.approx(log.position.values)
+
+
+@pytest.mark.parametrize(("softer", "wider"), [(0.02, 0.0), (0.0, 4e-6)])
+def test_friction_is_as_uncertain_as_the_force_of_the_coupling(softer, wider):
+    """The force of a coupling with another stiffness or another play differs by the stated half-width."""
+    k, play, twist = 4e6, 1e-5, 4e-5
+    force, other = k * stretched(np.array(twist), play, 0.0), k * (1.0 + softer) * stretched(np.array(twist), play + wider, 0.0)
+    quantities = Quantity("stiffness", k, softer * k, "N/m", "stiffness"), Quantity("play", play, wider, "m", "play")
+    assert _doubt(*quantities, float(force)) == pytest.approx(abs(other - force))

@@ -73,6 +73,16 @@ def test_a_body_at_rest_stays_while_the_far_end_of_its_spring_moves(plant):
     assert plant.component.rest(state, 7.0, 0.2, plant.parameters) == (0.1, 0.0, *([0.4] if plant is PULLED else []))
 
 
+@pytest.mark.parametrize("values", [{"spring_1": 40.0}, {"spring_2": 7.0, "spring": "cubic"}, {"spring_3": -3.0, "spring": "cubic"}])
+def test_a_spring_is_a_force_of_the_position_besides_gravity(values):
+    terms = {"gravity": True, "spring": values.pop("spring", "linear")}
+    place = place_of(with_terms(inertia, **terms)(M=1.0, g_sin=2.0, **values))
+    assert not place.is_link
+    assert place_of(with_terms(inertia, gravity=True)(M=1.0, g_sin=2.0)).is_link
+    (name, value), x = next(iter(values.items())), 0.3
+    assert effort_at(x, place) - gravity_at(x, place) == pytest.approx(value * x ** int(name[-1]))
+
+
 def test_a_free_oscillator_keeps_its_energy():
     free, state = oscillator(M=2.0, c=0.0, k=10.0), oscillator.State(0.1, 0.0)
     for _ in range(50):

@@ -244,5 +244,8 @@ def test_error_is_split_into_lag_and_rest():
     assert errors.lag == pytest.approx(2e-3, rel=0.01)
     assert errors.beyond_lag == pytest.approx(2e-4, rel=0.05)
     assert 0.99 < errors.lag_share < 1.0
+    # The encoder of a motor that leads by the wind-up shows no error of the load.
+    at_load = Some(at_load=True, reference=reference, measured=late.measured, true_error=errors_of(3e-3, 0.0))
+    assert _errors(Some(name="a", run=run), at_load)[1:] == (3e-3, 3e-3, 0.0, 0.0)
     still = Some(at_load=False, reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
     assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)

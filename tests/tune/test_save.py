@@ -72,6 +72,14 @@ def test_a_kept_feedforward_is_saved_and_removed_by_undo(kept):
     assert Journal(kept / "out").entries[-1]["event"] == "removed"
 
 
+def test_a_run_of_an_earlier_version_has_one_model(kept):
+    machine, folders = SavingBench(kept), []
+    Journal(kept / "out").write("verdict", "kept", state=dict(machine.state()))
+    machine.save = lambda folder: folders.append(folder) or (machine.stored.write_text("{}") and machine.saved())
+    assert save(kept / "out", machine=machine).outcome == "saved"
+    assert folders == [kept / "out/results"]
+
+
 def test_a_restart_without_the_feedforward_is_noticed(kept):
     machine = SavingBench(kept).restarted()
     with pytest.raises(MachineRefusedError, match=r"not as the run left it: state: guard, state: model, state: gain\..*--undo") as refused:

@@ -48,6 +48,18 @@ def test_the_claimed_change_is_that_of_the_records(finished):
     assert 100.0 * (sides["after"] / sides["before"] - 1.0) == pytest.approx(change["change_percent"], abs=0.5)
 
 
+def test_the_excitation_and_the_motion_are_repeated_with_the_feedforward(finished):
+    """The second model is that of a record in which the axis follows its reference better."""
+    _, folder, result = finished
+    records = folder / "out/records"
+    first, again = (np.loadtxt(records / f"{name}.csv", delimiter=",", skiprows=1) for name in ("excitation", "refinement"))
+    motion = np.loadtxt(records / "stage_0.csv", delimiter=",", skiprows=1)
+    assert again[:, 3].tolist() == [*first[:, 3], *motion[:, 3]]
+    without, fed = (np.std(table[: len(first), 3] - table[: len(first), 1]) for table in (first, again))
+    assert fed < 0.2 * without
+    assert result.facts["refinement"]["gain"] > 0.0
+
+
 def test_a_report_names_the_change_and_how_to_undo_it(finished):
     page = (finished[1] / "out/report.html").read_text()
     assert "bristle tune --undo" in page

@@ -100,7 +100,8 @@ class Linearised:
         search = self.search
         if derivatives is not None:
             order = [search.problem.parameters.free.index(name) for name in search.space.names]
-            slopes = derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
+            with np.errstate(over="ignore", invalid="ignore"):
+                slopes = derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
             # The derivative of a motion that diverges shows no direction.
             diverges = ~(np.maximum(np.max(np.abs(slopes), axis=1), np.abs(start)) < FAR)
             return np.where(diverges[:, None], 0.0, slopes)

@@ -174,9 +174,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
             return (
                 f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
             )
-    stiffness, play = quantities[2], quantities[4]
-    doubt = forces[1] * stiffness.half_width / stiffness.value
-    doubt = math.hypot(doubt, 0.5 * stiffness.value * play.half_width)
+    doubt = _doubt(quantities[2], quantities[4], forces[1])
     widened = [
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force in zip(results, forces, strict=True)
@@ -213,6 +211,11 @@ def _records(log: Log) -> list[Record]:
         low, high = np.quantile(twist, [0.005, 0.995]).tolist()
         records.append(Record(motor, load + 0.5 * (low + high), log.effort.values[part], log.sample_time))
     return records
+
+
+def _doubt(stiffness: Quantity, play: Quantity, force: float) -> float:
+    """Return the half-width of a force of the coupling, by the errors of its stiffness and its play."""
+    return math.hypot(force * stiffness.half_width / stiffness.value, 0.5 * stiffness.value * play.half_width)
 
 
 def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior | None = None) -> Masses:
