@@ -5,6 +5,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 
+from bristle.excitation.purposes import PURPOSES
 from bristle.figures.motion import _parts, _steady, expected, motion
 
 T = 0.01 * np.arange(401)
@@ -91,3 +92,11 @@ def test_an_absent_purpose_has_no_panel(purpose):
     (axes,) = expected(planned(purpose, velocity=np.full(401, 1e-3)), np.ones(401)).axes
     assert axes.get_xlabel() == ("Speed [mm/s]" if purpose == "stribeck" else "Position [mm]")
     assert axes.get_position().x1 > 0.9
+
+
+@pytest.mark.parametrize("purpose", PURPOSES)
+def test_a_motion_for_a_single_purpose_has_its_expected_friction(purpose):
+    speed = np.where(T < 2.0, 2e-3, -2e-3)
+    figure = expected(planned(purpose, velocity=speed), np.sin(T))
+    assert len(figure.axes) == 1
+    assert figure.axes[0].lines[0].get_xdata().size > 0
