@@ -6,6 +6,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
+from tests.stand_ins import Loop
 
 from bristle import figures, hysteresis
 from bristle.comparison import Change, Course, Turn
@@ -49,7 +50,7 @@ def fit(names, name):
 def simulated(names, moved=1.0):
     """Variants of a loop; how much of its reference it follows."""
     return {
-        name: Some(
+        name: Loop(
             name=name,
             time=T,
             reference=X,

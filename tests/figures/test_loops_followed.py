@@ -121,9 +121,9 @@ def test_an_open_loop_has_four_panels_and_a_legend_for_several():
 
 
 def test_captions_follow_the_drawing():
-    assert "Reference minus encoder reading: over time" in FIGURE.caption(None, (), None)
-    assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(None, (), 1)
-    assert AT_REVERSAL.alternative(None, ["a", "b"]) == "Following error of a and b at the worst reversal; below, the whole run"
+    assert "Reference minus encoder reading: over time" in FIGURE.caption(looped(NAMES), (), None)
+    assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(looped(NAMES), (), 1)
+    assert AT_REVERSAL.alternative(None, ["a", "b"]) == "Error of a and b at the worst reversal; below, the whole run"
     error = Some(error=np.full(T.size, 9e-6))
     assert "measured" in lines(FIGURE.draw(looped(NAMES), (), error).axes[1])
     assert "measured" not in lines(FIGURE.draw(looped(NAMES), (), None).axes[1])

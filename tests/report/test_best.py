@@ -7,6 +7,7 @@ import numpy as np
 from tests.report.pages import Page
 from tests.report.test_compensation import with_error
 from tests.report.test_pages import simulation_page
+from tests.stand_ins import Loop
 
 from bristle.core import Status
 from bristle.report.compensation import closing_sentences, gain_of, pair_in, standing
@@ -17,7 +18,7 @@ def variant(name, peak, spread=0.0, status=Status.OK):
     error = Statistics(peak, 0.0, 0.0, 0.0, 0.0, peak)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
     runs = 3 if spread else 1
-    return SimpleNamespace(name=name, kind="translational", at_load=False, following_error=error, spread=scatter, runs=runs, status=status)
+    return Loop(name=name, following_error=error, spread=scatter, runs=runs, status=status)
 
 
 def message(*variants, refused=()):

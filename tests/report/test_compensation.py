@@ -5,6 +5,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.stand_ins import Loop
 
 from bristle import controllers, friction, plants
 from bristle.core import Status
@@ -198,17 +199,14 @@ def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     ],
 )
 def test_large_gain_is_a_factor(best, words):
-    loops = (
-        Some(name=name, kind="translational", at_load=False, following_error=errors_of(peak, 0.0))
-        for name, peak in (("base", 2e-6), ("best", best))
-    )
+    loops = (Loop(name=name, following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
     told = Standing(*loops, alike=False).instead.replace("\u00a0", " ")
     assert told.endswith(f"peak to peak, {words}")
 
 
 def run_of(name, peak, spread=None):
     scatter = {} if spread is None else {"following_error": {"peak_to_peak": spread}}
-    return Some(name=name, kind="translational", at_load=False, following_error=errors_of(peak, 0.0), spread=scatter)
+    return Loop(name=name, following_error=errors_of(peak, 0.0), spread=scatter)
 
 
 @pytest.mark.parametrize(
@@ -235,17 +233,17 @@ def test_error_is_split_into_lag_and_rest():
     reference = np.sin(6.0 * time)
     velocity = np.gradient(reference, 1e-3)
     run = Some(settle=1.0, sample_time=1e-3)
-    late = Some(
-        at_load=False, reference=reference, measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference
-    )
+    late = Loop(reference=reference, measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference)
     late.following_error = errors_of(1e-2, 0.0)
     errors = _errors(Some(name="a", run=run), late)
     assert (errors.name, errors.peak_to_peak) == ("a", 1e-2)
     assert errors.lag == pytest.approx(2e-3, rel=0.01)
     assert errors.beyond_lag == pytest.approx(2e-4, rel=0.05)
     assert 0.99 < errors.lag_share < 1.0
-    # The encoder of a motor that leads by the wind-up shows no error of the load.
-    at_load = Some(at_load=True, reference=reference, measured=late.measured, true_error=errors_of(3e-3, 0.0))
-    assert _errors(Some(name="a", run=run), at_load)[1:] == (3e-3, 3e-3, 0.0, 0.0)
-    still = Some(at_load=False, reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
+    # The reference of a motor that leads by the wind-up is not that of the load.
+    leading = Loop(at_load=True, reference=reference, load_reference=0.9 * reference, measured=late.measured, position=0.9 * late.measured)
+    leading.true_error = errors_of(3e-3, 0.0)
+    errors = _errors(Some(name="a", run=run), leading)
+    assert (errors.peak_to_peak, errors.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
+    still = Loop( reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
     assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)

@@ -38,13 +38,14 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
 @shown(
     "variants",
     "loops",
-    "Following error of each variant, peak to peak",
+    "Error of each variant, peak to peak",
     "Blue: with friction feedforward.",
     draw=lambda draw, loops: draw(
         [variant.name for variant in loops.experiment.variants],
-        [loops.variants[variant.name].following_error.peak_to_peak for variant in loops.experiment.variants],
+        [loops.variants[variant.name].compared_error.peak_to_peak for variant in loops.experiment.variants],
         loops.experiment.kind,
         [variant.feedforward.friction is not None for variant in loops.experiment.variants],
+        next(iter(loops.variants.values())).error_word,
     ),
     applies=lambda loops: len(loops.experiment.variants) > 1,
 )
@@ -55,12 +56,12 @@ def draw_bars(axes: style.Axes, values: Sequence[float], unit: str, word: str, c
     "Error without each cause.",
     draw=lambda draw, causes, kind: draw(list(causes), list(causes.values()), kind, [False] * len(causes)),
 )
-def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool]) -> Figure:
-    """Return a bar of the following error for each name, grey or, if marked, blue."""
+def named_bars(names: Sequence[str], values: Sequence[float], kind: Kind, alike: Sequence[bool], word: str = "Following error") -> Figure:
+    """Return a bar of an error for each name, grey or, if marked, blue."""
     texts = [label(name) for name in names[:MOST]]
     figure, (axes,) = style.named_rows(texts, max(style.NAME, min(0.6, 2.4 / len(texts))), across=SIDE)
     colours = [LIGHT["with" if marked else "without"] for marked in alike[:MOST]]
-    draw_bars(axes, values[:MOST], unit_of("length", kind), "Following error, peak to peak", colours)
+    draw_bars(axes, values[:MOST], unit_of("length", kind), f"{word}, peak to peak", colours)
     axes.set_ylabel("Loop")
     return figure
 

@@ -41,7 +41,7 @@ LINEAR = 1e-2  # velocity over the largest velocity below which the scale is lin
 @shown(
     "reversal",
     ("simulation", "at_reversal"),
-    lambda simulation, names: f"Following error of {' and '.join(names)} at the worst reversal; below, the whole run",
+    lambda simulation, names: f"Error of {' and '.join(names)} at the worst reversal; below, the whole run",
     draw=lambda draw, simulation, names: draw(
         simulation, names, labels=shortened_apart([label(name).replace("_", " ") for name in names], 1.2)
     ),
@@ -81,7 +81,7 @@ def gain_at_reversal(
     for axes, part in ((near, (window[0], window[-1])), (strip, (-np.inf, np.inf))):
         for loop in drawn:
             piece = loop.between(*part)
-            style.over_time(axes, piece.time, (piece.error, looks[loop.variant], called[loop.variant]), scale=scale, word="Following error")
+            style.over_time(axes, piece.time, (piece.error, looks[loop.variant], called[loop.variant]), scale=scale, word=loop.word)
     near.axhline(0.0, **style.AID)
     as_strip(strip, window * style.time_scale(drawn[-1].time).factor)
     style.label_lines(near)

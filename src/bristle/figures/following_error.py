@@ -29,6 +29,7 @@ class _Loop(NamedTuple):
     reference: np.ndarray
     error: np.ndarray
     effort: np.ndarray
+    word: str
     is_measured: bool = False
 
     @property
@@ -39,7 +40,7 @@ class _Loop(NamedTuple):
     def between(self, begin: float, end: float) -> _Loop:
         """Return the loop between two times [s]."""
         inside = (self.time >= begin) & (self.time <= end)
-        return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:-1]})
+        return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:-2]})
 
 
 @shown(
@@ -47,7 +48,7 @@ class _Loop(NamedTuple):
     ("simulation", "focus"),
     "Following error and effort of each variant over time",
     lambda simulation, focus, following: (
-        f"Reference minus encoder reading{', measured and simulated' if following is not None else ''}: over time, as a "
+        f"{_difference(simulation)}{', measured and simulated' if following is not None else ''}: over time, as a "
         "distribution, and close up at a reversal (shaded above). Spikes at reversals come from friction. "
         "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
         "Below, the effort."
@@ -119,10 +120,15 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     return figure
 
 
+def _difference(result: SimulationResult) -> str:
+    at_load = any(variant.at_load for variant in result.variants.values())
+    return "Desired minus true position of the load" if at_load else "Reference minus encoder reading"
+
+
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     scale = style.scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
-        style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word="Following error")
+        style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word=loop.word)
     return scale
 
 
@@ -146,11 +152,11 @@ def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
         if outcome.status is Status.NOT_FINITE or not outcome.time[part].size:
             continue
         look = style.LINES[number % len(style.LINES)]
-        error = outcome.reference[part] - outcome.measured[part]
         if measured is not None and not loops:
             own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
-            loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), is_measured=True))
-        loops.append(_Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part]))
+            loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), outcome.error_word, is_measured=True))
+        signals = (signal[part] for signal in (outcome.time, outcome.reference, outcome.error, outcome.effort))
+        loops.append(_Loop(variant.name, look, *signals, outcome.error_word))
     return loops
 
 

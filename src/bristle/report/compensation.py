@@ -133,8 +133,7 @@ class Standing(NamedTuple):
                 else f"smaller by a factor of {number(ratio, digits=2)}"
             )
             less = "smaller by more than a factor of 100" if ratio > MANY * MANY else less
-        error = "error of the load" if self.best.at_load else "following error"
-        return f"{error} {new} instead of {old} peak to peak, {less}"
+        return f"{self.best.error_word.lower()} {new} instead of {old} peak to peak, {less}"
 
 
 def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
@@ -229,22 +228,20 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
             "The simulated axis has exactly the friction of the feedforward. Treat this gain as an upper limit, and confirm it on the "
             "machine."
         )
-    velocity_fed, subject = after.controller.values.get("k_ff", 0.0) > 0.0, "error of the load" if results[0].at_load else "following error"
+    velocity_fed, subject = after.controller.values.get("k_ff", 0.0) > 0.0, results[0].error_word.lower()
     measure = "feedforward of both masses" if _is_wound_up(before, after) else "friction feedforward"
     return Gain(steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject, measure)
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:
-    if result.at_load:  # the lag of the sensor is not that of the load
-        return Errors(variant.name, _peak(result), _peak(result), 0.0, 0.0)
     judged = slice(round(variant.run.settle / variant.run.sample_time), None)
-    error = (result.reference - result.measured)[judged]
+    error = result.error[judged]
     velocity = np.gradient(result.reference, variant.run.sample_time)[judged]
     power, square = float(velocity @ velocity), float(error @ error)
     lag = float(error @ velocity) / power if power > 0.0 else 0.0
     beyond = error - lag * velocity
     share = 1.0 - float(beyond @ beyond) / square if square > 0.0 else 0.0
-    return Errors(variant.name, result.following_error.peak_to_peak, float(np.ptp(beyond)), lag, share)
+    return Errors(variant.name, _peak(result), float(np.ptp(beyond)), lag, share)
 
 
 def standing(result: SimulationResult) -> Standing | None:
@@ -279,11 +276,10 @@ def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
 
 
 def _peak(variant: VariantResult) -> float:
-    return (variant.true_error if variant.at_load else variant.following_error).peak_to_peak
+    return variant.compared_error.peak_to_peak
 
 
 def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether the difference of two variants is negligible, or within the scatter of their runs."""
-    error = "true_error" if variant.at_load else "following_error"
-    spreads = [float(loop.spread[error]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
+    spreads = [float(loop.spread[loop.compared]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), sum(spreads))

@@ -132,9 +132,9 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
         if moved := [loop for loop in completed if loop.is_open]:
             front = front._replace(title=f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}")
         return front._replace(cards=[Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit), "rms") for loop in completed[:4]])
-    best, base, name = rank.best, rank.base, "true_error" if rank.best.at_load else "following_error"
-    subject, spread = "Error of the load" if best.at_load else "Following error", best.spread.get(name, {}).get("peak_to_peak")
-    (old, old_rms), (peak, rms) = ((error.peak_to_peak, error.rms) for error in (getattr(base, name), getattr(best, name)))
+    best, base, subject = rank.best, rank.base, rank.best.error_word
+    spread = best.spread.get(best.compared, {}).get("peak_to_peak")
+    (old, old_rms), (peak, rms) = ((error.peak_to_peak, error.rms) for error in (base.compared_error, best.compared_error))
     title = f"{subject}: {change_text(old, peak, partial(length_text, kind=kind), 'peak to peak')}"
     if gain is not None and gain.alone and len(gain.steps) > 1:
         title = gain.headline
@@ -166,8 +166,8 @@ def _values_of(result: SimulationResult, best: VariantResult) -> list[str]:
 
 
 def _swing(result: SimulationResult, variant: VariantResult) -> float | None:
-    """Return the swing of the following error at its worst reversal, after the settling time."""
+    """Return the swing of the error at its worst reversal, after the settling time."""
     run = variant_of(result, variant.name).run
     judged = slice(round(run.settle / run.sample_time), None)
     reference = variant.reference[judged]
-    return swing_at_worst_reversal(reference, reference - variant.measured[judged]) if reference.size else None
+    return swing_at_worst_reversal(reference, variant.error[judged]) if reference.size else None

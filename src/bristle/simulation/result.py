@@ -107,6 +107,8 @@ class VariantResult(Tabular):
         NaN.
     at_load : bool
         Whether reports compare the true error, because a variant of the experiment leads by the wind-up of a screw.
+    load_reference : ndarray or None
+        Desired position of the load, if `reference` leads it by the wind-up of a screw [m or rad].
     """
 
     name: str
@@ -131,6 +133,29 @@ class VariantResult(Tabular):
     kind: Kind = "translational"
     motion: Statistics = NO_STATISTICS
     at_load: bool = False
+    load_reference: np.ndarray | None = None
+
+    @property
+    def compared(self) -> str:
+        """Name of the error that reports compare."""
+        return "true_error" if self.at_load else "following_error"
+
+    @property
+    def compared_error(self) -> Statistics:
+        """Statistics of this error."""
+        return self.true_error if self.at_load else self.following_error
+
+    @property
+    def error_word(self) -> str:
+        """The error that reports compare, in words."""
+        return "Error of the load" if self.at_load else "Following error"
+
+    @property
+    def error(self) -> np.ndarray:
+        """The error that reports compare, at each sample [m or rad]."""
+        if not self.at_load:
+            return self.reference - self.measured
+        return (self.reference if self.load_reference is None else self.load_reference) - self.position
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers without the arrays; for several runs each mean has a ``..._spread``."""

@@ -136,8 +136,8 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         position = np.full_like(position, np.nan)
     count = trace.time.size
     judged = slice(min(round(run.settle / dt), count), count)
-    wanted = _planned_motion(variant)[0] if _leads(variant) else position
-    following, true = position[:count] - trace.measured, wanted[:count] - trace.position
+    wanted = _planned_motion(variant)[0][:count] if _leads(variant) else None
+    following, true = position[:count] - trace.measured, (position[:count] if wanted is None else wanted) - trace.position
     moving = velocity[:count][judged]
     return VariantResult(
         name=variant.name,
@@ -149,6 +149,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         reference=position[:count],
         feedforward=effort[:count] + compensation,
         motion=statistics_of(trace.position[judged]),
+        load_reference=wanted,
         **{name: getattr(trace, name) for name in RECORDED},
     )
 
