@@ -15,6 +15,7 @@ import numpy as np
 from tests.exports.native import COMPILER, Native, differing, walk
 
 import bristle as br
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
@@ -62,7 +63,7 @@ def structured_text(models):
             folder = Path(place)
             br.export(model, "st", folder / "out", name=name)
             texts = [(folder / "out" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-            signals = {"load": 1.0, "temperature": 293.15}
+            signals = {"load": NOMINAL_LOAD, "temperature": NOMINAL_TEMPERATURE, "transmitted": NOTHING_TRANSMITTED}
             expected = br.response(model, x, DT, rest="held")
             for rounded in ("nearbyint", "trunc"):
                 try:

@@ -59,13 +59,13 @@ int run(const double *given, int count, double *output)
 AT = """
 #include "out/axis_x.h"
 void run_at(const double *given, int count, double *force)
-{
+{{
     static axis_x axis;
     axis_x_start(&axis);
-    for (int i = 0; i < count; ++i, given += 4) {
-        force[i] = axis_x_force_at(&axis, given[0], given[1], given[2], given[3]);
-    }
-}
+    for (int i = 0; i < count; ++i, given += {count}) {{
+        force[i] = axis_x_force{at}(&axis, {inputs});
+    }}
+}}
 """
 
 
@@ -109,21 +109,27 @@ def settled(force):
     return np.where(np.abs(force) < 1e-30, 0.0, force)
 
 
+SIGNALS = {"load": (1.0, 0.4, 0.05), "temperature": (293.15, 15.0, 0.003), "transmitted": (0.0, 3.0, 0.02)}  # mean, amplitude, rate
+
+
 @cache
-def motion(slots):
-    """Return positions, and what a model of these slots is told besides, a row for each call."""
+def motion(signals=()):
+    """Return positions, the other inputs of a block, and a row of all inputs for each call."""
     x = walk(COUNT, seed=4)
     k = np.arange(COUNT)
-    around = {"load": 1.0 + 0.4 * np.sin(0.05 * k), "temperature": 293.15 + 15.0 * np.sin(0.003 * k)}
-    around = {name: values for name, values in around.items() if name in slots}
+    around = {name: mean + size * np.sin(rate * k) for name, (mean, size, rate) in SIGNALS.items() if name in signals}
     return x, around, np.column_stack([x, np.full(COUNT, DT), *around.values()])
+
+
+def signals_of(model):
+    return tuple(surrounding.field for surrounding in model.component.surroundings)
 
 
 @pytest.mark.parametrize("slots", [(), ("asymmetry",), ALL], ids=["plain", "sided", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
-    x, around, rows = motion(slots)
+    x, around, rows = motion(signals_of(model))
     br.export(model, "st", tmp_path / "st", rest="held" if with_rest(model, "held") != model else None)
     result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     with interpreted():
@@ -136,7 +142,7 @@ def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
 
 def test_a_model_of_one_element_with_single_pass_loops_is_identical(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
-    x, _, rows = motion(())
+    x, _, rows = motion()
     br.export(model, "st", tmp_path / "st")
     result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     assert np.ptp(result) > 20.0
@@ -147,12 +153,12 @@ def test_a_model_of_one_element_with_single_pass_loops_is_identical(tmp_path):
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
     model = example_of(with_slots(MODELS[name], slots))
-    _, _, rows = motion(slots)
+    _, _, rows = motion(signals_of(model))
     br.export(model, "st", tmp_path / "st", float32=True)
     result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
     br.export(model, "c", tmp_path / "out", float32=True)
-    text = AT if slots else AT.replace("_force_at", "_force").replace(", given[2], given[3]", "").replace("+= 4", "+= 2")
-    (tmp_path / "run.c").write_text(text)
+    inputs = ", ".join(f"given[{column}]" for column in range(rows.shape[1]))
+    (tmp_path / "run.c").write_text(AT.format(inputs=inputs, count=rows.shape[1], at="_at" if rows.shape[1] > 2 else ""))
     line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "out/axis_x.c", "-o", "run.so", "-lm"]
     subprocess.run(line, cwd=tmp_path, check=True)
     assert differing(settled(result), replayed(ctypes.CDLL(str(tmp_path / "run.so")), "at", rows)) == 0

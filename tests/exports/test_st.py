@@ -22,11 +22,13 @@ from tests.exports.structured_text import StandardError, StructuredText, Transla
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
 DT = 5e-4
+SIGNALS = {"load": 1.0, "temperature": 293.15, "transmitted": 0.0}
 ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 CHOSEN = {
     "sided_lugre": ("lugre", ("asymmetry",)),
     "plain_coulomb": ("coulomb", ()),
     "plain_dahl": ("dahl", ()),
+    "plain_efficiency": ("efficiency", ()),
     "plain_maxwell_slip": ("maxwell_slip", ()),
     "sided_maxwell_stribeck": ("maxwell_stribeck", ("asymmetry",)),
     "varied_gms": ("gms", ALL),
@@ -58,8 +60,7 @@ def blocks(written, tmp_path_factory):
 @pytest.mark.fast_cases(7)
 @pytest.mark.parametrize("name", CHOSEN)
 def test_forces_are_identical_to_bristle_without_traps(blocks, name):
-    signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
-    force, flags = blocks.run(name, walk(20_000), DT, **signals)
+    force, flags = blocks.run(name, walk(20_000), DT, **SIGNALS)
     expected = br.response(example(name), walk(20_000), DT, rest="held")
     assert np.ptp(expected) > 0.0
     assert differing(force, expected) == 0
@@ -337,9 +338,8 @@ def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(otherwi
 @pytest.mark.parametrize("name", SINGLE)
 def test_single_precision_is_identical_to_c(otherwise, name):
     _, blocks, native = otherwise
-    signals = {"load": 1.0, "temperature": 293.15} if name.startswith("varied") else {}
     x = walk(20_000)
-    force, flags = blocks.run(f"single_{name}", x, DT, **signals)
+    force, flags = blocks.run(f"single_{name}", x, DT, **SIGNALS)
     assert differing(force, native.forces(name, x, DT)) == 0
     assert not flags.any()
     exact = br.response(example(name), x, DT, rest="held")

@@ -245,5 +245,5 @@ def test_error_is_split_into_lag_and_rest():
     leading.true_error = errors_of(3e-3, 0.0)
     errors = _errors(Some(name="a", run=run), leading)
     assert (errors.peak_to_peak, errors.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
-    still = Loop( reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
+    still = Loop(reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
     assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)
