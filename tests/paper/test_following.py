@@ -12,7 +12,7 @@ from bristle.paper import following, tracking
 from bristle.paper.bench import Bench
 from bristle.paper.following import figure_11, figure_13, figure_14
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
-from bristle.simulation.result import Statistics
+from bristle.simulation.statistics import Statistics
 
 
 def statistics(peak_to_peak, mean=0.0, std=0.1e-6, rms=0.2e-6):

@@ -29,7 +29,7 @@ from bristle.prediction.following import (
     loop_of,
 )
 from bristle.simulation import compensation_experiment, simulate
-from bristle.simulation.result import Statistics, statistics_of
+from bristle.simulation.statistics import Statistics, statistics_of
 
 DT = 1e-2
 LAW = controllers.cascade(k_p=10.0, k_v=100.0, k_i=500.0)

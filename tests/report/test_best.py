@@ -11,7 +11,8 @@ from tests.stand_ins import Loop
 
 from bristle.core import Status
 from bristle.report.compensation import closing_sentences, gain_of, pair_in, standing
-from bristle.simulation.result import SimulationResult, Statistics
+from bristle.simulation.result import SimulationResult
+from bristle.simulation.statistics import Statistics
 
 
 def variant(name, peak, spread=0.0, status=Status.OK):

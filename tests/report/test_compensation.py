@@ -13,7 +13,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.prediction.following import Following
 from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_of, is_alike, names_text, pair_of
 from bristle.simulation import compensation_experiment, simulate, statistics_of
-from bristle.simulation.result import Statistics
+from bristle.simulation.statistics import Statistics
 
 
 def with_error(result, name, error):

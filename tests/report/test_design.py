@@ -35,7 +35,7 @@ from bristle.report.design import (
     proposal_table,
 )
 from bristle.report.loops import controller_text
-from bristle.simulation.result import Statistics
+from bristle.simulation.statistics import Statistics
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ from bristle.report.operators import operator_ruling
 from bristle.report.prediction import prediction_ruling, prediction_summary
 from bristle.report.simulation import simulation_ruling, simulation_summary
 from bristle.report.table import length_text
-from bristle.simulation.result import swing_at_worst_reversal, worst_reversal
+from bristle.simulation.statistics import swing_at_worst_reversal, worst_reversal
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,7 @@ from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, feedfo
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
-from bristle.simulation.result import statistics_of
+from bristle.simulation.statistics import statistics_of
 
 USUAL = Settings()
 

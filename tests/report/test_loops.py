@@ -15,7 +15,7 @@ from bristle.core.experiment import Feedforward
 from bristle.report import loops as report
 from bristle.report.loops import component_table, direction_table, law_lines, parts_table, run_table, variant_table
 from bristle.report.sentences import SENTENCES
-from bristle.simulation.result import Statistics
+from bristle.simulation.statistics import Statistics
 
 
 def errors(peak, rms=0.0, mean=0.0):

@@ -16,7 +16,7 @@ from bristle.report import simulation as report
 from bristle.report.compensation import standing
 from bristle.report.loops import variant_table
 from bristle.report.simulation import simulation_ruling, simulation_summary
-from bristle.simulation.result import Statistics
+from bristle.simulation.statistics import Statistics
 
 
 def test_table_of_variants_has_their_numbers(workbench):

@@ -9,13 +9,10 @@ import pytest
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
-from bristle.simulation.result import (
+from bristle.simulation.result import Prediction, SimulationResult, VariantResult, mean_result
+from bristle.simulation.statistics import (
     NO_STATISTICS,
-    Prediction,
-    SimulationResult,
     Statistics,
-    VariantResult,
-    mean_result,
     relative_error_percent,
     statistics_of,
     swing_at_worst_reversal,

@@ -8,7 +8,8 @@ import pytest
 
 from bristle.core.status import Status
 from bristle.simulation.recorded.closed_loop import Beginning, beginning_of
-from bristle.simulation.result import VariantResult, mean_result, statistics_of
+from bristle.simulation.result import VariantResult, mean_result
+from bristle.simulation.statistics import statistics_of
 
 NAMES = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError, Status
-from bristle.simulation.result import Statistics, statistics_of
+from bristle.simulation.statistics import Statistics, statistics_of
 from bristle.study import plan
 from bristle.study.plan import METRICS, Block, Metric, Sampling, Study, block_for, metrics_from, steps_of, usual_metrics
 from bristle.study.values import Drawn, Joint, Target

@@ -155,8 +155,8 @@ def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
         if measured is not None and not loops:
             own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
             loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), outcome.error_word, is_measured=True))
-        signals = (signal[part] for signal in (outcome.time, outcome.reference, outcome.error, outcome.effort))
-        loops.append(_Loop(variant.name, look, *signals, outcome.error_word))
+        time, reference, error, effort = (signal[part] for signal in (outcome.time, outcome.reference, outcome.error, outcome.effort))
+        loops.append(_Loop(variant.name, look, time, reference, error, effort, outcome.error_word))
     return loops
 
 

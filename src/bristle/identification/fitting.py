@@ -32,7 +32,7 @@ from bristle.identification.problem import Contrast, Covariance, covariance_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.identification.validation import held_out_error
-from bristle.simulation.result import relative_error_percent
+from bristle.simulation.statistics import relative_error_percent
 
 ESTIMATED = 0.7  # share of the work for the fit to the whole log
 

@@ -38,7 +38,7 @@ from bristle.identification.sensitivities import Perturbed, warn_of_differences
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
-from bristle.simulation.result import relative_error_percent
+from bristle.simulation.statistics import relative_error_percent
 from bristle.translation.scope import NotExportableError
 
 AWAY = 0.3  # standard deviation of the logarithm of further starts about the first

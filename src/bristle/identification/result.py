@@ -14,7 +14,7 @@ from bristle.identification.estimate import Estimate
 from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.passages import Passage, passages
-from bristle.simulation.result import relative_error_percent
+from bristle.simulation.statistics import relative_error_percent
 
 if TYPE_CHECKING:
     from bristle.core import Model

@@ -27,7 +27,7 @@ from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import independent_rows
 from bristle.identification.result import Fit, Information
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.simulation.result import relative_error_percent
+from bristle.simulation.statistics import relative_error_percent
 
 TOO_SHORT = Diagnostic("too_short")
 PLACES = frozenset({"position", "periodic"})  # slots that depend on the position

@@ -25,7 +25,8 @@ from bristle.prediction.predict import unexplained_force
 from bristle.simulation import simulate
 from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensation_experiment, settling
 from bristle.simulation.recorded.closed_loop import closed_loop_of
-from bristle.simulation.result import SimulationResult, Statistics, statistics_of
+from bristle.simulation.result import SimulationResult
+from bristle.simulation.statistics import Statistics, statistics_of
 
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
 ALIKE = 1.1  # ratio below which two differences count as equal

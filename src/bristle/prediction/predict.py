@@ -27,7 +27,8 @@ from bristle.logs.check import RECORDED, checked, parted
 from bristle.logs.log import Channel, Log
 from bristle.logs.look import CheckThresholds
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
-from bristle.simulation.result import Prediction, relative_error_percent
+from bristle.simulation.result import Prediction
+from bristle.simulation.statistics import relative_error_percent
 
 MODES = ("inverse", *LOOPS)
 MOST_SAMPLES = 200_000  # in traces of every sample

@@ -16,17 +16,9 @@ if TYPE_CHECKING:
         on_another_rig,
         open_loop_experiment,
     )
-    from bristle.simulation.result import (
-        MODES,
-        Prediction,
-        SimulationResult,
-        Statistics,
-        VariantResult,
-        statistics_of,
-        swing_at_worst_reversal,
-        worst_reversal,
-    )
+    from bristle.simulation.result import MODES, Prediction, SimulationResult, VariantResult
     from bristle.simulation.run import simulate
+    from bristle.simulation.statistics import Statistics, statistics_of, swing_at_worst_reversal, worst_reversal
 
 __getattr__ = loaded_from(__name__)
 

@@ -1,20 +1,18 @@
 """Results of a simulation."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 from bristle.core.tabular import Card, Tabular, WithCard, library, plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
-from bristle.logs.turns import reversals
+from bristle.simulation.statistics import NO_STATISTICS, Statistics, mean_statistics
 
 HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
 MODES = {
@@ -25,44 +23,6 @@ MODES = {
 """Predicted signals in each mode, and their inputs."""
 
 OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort, rms", "Peak", "Status")
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """Six statistics of a signal, in its unit.
-
-    Parameters
-    ----------
-    peak_to_peak, mean, std, rms, min, max : float
-        `peak_to_peak`: largest minus smallest value; `std`: standard deviation; `rms`: root mean square.
-    """
-
-    peak_to_peak: float
-    mean: float
-    std: float
-    rms: float
-    min: float
-    max: float
-
-
-NO_STATISTICS = Statistics(*[math.nan] * 6)
-
-
-@guarded(signal=array(finite=False))  # the last numbers of a diverged loop are not finite
-def statistics_of(signal: Any) -> Statistics:
-    """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
-    if signal.size == 0:
-        return NO_STATISTICS
-    low, high = float(signal.min()), float(signal.max())
-    with np.errstate(over="ignore", invalid="ignore"):
-        rms = float(np.sqrt(np.mean(signal * signal)))
-        return Statistics(peak_to_peak=high - low, mean=float(signal.mean()), std=float(signal.std()), rms=rms, min=low, max=high)
-
-
-def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
-    """Return 100 ||signal - predicted|| / ||signal|| [%]; NaN for a signal of zeros."""
-    total = float(np.linalg.norm(signal))
-    return 100.0 * float(np.linalg.norm(signal - predicted)) / total if total > 0.0 else float("nan")
 
 
 @dataclass(frozen=True)
@@ -223,10 +183,10 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
         return replace(diverged or runs[0], runs=len(runs))
     return replace(
         runs[0],
-        following_error=_mean([run.following_error for run in runs]),
-        true_error=_mean([run.true_error for run in runs]),
-        by_direction={name: _mean([run.by_direction[name] for run in runs]) for name in runs[0].by_direction},
-        motion=_mean([run.motion for run in runs]),
+        following_error=mean_statistics([run.following_error for run in runs]),
+        true_error=mean_statistics([run.true_error for run in runs]),
+        by_direction={name: mean_statistics([run.by_direction[name] for run in runs]) for name in runs[0].by_direction},
+        motion=mean_statistics([run.motion for run in runs]),
         effort_rms=float(np.mean([run.effort_rms for run in runs])),
         effort_peak=float(np.mean([run.effort_peak for run in runs])),
         status=next((run.status for run in runs if run.status is not Status.OK), Status.OK),
@@ -234,11 +194,6 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
         trials=tuple(np.mean([run.trials for run in runs], axis=0).tolist()),
         spread=_spread([run._numbers() for run in runs]),
     )
-
-
-def _mean(statistics: Sequence[Statistics]) -> Statistics:
-    names = [field.name for field in fields(Statistics)]
-    return Statistics(*(float(np.mean([getattr(part, name) for part in statistics])) for name in names))
 
 
 @dataclass(frozen=True)
@@ -404,20 +359,3 @@ def _inside_percent(signal: np.ndarray | None, predicted: np.ndarray | None, hal
     if signal is None or predicted is None or half_width is None:
         return None
     return 100.0 * float(np.mean(np.abs(signal - predicted) <= half_width))
-
-
-def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
-    """Return the samples around the reversal of a reference with the widest swing of the error."""
-    count = min(max(round(0.05 * error.size), 40), error.size)
-    starts = np.clip(reversals(np.diff(reference)) - count // 3, 0, error.size - count)
-    if not starts.size:
-        return None
-    swings = [np.ptp(error[start : start + count]) for start in starts]
-    start = int(starts[int(np.argmax(swings))])
-    return slice(start, start + count)
-
-
-def swing_at_worst_reversal(reference: np.ndarray, error: np.ndarray) -> float | None:
-    """Return the peak-to-peak swing of the error at the worst reversal [m or rad]; None without a reversal."""
-    at = worst_reversal(reference, error)
-    return None if at is None else float(np.ptp(error[at]))

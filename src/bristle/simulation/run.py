@@ -19,7 +19,8 @@ from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.friction.level import rises_with_effort
 from bristle.simulation.compensation import carried_effort, compensator_of, motor_feedforward
-from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
+from bristle.simulation.result import SimulationResult, VariantResult, mean_result
+from bristle.simulation.statistics import statistics_of
 from bristle.simulation.two_masses import feeds_inertia, screw_of, whole_inertia
 
 RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")

@@ -21,7 +21,7 @@ from bristle.identification.result import Fit
 from bristle.logs.log import Log
 from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
-from bristle.simulation.result import relative_error_percent
+from bristle.simulation.statistics import relative_error_percent
 
 MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
 FINE = 2**20  # steps in the longest interval
