@@ -198,7 +198,7 @@ class ScrewedModel(FrictionModel):
     def variables(self) -> ReadOnly[str, Variable]:
         """Parameters of the friction of the motor, and of the table in units of travel."""
         motor = {f"motor_{name}": variable for name, variable in self.motor.variables.items()}
-        return ReadOnly(motor | {f"table_{name}": _of_travel(variable) for name, variable in self.table.variables.items()})
+        return ReadOnly(motor | {f"table_{name}": of_travel(variable) for name, variable in self.table.variables.items()})
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Convert the parameters of kernels to user values of both sides."""
@@ -211,7 +211,7 @@ class ScrewedModel(FrictionModel):
         return State(0.0, 0.0, 0.0, motor, table)
 
 
-def _of_travel(variable: Variable) -> Variable:
+def of_travel(variable: Variable) -> Variable:
     """Return a variable of the table, whose force and length are not those of the motor."""
     quantity = re.sub(r"\b(force|mass)\b", r"\1 of travel", variable.quantity)
     return replace(variable, quantity=re.sub(r"\blength\b", "travel", quantity))

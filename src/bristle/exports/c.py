@@ -226,7 +226,8 @@ def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     for path, kind in law.leaves:
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
-        fields.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
+        side = "translational" if path[0] == "table" else variant.controller.kind
+        fields.append(("_".join(path), kind, meaning_of(variable, side), reduce(getattr, path, law.lasting)))
         after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
@@ -245,9 +246,10 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
     lasting, p = law.types
     needed = [argument.name for argument in law.entry.parameters]
     arrays = [name for name in needed if name.endswith("_ahead")] if law.single else []
-    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs} | {
+    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs}
+    handed |= {name: f"axis->memory + {at}" if at else "axis->memory" for name, at in law.memory_at.items()}
+    handed |= {
         "lasting": "lasting",
-        "memory": "axis->memory",
         "begun": "axis->begun != 0",
         "dt": number(law.dt, printer.scalar),
         "p": "p" if law.tunable else CONSTANT,

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from itertools import count
 from typing import Any
@@ -174,6 +174,7 @@ class Content:
     layout: str
     tables: list[str]
     notes: tuple[str, ...]
+    memory_at: Mapping[str, int] = field(default_factory=lambda: {"memory": 0})
     failures_at: int = -1
 
 
@@ -230,8 +231,11 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
     title = f"{facts['title']}, variant {facts['variant']}: effort [{facts['unit_force']}]"
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
-    lasting = {"begin": begin, "memory": law.memory, "most": most, "layout": layout}
-    texts = {"tables": [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()], "notes": tuple(notes)}
+    lasting = {"begin": begin, "memory": law.memory, "memory_at": law.memory_at, "most": most, "layout": layout}
+    texts = {
+        "tables": [line for table in (facts["table"], *facts["frictions"].values()) for line in table.splitlines()],
+        "notes": tuple(notes),
+    }
     values, ports = {"p": (law.p, law.types[1])}, _ports(law, source)
     return Content(title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts)
 

@@ -8,10 +8,10 @@
    and {{ name }}_selftest.c then fails.
 
 {{ table }}
-{% if friction %}
-   {{ friction }}, fed forward along the {{ along }} motion:
-{{ fed_table }}
-{% endif %}
+{% for title, rows in frictions.items() %}
+   {{ title }}:
+{{ rows }}
+{% endfor %}
    Sample time {{ dt }} s. Delay from a measurement to the effort computed from it: {{ delay }} sample{{ '' if delay == 1 else 's' }}.{% if limit %} Largest effort
    of the drive: {{ limit }} {{ unit_force }}.{% endif %} */
 
