@@ -8,46 +8,128 @@ the walk of its self-test are the same for all targets.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
+from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.controllers.wind_up import AROUND, WindUp, Wound
-from bristle.core.contracts import NOT_KNOWN, Model, Reference, Screw
+from bristle.controllers.wind_up import AROUND, WindUp, Wound, bend_at, lead_at, rate_at, wind, winding_effort
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference, Screw
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
-from bristle.core.variable import unit_of
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable, unit_of
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
-from bristle.exports.law_text import (
-    ALWAYS,
-    KERNELS,
-    Fed,
-    Lasting,
-    LeadingLasting,
-    LeadingParameters,
-    NoCompensator,
-    NoPlace,
-    Parameters,
-    PlacedParameters,
-    law_text,
-    loads_of,
-    samples_of_wind_up,
-)
+from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
 from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
+from bristle.plants.terms import effort_at, gravity_at
 from bristle.prediction.drive_units import command_units
 from bristle.simulation.run import planned_motion
 from bristle.simulation.two_masses import screw_of, table_of, whole_inertia, wind_up_of
 from bristle.translation.build import Builder
 from bristle.translation.scope import NotExportableError, defined, is_kernel
 from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
+
+
+class Fed(NamedTuple):
+    """A compensator between two samples: the state of its friction model, its position, and its last effort."""
+
+    state: Any
+    place: Annotated[float, Variable("length", "position of the compensator")]
+    effort: Annotated[float, Variable("force", "friction fed forward")]
+
+
+class NoCompensator(NamedTuple):
+    """Placeholder for a law without a compensator."""
+
+
+class Lasting(NamedTuple):
+    """State of a law between samples."""
+
+    controller: Any
+    fed: Any
+
+
+class Parameters(NamedTuple):
+    """Parameters of a law: controller, largest effort of the drive, and feedforward."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+
+
+class PlacedParameters(NamedTuple):
+    """Parameters of a law with an effort that depends on position, or with a transmitted effort that is not fed forward."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+    place: Any
+    carried_mass: float
+    carried_place: Any
+
+
+class LeadingLasting(NamedTuple):
+    """State between samples of a law with the wind-up of a screw."""
+
+    controller: Any
+    fed: Any
+    table: Any
+    wound: Any
+
+
+class LeadingParameters(NamedTuple):
+    """Parameters of a law with the wind-up of a screw; `whole` is the inertia of both masses [kg*m^2]."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+    screw: Any
+    table: Any
+    table_shape: Shape
+    whole: float
+
+
+class NoPlace(NamedTuple):
+    """Placeholder for a law without an effort that depends on position."""
+
+
+@kernel
+def led(fed, memory, place, transmitted, dt, shape, p):
+    """Return the compensator after a step of `dt` [s] to a position [m or rad]."""
+    motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
+    effort, state = compensate(fed.state, memory, motion, fed.effort, dt, shape, p)
+    return Fed(state, place, effort)
+
+
+@kernel
+def inertial(acceleration, following, mass):
+    """Return the effort [N or N*m] of inertia between two samples of the desired acceleration."""
+    return mass * 0.5 * (acceleration + following)
+
+
+@kernel
+def pulled(table, wound, table_memory, leads, place, before, after, first, dt, p):
+    """Return the compensator of the table and the wind-up after a step to a position [rad], between two accelerations [rad/s^2]."""
+    passed = p.screw.M * p.screw.arm * (0.5 * (before + after))
+    table = led(table, table_memory, p.screw.arm * place, passed, dt, p.table_shape, p.table)
+    return table, wind(wound, leads, passed + table.effort, first, p.screw)
+
+
+KERNELS = (led, inertial, pulled, law, effort_at, gravity_at, lead_at, rate_at, bend_at, winding_effort)
 
 
 class Inputs(NamedTuple):
@@ -160,19 +242,19 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     p: Any = Parameters(*of_all)
     if fed.place or carried is not fed:
         p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
-    if screw is not None:
+    if screw is not None and feedforward.plant is not None:
         wind_up = _wind_up_of(variant, screw)
         ahead = samples_of_wind_up(wind_up.weights.size, variant.run.delay)
         state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
         memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
         lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0), Wound())
-        of_table = Shape(gain=shape.gain, asymmetry=shape.asymmetry)
-        p = LeadingParameters(*of_all, wind_up, table.parameters, of_table, whole_inertia(feedforward, variant.run.sample_time))
+        whole = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
+        p = LeadingParameters(*of_all, wind_up, table.parameters, Shape(gain=shape.gain, asymmetry=shape.asymmetry), whole)
     if single:
         refuse_beyond_single(p._asdict())
     arguments = ("lasting", *memories, *inputs, "begun", "dt", "p")
     text = law_text(arguments, variant, fed, carried, p.screw.weights.size if screw else 0)
-    called = {kernel.__name__: kernel for kernel in (*KERNELS, law)}
+    called = {kernel.__name__: kernel for kernel in KERNELS}
     called |= {cls.__name__: cls for cls in (Fed, Lasting, LeadingLasting, Reference)}
     scope = called | {"__name__": __name__, "NOT_KNOWN": NOT_KNOWN, "start": component.start, "resume": component.resume}
     written = defined("command", text, scope)
@@ -259,11 +341,11 @@ def _fed(law: Law) -> list[str]:
     fed, carried = loads_of(feedforward)
     lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
     if isinstance(law.p, LeadingParameters):
-        half, wind_up = law.p.screw.weights.size // 2, law.p.screw
-        lines.append(f"both masses and the wind-up of {feedforward.plant and feedforward.plant.name} along the desired motion of the table")
+        half, clear = law.p.screw.weights.size // 2, law.p.screw.clear
+        lines.append("both masses and the wind-up of the screw along the desired motion of the table, converted to the motor")
         lines.append(f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample")
-        lines.append(f"the motor changes the flank of the screw at a force beyond {wind_up.clear:.4g} N")
-        lines.append("both numbers are those of the motion of the experiment")
+        lines.append(f"the motor changes the flank of the screw at a force beyond {clear:.4g} N")
+        lines.append("both numbers are those of the motion of the experiment, and wind_up_time sets the mean")
         if feedforward.table is not None:
             lines.append(f"friction of the table along the desired motion by {feedforward.table.name}")
     if fed.place and feedforward.plant is not None:

@@ -1,20 +1,17 @@
 """The text of a control law as one kernel: its feedforward along the desired or the measured motion, and its controller."""
 
 from collections.abc import Sequence
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape, compensate
-from bristle.controllers.wind_up import AROUND, bend_at, lead_at, rate_at, wind, winding_effort
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
+from bristle.controllers.wind_up import AROUND
+from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 from bristle.friction.level import rises_with_effort
 from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
+from bristle.plants.terms import Place, Termed, place_of
 from bristle.simulation.run import leads
 from bristle.simulation.two_masses import feeds_inertia, screw_of
 
@@ -58,7 +55,8 @@ def _ahead(name: str, place: str) -> str:
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
     """Return the load that is fed forward in addition to friction, and the load that friction transmits, as one if equal."""
     if screw_of(feedforward) is not None:
-        return (Load("", 0.0, None),) * 2
+        nothing = Load("", 0.0, None)
+        return nothing, nothing
     fed = Load("", float(feedforward.mass), _place(feedforward.plant))
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
@@ -80,100 +78,6 @@ def _place(plant: Model | None) -> Any:
     if not place.is_link:
         return place
     return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
-
-
-class Fed(NamedTuple):
-    """A compensator between two samples: the state of its friction model, its position, and its last effort."""
-
-    state: Any
-    place: Annotated[float, Variable("length", "position of the compensator")]
-    effort: Annotated[float, Variable("force", "friction fed forward")]
-
-
-class NoCompensator(NamedTuple):
-    """Placeholder for a law without a compensator."""
-
-
-class Lasting(NamedTuple):
-    """State of a law between samples."""
-
-    controller: Any
-    fed: Any
-
-
-class Parameters(NamedTuple):
-    """Parameters of a law: controller, largest effort of the drive, and feedforward."""
-
-    controller: Any
-    limit: float
-    mass: float
-    friction: Any
-    shape: Shape
-
-
-class PlacedParameters(NamedTuple):
-    """Parameters of a law with an effort that depends on position, or with a transmitted effort that is not fed forward."""
-
-    controller: Any
-    limit: float
-    mass: float
-    friction: Any
-    shape: Shape
-    place: Any
-    carried_mass: float
-    carried_place: Any
-
-
-class LeadingLasting(NamedTuple):
-    """State between samples of a law with the wind-up of a screw."""
-
-    controller: Any
-    fed: Any
-    table: Any
-    wound: Any
-
-
-class LeadingParameters(NamedTuple):
-    """Parameters of a law with the wind-up of a screw; `whole` is the inertia of both masses [kg*m^2]."""
-
-    controller: Any
-    limit: float
-    mass: float
-    friction: Any
-    shape: Shape
-    screw: Any
-    table: Any
-    table_shape: Shape
-    whole: float
-
-
-class NoPlace(NamedTuple):
-    """Placeholder for a law without an effort that depends on position."""
-
-
-@kernel
-def led(fed, memory, place, transmitted, dt, shape, p):
-    """Return the compensator after a step of `dt` [s] to a position [m or rad]."""
-    motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
-    effort, state = compensate(fed.state, memory, motion, fed.effort, dt, shape, p)
-    return Fed(state, place, effort)
-
-
-@kernel
-def inertial(acceleration, following, mass):
-    """Return the effort [N or N*m] of inertia between two samples of the desired acceleration."""
-    return mass * 0.5 * (acceleration + following)
-
-
-@kernel
-def pulled(table, wound, table_memory, leads, place, before, after, first, dt, p):
-    """Return the compensator of the table and the wind-up after a step to a position [rad], between two accelerations [rad/s^2]."""
-    passed = p.screw.M * p.screw.arm * (0.5 * (before + after))
-    table = led(table, table_memory, p.screw.arm * place, passed, dt, p.table_shape, p.table)
-    return table, wind(wound, leads, passed + table.effort, first, p.screw)
-
-
-KERNELS = (led, inertial, pulled, effort_at, gravity_at, lead_at, rate_at, bend_at, winding_effort)
 
 
 # Position, velocity, acceleration are desired; `begun` is false at the first sample. Indices of samples ahead count

@@ -16,7 +16,6 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD
 from bristle.core.variable import Kind, Variable, variables_of
 from bristle.engine.screwed import of_travel
-from bristle.exports.law_text import LeadingParameters
 from bristle.exports.settled import fact_of, settled
 from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
@@ -152,7 +151,7 @@ def tunable_law(law: Law) -> Tunable:
     fed = {("mass",): law.p.mass} if law.p.mass else {}
     fed |= {} if friction is None else {("shape", name): value for name, value in law.p.shape._asdict().items()}
     further = {}
-    if isinstance(law.p, LeadingParameters):
+    if hasattr(law.p, "screw"):
         further = variables_of(WindUp)
         fed |= {("screw", name): value for name, value in law.p.screw._asdict().items() if isinstance(value, float)}
     for path, value in fed.items():

@@ -104,9 +104,10 @@ def _desired(variant: Variant) -> np.ndarray:
         effort = motor.effort
         if leads(variant):
             motion = motor.position, motion[1] + motor.rate, motion[2] + motor.acceleration
-        if screw_of(variant.feedforward) is not None and feeds_inertia(variant.controller, variant.run.sample_time):
+        screw, plant, dt = screw_of(variant.feedforward), variant.feedforward.plant, variant.run.sample_time
+        if plant is not None and screw is not None and feeds_inertia(variant.controller, dt):
             # The law multiplies the acceleration of its reference by the whole inertia.
-            effort = effort - whole_inertia(variant.feedforward, variant.run.sample_time) * motion[2]
+            effort = effort - whole_inertia(plant, screw, dt) * motion[2]
         effort = effort[delay:]
     elif variant.effort.values.size == count:
         effort = variant.effort.values

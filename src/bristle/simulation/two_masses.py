@@ -83,11 +83,8 @@ def _parameters(feedforward: Feedforward, screw: Screw, mean: np.ndarray, force:
     return p._replace(d=screw.d, weights=_weights(time, dt, force.size))
 
 
-def whole_inertia(feedforward: Feedforward, dt: float) -> float:
-    """Return the inertia of motor and table at the motor [kg*m^2], for a plant with a screw."""
-    plant, screw = feedforward.plant, screw_of(feedforward)
-    assert plant is not None
-    assert screw is not None
+def whole_inertia(plant: Model, screw: Screw, dt: float) -> float:
+    """Return the inertia of motor and table at the motor [kg*m^2]."""
     return _inertia_of(plant, dt) + screw.M * screw.arm**2
 
 

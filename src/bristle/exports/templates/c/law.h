@@ -1,7 +1,7 @@
 /* {{ title }}, variant {{ variant }}.
 
    {{ description }}.
-   Fed forward: {{ fed | join('; ') }}.
+   {{ ('Fed forward: ' ~ (fed | join('; ')) ~ '.') | folded('   ') }}
 {% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}
    Written by bristle {{ version }}. Build with {{ flags }}: fused multiply-add changes the last bits of the results,
