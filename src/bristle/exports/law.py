@@ -25,7 +25,7 @@ from bristle.exports.described import Source, command_facts, parameter_table, pl
 from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
 from bristle.exports.settled import pruned
-from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
+from bristle.exports.subject import Walk, places_of, subject_of, walk_of, walk_over
 from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
@@ -179,8 +179,7 @@ class Law:
     @property
     def memory_at(self) -> dict[str, int]:
         """Place of the first number of each memory among all."""
-        sizes = [memory.size for memory in self.memories.values()]
-        return dict(zip(self.memories, np.cumsum([0, *sizes]).tolist(), strict=False))
+        return places_of({name: memory.size for name, memory in self.memories.items()})
 
     @property
     def leaves(self) -> list[tuple[tuple[str, ...], Type]]:

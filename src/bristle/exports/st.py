@@ -67,13 +67,8 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
     start += set_lines("state", subject.virgin, subject.state, printer)
     facts = (
         facts
-        | {
-            "start": start,
-            "zero": printer.real(0.0),
-            "memories": {"memory": memory} if memory else {},
-            "state": bool(subject.state.fields),
-            "commit": committed,
-        }
+        | {"start": start, "zero": printer.real(0.0), "memories": {"memory": memory} if memory else {}}
+        | {"state": bool(subject.state.fields), "commit": committed}
         | {"ranges": [*tuned.ranges(printer)] if tuned else [], "signals": list(signals.values())}
         | {"tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else []}
         | {
