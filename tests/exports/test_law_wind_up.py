@@ -104,7 +104,7 @@ def library(folder, laws, calls=RUN):
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("laws")
-    return folder, library(folder, {f"law_{case}": law(case) for case in CASES})
+    return folder, library(folder, {case: law(case) for case in CASES})
 
 
 def replayed(laws, name, inputs):
@@ -120,7 +120,7 @@ def test_the_efforts_are_those_of_the_simulation(exported, case):
     inputs, efforts = recorded(case)
     assert len(inputs) > 1800
     assert np.ptp(efforts) > 0.5
-    assert differing(replayed(exported[1], f"law_{case}", inputs), efforts[: len(inputs)]) == 0
+    assert differing(replayed(exported[1], case, inputs), efforts[: len(inputs)]) == 0
 
 
 # --- a loop that shares no code with bristle ----------------------------------------------------------------------------
@@ -191,8 +191,8 @@ def test_a_table_of_another_simulator_follows_with_a_twelfth_of_the_error(tmp_pa
 @needs_c
 @pytest.mark.parametrize("case", ["memories", pytest.param("measured", marks=pytest.mark.slow)])
 def test_the_self_test_in_c_passes(exported, case):
-    folder = exported[0] / f"law_{case}"
-    command = [COMPILER, "-O2", *FLAGS, *WARNINGS, f"law_{case}.c", f"law_{case}_selftest.c", "-o", "program", "-lm"]
+    folder = exported[0] / case
+    command = [COMPILER, "-O2", *FLAGS, *WARNINGS, f"{case}.c", f"{case}_selftest.c", "-o", "program", "-lm"]
     built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr[:4000]
     ran = subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)

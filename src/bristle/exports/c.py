@@ -5,6 +5,7 @@ writes the code between them and the caller: the first position, inputs that are
 an export, a C compiler of this machine builds and runs the self-test.
 """
 
+import re
 import shutil
 import subprocess
 import tempfile
@@ -28,11 +29,15 @@ from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
 from bristle.prediction.drive_units import command_units
+from bristle.translation.scope import free_name
 from bristle.translation.tree import Struct
 
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+STAND_IN = "name_of_the_export"  # in the templates, until the code has no variable with the name of the export
+UNTOUCHED = r'"(?:\\.|[^"\\])*"|/\*.*?\*/|(?:struct|union)\b[^;{}()]*\{(?:[^{}]|\{[^{}]*\})*\}'
+"""Strings, comments, and structures with one level inside."""
 FILES = {
     "{}.h": "c/header.h",
     "{}.c": "c/source.c",
@@ -129,8 +134,16 @@ class CFiles:
 
 def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any], walked: dict[str, Any], source: Source) -> dict[str, str]:
     """Return the text of each file by its name, from its template; the self-test also gets facts on the walk."""
+    facts = facts | {"name": STAND_IN}
     texts = {file: rendered(template, facts | walked if "selftest" in file else facts) for file, template in templates.items()}
-    return with_rights({file.format(name): text for file, text in texts.items()}, source)
+    texts = {file: _apart(text, name) if file.endswith((".c", ".h")) else text for file, text in texts.items()}
+    return with_rights({file.format(name): text.replace(STAND_IN, name) for file, text in texts.items()}, source)
+
+
+def _apart(text: str, name: str) -> str:
+    """Return code with another name for its own variables and functions of this name; fields keep it."""
+    new = free_name(f"{name}_", re.findall(r"\w+", text))
+    return re.sub(rf"({UNTOUCHED})|(?<![.\w])(?<!->){name}\b", lambda place: place[1] or new, text, flags=re.DOTALL)
 
 
 def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:

@@ -90,7 +90,7 @@ class LeadingLasting(NamedTuple):
 
 
 class LeadingParameters(NamedTuple):
-    """Parameters of a law with the wind-up of a screw; `whole` is the inertia of both masses [kg*m^2]."""
+    """Parameters of a law with the wind-up of a screw; `total_inertia` that of both masses [kg*m^2]."""
 
     controller: Any
     limit: float
@@ -100,7 +100,7 @@ class LeadingParameters(NamedTuple):
     screw: Any
     table: Any
     table_shape: Shape
-    whole: float
+    total_inertia: float
 
 
 class NoPlace(NamedTuple):
@@ -247,8 +247,8 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
         memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
         lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0), Wound())
-        whole = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
-        p = LeadingParameters(*of_all, wind_up, table.parameters, Shape(gain=shape.gain, asymmetry=shape.asymmetry), whole)
+        inertia = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
+        p = LeadingParameters(*of_all, wind_up, table.parameters, Shape(gain=shape.gain, asymmetry=shape.asymmetry), inertia)
     if single:
         refuse_beyond_single(p._asdict())
     arguments = ("lasting", *memories, *inputs, "begun", "dt", "p")

@@ -55,8 +55,8 @@ def _ahead(name: str, place: str) -> str:
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
     """Return the load that is fed forward in addition to friction, and the load that friction transmits, as one if equal."""
     if screw_of(feedforward) is not None:
-        nothing = Load("", 0.0, None)
-        return nothing, nothing
+        empty = Load("", 0.0, None)
+        return empty, empty
     fed = Load("", float(feedforward.mass), _place(feedforward.plant))
     carries = feedforward.carries
     if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
@@ -182,7 +182,11 @@ def _leading(variant: Variant, at: int, before: str) -> Parts:
 
     if feeds_inertia(variant.controller, variant.run.sample_time):
         acceleration = _ahead("acceleration", before)
-        less = f" - p.whole * ({acceleration} + bend_at(leads, {now}, dt, p.screw))" if leads(variant) else f" - p.whole * {acceleration}"
+        less = (
+            f" - p.total_inertia * ({acceleration} + bend_at(leads, {now}, dt, p.screw))"
+            if leads(variant)
+            else f" - p.total_inertia * {acceleration}"
+        )
     return Parts(
         begins="motor",
         planned=effort(str(now), before, str(delay)),
