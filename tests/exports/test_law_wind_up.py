@@ -8,11 +8,13 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.exports.importing import Importer, needs_fmpy
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.exports import fmu
 from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.effect import effect_of_law
@@ -211,6 +213,23 @@ def test_structured_text_gives_the_efforts_of_the_simulation(tmp_path, case):
     assert differing(result, efforts[: len(inputs)]) == 0
     assert not flags.any()
     assert block.selftest("led") == (True, True)
+
+
+@pytest.mark.slow
+@needs_c
+@needs_fmpy
+def test_an_fmu_gives_the_efforts_of_the_simulation(tmp_path, monkeypatch):
+    monkeypatch.setattr(fmu, "zig", list)
+    (tmp_path / "led.fmu").write_bytes(fmu.write_law(law("memories"), "led", Source(), fmi=2).files["led.fmu"])
+    unit = Importer(tmp_path / "led.fmu", tmp_path / "unpacked").start()
+    names = [variable.name for variable in unit.described.modelVariables if variable.causality == "input"]
+    inputs, efforts = recorded("memories")
+    result = []
+    for k, row in enumerate(inputs):
+        unit.step(k * DT, DT, **dict(zip(names, row.tolist(), strict=True)))
+        result += unit.get("effort")
+    unit.close()
+    assert differing(result, efforts[: len(result)]) == 0
 
 
 @needs_c

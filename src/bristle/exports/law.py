@@ -15,8 +15,8 @@ import numpy as np
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
-from bristle.controllers.wind_up import AROUND, WindUp, Wound, bend_at, lead_at, rate_at, wind, winding_effort
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference, Screw
+from bristle.controllers.wind_up import AROUND, Wound, bend_at, lead_at, rate_at, wind, winding_effort
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
@@ -242,7 +242,9 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     if fed.place or carried is not fed:
         p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
     if screw is not None and feedforward.plant is not None:
-        wind_up = _wind_up_of(variant, screw)
+        # The numbers that depend on the motion are those of the experiment.
+        position, _, acceleration = planned_motion(variant)
+        wind_up = wind_up_of(feedforward, screw, position, acceleration, variant.run.sample_time)
         ahead = samples_of_wind_up(wind_up.weights.size, variant.run.delay)
         state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
         memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
@@ -272,12 +274,6 @@ def _initial(friction: Model, conditioning: float) -> tuple[Any, np.ndarray]:
 
         return conditioned(friction, conditioning)
     return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
-
-
-def _wind_up_of(variant: Variant, screw: Screw) -> WindUp:
-    """Return the parameters of the wind-up, fixed at the values of the motion of the experiment."""
-    position, _, acceleration = planned_motion(variant)
-    return wind_up_of(variant.feedforward, screw, position, acceleration, variant.run.sample_time)
 
 
 PER_VELOCITY = 100.0  # Acceleration of the self-test over its velocity [1/s]
