@@ -6,19 +6,25 @@ from tests.exports.importing import Importer, needs_compiler, needs_fmpy
 from tests.exports.native import differing
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.engine import interpreted, run_open_loop
 from bristle.engine.screwed import through_screw
 from bristle.exports import fmu
+from bristle.exports.described import Source
+from bristle.exports.fmu_content import content_of
+from bristle.exports.subject import subject_of
 
 SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
 LUGRE = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
 COULOMB = br.friction.coulomb(kind="rotational", F_C=0.05)
+SLIPS = br.friction.maxwell_slip(kind="rotational", F_C=0.05, k_i=[60.0], nu_i=[1.0])
+TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
 TABLES = {
+    "preisach": br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0),
     "lugre": br.friction.lugre(F_C=200.0, F_S=260.0, v_S=1e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=10.0),
     "maxwell_slip": br.friction.maxwell_slip(F_C=200.0, k_i=[6e7, 3e7], nu_i=[0.5, 0.5]),
     "coulomb": br.friction.coulomb(F_C=200.0),
 }
+CASES = [("lugre", 2, LUGRE), ("maxwell_slip", 3, LUGRE), ("coulomb", 2, COULOMB), ("maxwell_slip", 2, SLIPS), ("preisach", 3, TURNS)]
 STEP, COUNT = 1e-4, 800
 
 
@@ -29,7 +35,7 @@ def written(folder, table, motor=LUGRE, fmi=2):
 @pytest.mark.slow
 @needs_compiler
 @needs_fmpy
-@pytest.mark.parametrize(("name", "fmi", "motor"), [("lugre", 2, LUGRE), ("maxwell_slip", 3, LUGRE), ("coulomb", 2, COULOMB)])
+@pytest.mark.parametrize(("name", "fmi", "motor"), CASES)
 def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor):
     from fmpy.validation import validate_fmu
 
@@ -53,15 +59,6 @@ def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor)
         assert differing(np.ascontiguousarray(result), expected) == 0
 
 
-def test_one_memory_gives_the_same_motion_as_two():
-    table, effort = TABLES["maxwell_slip"], 0.5 * np.sin(np.arange(300) * 0.05)
-    one, two = (through_screw(SCREW, LUGRE, table, exported=exported) for exported in (True, False))
-    shaft = br.plants.inertia(kind="rotational", M=5e-4)
-    with interpreted():
-        first, second = (run_open_loop(shaft, model, effort, STEP) for model in (one, two))
-    assert first.position.tolist() == second.position.tolist()
-
-
 def test_parameters_of_both_sides_have_their_units():
     component = through_screw(SCREW, LUGRE, TABLES["lugre"], exported=True).component
     units = {name: variable.unit("rotational") for name, variable in component.variables.items()}
@@ -70,7 +67,11 @@ def test_parameters_of_both_sides_have_their_units():
     assert (units["motor_v_S"], units["table_v_S"]) == ("rad/s", "m/s")
 
 
-def test_a_memory_on_both_sides_is_refused():
-    motor = br.friction.maxwell_slip(kind="rotational", F_C=0.05, k_i=[60.0], nu_i=[1.0])
-    with pytest.raises(InputError, match="have a memory on both sides of the screw"):
-        through_screw(SCREW, motor, TABLES["maxwell_slip"], exported=True)
+def test_memories_of_both_sides_are_apart_with_the_bounds_of_each():
+    motor, table = TURNS.with_values(capacity=20), TABLES["preisach"].with_values(capacity=50)
+    content = content_of(subject_of(through_screw(SCREW, motor, table, exported=True)), SCREW, Source())
+    sizes = [model.component.memory_size(model.parameters) for model in (motor, table)]
+    assert sizes[0] != sizes[1]
+    assert content.memory_at == {"motor_memory": 0, "table_memory": sizes[0]}
+    assert content.memory.size == sum(sizes)
+    assert [bound for bound in content.most if 0 < bound < 2**31] == [size // 2 for size in sizes]

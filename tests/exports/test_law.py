@@ -9,7 +9,8 @@ import bristle as br
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Feedforward, Learning, Run, Variant
 from bristle.exports.described import Source
-from bristle.exports.law import Gravity, Inputs, Load, law_facts, law_of, law_walk, loads_of
+from bristle.exports.law import Inputs, law_facts, law_of, law_walk
+from bristle.exports.law_text import Gravity, Load, loads_of
 
 M, DT = 2.0, 1e-3
 COULOMB = br.friction.with_slots(br.friction.coulomb, [])(F_C=5.0, offset=0.5)
@@ -150,7 +151,7 @@ def test_facts_of_a_law_list_feedforward_and_samples_ahead():
         ("acceleration_ahead[3]", "m/s^2", True),
     ]
     nothing = law_facts(law_of(variant()), "axis_x", Source())
-    assert (nothing["fed"], nothing["limit"], nothing["along"], nothing["friction"]) == (["nothing"], "", "", "")
+    assert (nothing["fed"], nothing["limit"], nothing["frictions"]) == (["nothing"], "", {})
     risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
     assert risen["fed"][0].startswith("position-dependent effort of inertia+gravity")
     assert risen["fed"][-1].endswith("that inertia+gravity transmits along the desired motion")

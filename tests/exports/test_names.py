@@ -190,3 +190,20 @@ def test_names_of_friction_are_unchanged_and_different_names_stay_different():
         assert names.variable(name) == name
     odd = ("int", "int_", "int__", "Int", "INT", "NULL", "NULL_", "own_spread")
     assert len({names.variable(name) for name in odd}) == len(odd)
+
+
+LOCALS = ["axis", "x", "dt", "i", "state", "velocity", "position", "force", "hashed", "lugre_trial"]
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", LOCALS)
+def test_the_name_of_an_export_may_be_that_of_a_variable(tmp_path, name):
+    lugre = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
+    br.export(lugre, "c", tmp_path / "out", name=name, tunable=True)
+    for main in (f"{name}_selftest.c", "example_main.c"):
+        line = [COMPILER, "-O1", *FLAGS, *WARNINGS, f"{name}.c", main, "-o", "program", "-lm"]
+        built = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
+        assert built.returncode == 0, built.stderr[:2000]
+    header = (tmp_path / "out" / f"{name}.h").read_text()
+    assert "    double position; /*" in header
+    assert f"}} {name};" in header

@@ -10,11 +10,9 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.engine import run_open_loop
-from bristle.exports.law import law_of
 from bristle.files import read_experiment
 from bristle.report.compensation import closing_sentences, standing
 from bristle.simulation import feedforward_effort, motor_reference, simulate
-from bristle.simulation.two_masses import smoothed
 
 DT, LEAD = 1e-3, 10e-3
 ARM = LEAD / (2.0 * math.pi)
@@ -117,14 +115,18 @@ def test_the_wind_up_of_a_reversal_costs_no_more_than_the_rest_of_the_motion():
     assert np.max(np.abs(effort)) < 2.0 * rest
 
 
-def test_smoothing_has_no_lag_and_keeps_the_mean_of_a_ramp():
+def test_the_wind_up_has_no_lag_and_keeps_the_mean_of_a_ramp():
+    def lead(acceleration, time):
+        fed = Feedforward(plant=screw(d=0.0), wind_up_time=time)
+        return motor_reference(fed, np.zeros(acceleration.size), acceleration, DT) * K / M
+
     draw = np.random.default_rng(5)
     signal = np.concatenate([np.zeros(60), draw.normal(size=80), np.zeros(60)])
-    assert smoothed(signal[::-1], 0.021, DT)[::-1] == pytest.approx(smoothed(signal, 0.021, DT), abs=1e-12)
-    assert np.sum(smoothed(signal, 0.021, DT)) == pytest.approx(np.sum(signal))
+    assert lead(signal[::-1], 0.021)[::-1] == pytest.approx(lead(signal, 0.021), abs=1e-12)
+    assert np.sum(lead(signal, 0.021)) == pytest.approx(np.sum(signal))
+    assert np.max(np.abs(lead(signal, 0.021))) < 0.5 * np.max(np.abs(lead(signal, 1e-3)))
     ramp = np.arange(200.0)
-    assert smoothed(ramp, 0.05, DT)[30:-30] == pytest.approx(ramp[30:-30])
-    assert smoothed(signal, 1e-3, DT) is signal
+    assert lead(ramp, 0.05)[30:-30] == pytest.approx(ramp[30:-30])
 
 
 def test_one_side_of_a_faulty_feedforward_is_refused():
@@ -187,11 +189,6 @@ def test_a_loop_on_the_table_keeps_its_reference():
     rigid, wound = simulate(quick).variants.values()
     assert wound.reference.tolist() == rigid.reference.tolist()
     assert not wound.at_load
-
-
-def test_a_law_with_a_wind_up_is_not_exported():
-    with pytest.raises(InputError, match=r"feedforward\.plant: winds a screw up.*before and after each sample.*motor_reference"):
-        law_of(loops().variants[1])
 
 
 FILE = """

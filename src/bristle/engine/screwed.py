@@ -52,8 +52,8 @@ class Screwed(NamedTuple):
     motor_memory: int
 
 
-class OneMemory(NamedTuple):
-    """The same for two friction models of which at most one has a memory, which both receive."""
+class Apart(NamedTuple):
+    """The same for an export, with `Memories`."""
 
     motor: Any
     table: Any
@@ -62,6 +62,13 @@ class OneMemory(NamedTuple):
     d: float
     gap: float
     arm: float
+
+
+class Memories(NamedTuple):
+    """Memories of both friction models, as separate arrays."""
+
+    motor: Any
+    table: Any
 
 
 class State(NamedTuple):
@@ -173,15 +180,15 @@ def commit(state, memory, move, p):
 
 
 @kernel
-def trial_with_one(state, memory, motion, dt, p):
-    """Return the mean torque and the moves, with one memory at most."""
-    return trial_of(state, memory, memory, motion, dt, p)
+def trial_apart(state, memory, motion, dt, p):
+    """Return the mean torque and the moves, with separate memories."""
+    return trial_of(state, memory.motor, memory.table, motion, dt, p)
 
 
 @kernel
-def commit_with_one(state, memory, move, p):
-    """Return the state of both sides after the step, with one memory at most."""
-    return commit_of(state, memory, memory, move, p)
+def commit_apart(state, memory, move, p):
+    """Return the state of both sides after the step, with separate memories."""
+    return commit_of(state, memory.motor, memory.table, move, p)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,12 +205,16 @@ class ScrewedModel(FrictionModel):
     def variables(self) -> ReadOnly[str, Variable]:
         """Parameters of the friction of the motor, and of the table in units of travel."""
         motor = {f"motor_{name}": variable for name, variable in self.motor.variables.items()}
-        return ReadOnly(motor | {f"table_{name}": _of_travel(variable) for name, variable in self.table.variables.items()})
+        return ReadOnly(motor | {f"table_{name}": of_travel(variable) for name, variable in self.table.variables.items()})
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Convert the parameters of kernels to user values of both sides."""
         motor = {f"motor_{name}": value for name, value in self.motor.values(parameters.motor).items()}
         return motor | {f"table_{name}": value for name, value in self.table.values(parameters.table).items()}
+
+    def memory_sizes(self, parameters: Any) -> Memories:
+        """Return the number of values in each memory."""
+        return Memories(self.motor.memory_size(parameters.motor), self.table.memory_size(parameters.table))
 
     def initial_state(self, parameters: Any) -> State:
         """Return the virgin state, the table at rest at 0."""
@@ -211,7 +222,7 @@ class ScrewedModel(FrictionModel):
         return State(0.0, 0.0, 0.0, motor, table)
 
 
-def _of_travel(variable: Variable) -> Variable:
+def of_travel(variable: Variable) -> Variable:
     """Return a variable of the table, whose force and length are not those of the motor."""
     quantity = re.sub(r"\b(force|mass)\b", r"\1 of travel", variable.quantity)
     return replace(variable, quantity=re.sub(r"\blength\b", "travel", quantity))
@@ -219,14 +230,14 @@ def _of_travel(variable: Variable) -> Variable:
 
 @once
 def _screwed(motor: FrictionModel, table: FrictionModel, parameters: type) -> ScrewedModel:
-    joined = parameters is OneMemory
+    apart = parameters is Apart
     return ScrewedModel(
         name=f"{motor.name} | {table.name}",
         description="friction on either side of a screw",
         Parameters=parameters,
         State=State,
-        trial=trial_with_one if joined else trial,
-        commit=commit_with_one if joined else commit,
+        trial=trial_apart if apart else trial,
+        commit=commit_apart if apart else commit,
         memory_size=lambda p: motor.memory_size(p.motor) + table.memory_size(p.table),
         motor=motor,
         table=table,
@@ -234,7 +245,7 @@ def _screwed(motor: FrictionModel, table: FrictionModel, parameters: type) -> Sc
 
 
 def through_screw(plant: Model, friction: Model, table: Model | None, *, exported: bool = False) -> Model:
-    """Return the load of the motor of a plant with a screw as one friction model; for an export, with one memory at most."""
+    """Return the load of the motor of a plant with a screw as one friction model; for an export, with `Memories`."""
     if plant.component.screw is None:
         raise InputError("the plant has no table behind a screw", path="table", value=plant.name, allowed="ball_screw", mend="Omit table")
     table = table if table is not None else viscous(F_v=0.0)
@@ -244,11 +255,8 @@ def through_screw(plant: Model, friction: Model, table: Model | None, *, exporte
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = (friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm)
-    sizes = [model.component.memory_size(model.parameters) for model in (friction, table)]
-    if exported and min(sizes) > 0:
-        name, mend = f"{friction.name}, {table.name}", "Use a friction model without memory, such as lugre, on one side"
-        raise InputError("have a memory on both sides of the screw, which an export cannot contain", path="table", value=name, mend=mend)
-    joined = OneMemory(*at_motor) if exported else Screwed(*at_motor, sizes[0])
+    own = friction.component.memory_size(friction.parameters)
+    joined = Apart(*at_motor) if exported else Screwed(*at_motor, own)
     return Model(_screwed(friction.component, table.component, type(joined)), joined, "rotational")
 
 

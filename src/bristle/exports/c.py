@@ -5,6 +5,7 @@ writes the code between them and the caller: the first position, inputs that are
 an export, a C compiler of this machine builds and runs the self-test.
 """
 
+import re
 import shutil
 import subprocess
 import tempfile
@@ -28,11 +29,15 @@ from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
 from bristle.prediction.drive_units import command_units
+from bristle.translation.scope import free_name
 from bristle.translation.tree import Struct
 
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+STAND_IN = "name_of_the_export"  # in the templates, until the code has no variable with the name of the export
+UNTOUCHED = r'"(?:\\.|[^"\\])*"|/\*.*?\*/|(?:struct|union)\b[^;{}()]*\{(?:[^{}]|\{[^{}]*\})*\}'
+"""Strings, comments, and structures with one level inside."""
 FILES = {
     "{}.h": "c/header.h",
     "{}.c": "c/source.c",
@@ -129,8 +134,16 @@ class CFiles:
 
 def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any], walked: dict[str, Any], source: Source) -> dict[str, str]:
     """Return the text of each file by its name, from its template; the self-test also gets facts on the walk."""
+    facts = facts | {"name": STAND_IN}
     texts = {file: rendered(template, facts | walked if "selftest" in file else facts) for file, template in templates.items()}
-    return with_rights({file.format(name): text for file, text in texts.items()}, source)
+    texts = {file: _apart(text, name) if file.endswith((".c", ".h")) else text for file, text in texts.items()}
+    return with_rights({file.format(name): text.replace(STAND_IN, name) for file, text in texts.items()}, source)
+
+
+def _apart(text: str, name: str) -> str:
+    """Return code with another name for its own variables and functions of this name; fields keep it."""
+    new = free_name(f"{name}_", re.findall(r"\w+", text))
+    return re.sub(rf"({UNTOUCHED})|(?<![.\w])(?<!->){name}\b", lambda place: place[1] or new, text, flags=re.DOTALL)
 
 
 def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
@@ -226,7 +239,8 @@ def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     for path, kind in law.leaves:
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
-        fields.append(("_".join(path), kind, meaning_of(variable, variant.controller.kind), reduce(getattr, path, law.lasting)))
+        side = "translational" if path[0] == "table" else variant.controller.kind
+        fields.append(("_".join(path), kind, meaning_of(variable, side), reduce(getattr, path, law.lasting)))
         after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
@@ -245,9 +259,10 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
     lasting, p = law.types
     needed = [argument.name for argument in law.entry.parameters]
     arrays = [name for name in needed if name.endswith("_ahead")] if law.single else []
-    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs} | {
+    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs}
+    handed |= {name: f"axis->memory + {at}" if at else "axis->memory" for name, at in law.memory_at.items()}
+    handed |= {
         "lasting": "lasting",
-        "memory": "axis->memory",
         "begun": "axis->begun != 0",
         "dt": number(law.dt, printer.scalar),
         "p": "p" if law.tunable else CONSTANT,

@@ -7,6 +7,7 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
+from bristle.engine.screwed import Memories
 from bristle.exports.subject import Subject, capacity_of
 from bristle.translation.build import Builder
 from bristle.translation.scope import defined
@@ -63,7 +64,7 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 
 def _scope(subject: Subject) -> dict[str, Any]:
     nominal = {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
-    solve = {"Mechanism": Mechanism, "mechanism": mechanism}
+    solve = {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
     return vars(dispatch) | globals() | nominal | solve | {"State": subject.state.cls, "Motion": subject.motion.cls}
 
 
@@ -76,8 +77,8 @@ def stepped(lasting, memory, v, x, {signals}dt, p):
     return force
 """
 DRIVEN = """
-def stepped(lasting, memory, effort, dt, q, p):
-    body, contact = PlantState({load_plant}), State({load})
+def stepped(lasting, {memories}, effort, dt, q, p):
+    {memory}body, contact = PlantState({load_plant}), State({load})
     before = Mechanism(body, contact, lasting[{at}], lasting[{at} + 1], lasting[{at} + 2], 0.0, 0.0)
     after = mechanism(before, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
 {store}
@@ -107,7 +108,8 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
     begin = _numbers(subject.virgin)
     scope |= {inside_name(name): kind.cls for name, kind in subject.state.fields if isinstance(kind, Struct)}
     parameters = {"p": (subject.model, subject.parameters)}
-    most = [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in leaves_of(subject.state)]
+    sizes = {name: subject.memories.get(f"{name.partition('.')[0]}_memory", subject.memory_size) for name, _ in leaves_of(subject.state)}
+    most = [capacity_of(name, sizes[name]) if kind == INTEGER else 0 for name, kind in leaves_of(subject.state)]
     inputs = 2 + len(subject.signals)
     if plant is None:
         text = ALONG.format(
@@ -121,6 +123,8 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
         plant_state, first = struct_type(body), len(body)
         scope["PlantState"] = plant_state.cls
         text = DRIVEN.format(
+            memories=", ".join(subject.memories),
+            memory=f"memory = Memories({', '.join(subject.memories)})\n    " if len(subject.memories) > 1 else "",
             load_plant=loaded(plant_state, 0),
             load=loaded(subject.state, first),
             at=first + len(begin),
@@ -129,7 +133,8 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
         inputs, begin = 1, [float(value) for value in body] + begin + [0.0] * SOLVER
         most = [0] * first + most + [0] * SOLVER
         parameters = {"q": (plant, struct_type(plant.parameters))} | parameters
-    types = [Array(len(begin), writable=True), Array(subject.memory_size, writable=True), *[REAL] * (inputs + 1)]
+    arrays = [len(begin), *subject.memories.values()]
+    types = [*(Array(size, writable=True) for size in arrays), *[REAL] * (inputs + 1)]
     entry = builder.function(defined("stepped", text, scope), [*types, *(kind for _, kind in parameters.values())])
     return Core(subject, plant, entry, np.array(begin), most, parameters)
 

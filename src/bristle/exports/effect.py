@@ -33,6 +33,7 @@ from bristle.references.legs import legs_through
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment, settling
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
+from bristle.simulation.two_masses import screw_of, table_of, whole_inertia
 
 Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
@@ -315,8 +316,9 @@ def _at_rest(loop: Variant) -> Variant:
 
 
 def _error(outcome: VariantResult) -> float:
-    """Return the following error of a run, peak to peak; inf if it diverged."""
-    return math.inf if outcome.status is Status.NOT_FINITE else outcome.following_error.peak_to_peak
+    """Return the following error of a run, that of the load if the motor leads, peak to peak; inf if it diverged."""
+    error = outcome.following_error if outcome.load_reference is None else outcome.true_error
+    return math.inf if outcome.status is Status.NOT_FINITE else error.peak_to_peak
 
 
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
@@ -345,15 +347,19 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
 
 def effect_of_law(variant: Variant) -> Effect | None:
     """Return the effect of the friction that a law feeds forward; None for a law without it."""
-    friction = variant.feedforward.friction
-    if friction is None:
+    fed = variant.feedforward
+    if fed.friction is None and fed.table is None:
         return None
-    loop = replace(variant, feedforward=replace(variant.feedforward, friction=None, offset=0.0))
+    friction = fed.friction or variant.friction
+    loop = replace(variant, feedforward=replace(fed, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
     limits = _limits_of(friction, variant.plant, fastest or FASTEST)
     distance = turning_distance(friction, variant.axis, limits.velocity)
-    return replace(effect_in_loop(loop, fed_by(variant.feedforward), limits, distance, 0), ahead=variant.run.delay + 1)
+    if (screw := screw_of(fed)) is not None:  # the screw turns over with the friction of the table
+        force = sliding_level(table_of(fed), screw.arm * limits.velocity)
+        distance = max(distance[0], 2.0 * (force / screw.k + screw.gap) / screw.arm), False
+    return replace(effect_in_loop(loop, fed_by(fed), limits, distance, 0), ahead=variant.run.delay + 1)
 
 
 def samples_ahead(loop: Variant | None) -> int:
@@ -389,4 +395,6 @@ def loop_for(request: Request) -> Variant | None:
 def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
     """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
     mass = 0.0 if plant is None else plant.values.get("M", 0.0)
+    if plant is not None and plant.component.screw is not None:
+        mass = whole_inertia(plant, plant.component.screw(plant.parameters), SHORTEST)
     return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

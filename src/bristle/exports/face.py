@@ -113,7 +113,7 @@ def export(
     plant : Model, optional
         The plant with the friction. A second FMU then contains both.
     table : Model, optional
-        Friction of the table of a `ball_screw`, in N and m, in this second FMU. At most one of both frictions may have a memory.
+        Friction of the table of a `ball_screw`, in N and m, in this second FMU.
     source : Source, optional
         Origin of the values, for the comments.
     log : Log or path-like, optional

@@ -24,7 +24,7 @@ from bristle.exports.c import FLAGS, compiler
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
 from bristle.exports.described import Source, hash_of_model, hash_on_plant, licence_text, plain, rendered, version, with_rights
-from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Ports, Setting, content_of, content_of_law
+from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Setting, content_of, content_of_law
 from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.law import Law
 from bristle.exports.subject import digest_of, subject_of
@@ -177,10 +177,10 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
         | {"remembered": "remembered[i]" if np.any(content.memory) else "0.0", "most": _numbers(content.most)}
         | {"plant": content.failures_at >= 0, "failures_at": content.failures_at, "first_start": starts[0] if starts else 0}
         | {"output": content.output, "output_at": ports.place(content.output), "shown": [(at, k) for k, at in enumerate(starts)]}
-        | {"stepping": _called(content.entry, ports, handed), "exchange": None}
+        | {"stepping": _called(content.entry, content, handed), "exchange": None}
     )
     if exchange is not None:
-        kernels = {name: _called(getattr(exchange, name), ports, handed) for name in ("flowing", "begun", "arrived")}
+        kernels = {name: _called(getattr(exchange, name), content, handed) for name in ("flowing", "begun", "arrived")}
         facts["exchange"] = (
             {"states": ports.states, "rates": ports.in_role(RATE), "margins": ports.in_role(MARGIN), "held": exchange.held}
             | {"nominals": [number(variable.nominal) for variable in exchange.varying.values()], "most": _numbers(exchange.held or (0,))}
@@ -218,25 +218,27 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     return "\n".join(texts), handed
 
 
-def _called(entry: Function, ports: Ports, handed: Mapping[str, str]) -> list[str]:
+def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> list[str]:
     """Return the lines that call a kernel; the last line is the call."""
     lines, arguments = [], []
-    for argument, (_, first) in ports.tuned.items():
+    for argument, (_, first) in content.ports.tuned.items():
         if argument in [parameter.name for parameter in entry.parameters]:
             lines.append(f"{argument}_parameters given_{argument};")
             lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
     for parameter in entry.parameters:
         name = parameter.name
-        if name in ("lasting", "memory", "varying", "held"):
+        if name in ("lasting", "varying", "held"):
             arguments.append(f"now->{name}")
+        elif name in content.memory_at:
+            arguments.append(f"now->memory + {content.memory_at[name]}" if content.memory_at[name] else "now->memory")
         elif name in ("slope", "dt"):
             arguments.append("STEP" if name == "dt" else name)
         elif name in handed:
             arguments.append(handed[name])
         elif isinstance(parameter.type, Array):  # the place of the first variable
-            arguments.append(f"now->values + {ports.place(f'{name}[1]')}")
+            arguments.append(f"now->values + {content.ports.place(f'{name}[1]')}")
         else:
-            arguments.append(f"now->values[{ports.place(name)}]")
+            arguments.append(f"now->values[{content.ports.place(name)}]")
     return [*lines, f"{entry.name}({', '.join(arguments)});"]
 
 

@@ -18,7 +18,7 @@ from bristle.exports.described import Source, parameter_table
 from bristle.exports.fmu_exchange import Exchange, exchange_of, why_not
 from bristle.exports.law import INPUTS, Law, law_facts, law_of
 from bristle.exports.settled import pruned
-from bristle.exports.subject import Subject, capacity_of
+from bristle.exports.subject import Subject, capacity_of, places_of
 from bristle.exports.tunable import Tunable, settled_law, tunable_law, tunable_of
 from bristle.translation import tree
 from bristle.translation.build import Builder
@@ -174,6 +174,7 @@ class Content:
     layout: str
     tables: list[str]
     notes: tuple[str, ...]
+    memory_at: Mapping[str, int]
     failures_at: int = -1
 
 
@@ -197,7 +198,8 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
     notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
-    lasting = {"begin": core.begin, "memory": memory, "most": core.most, "layout": layout}
+    lasting: dict[str, Any] = {"begin": core.begin, "memory": memory, "memory_at": places_of(subject.memories)}
+    lasting |= {"most": core.most, "layout": layout}
     lasting |= {} if plant is None else {"failures_at": core.begin.size - 1}
     texts = {"tables": table.splitlines(), "notes": notes}
     return Content(title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts)
@@ -230,8 +232,9 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
     title = f"{facts['title']}, variant {facts['variant']}: effort [{facts['unit_force']}]"
     unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
-    lasting = {"begin": begin, "memory": law.memory, "most": most, "layout": layout}
-    texts = {"tables": [line for table in (facts["table"], facts["fed_table"]) for line in table.splitlines()], "notes": tuple(notes)}
+    lasting = {"begin": begin, "memory": law.memory, "memory_at": law.memory_at, "most": most, "layout": layout}
+    tables = "\n".join([facts["table"], *facts["frictions"].values()])
+    texts = {"tables": tables.splitlines(), "notes": tuple(notes)}
     values, ports = {"p": (law.p, law.types[1])}, _ports(law, source)
     return Content(title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts)
 

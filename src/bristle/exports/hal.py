@@ -35,6 +35,7 @@ from bristle.translation.tree import REAL, Unit, struct_type
 
 PINS = ("reference", "feed", "gain", "gain_now", "fault", "reset", "scale", "effort_scale", "lead", "lead_max", "limit", "slew", "clock")
 MACROS = (*PINS, "fperiod", "data")  # Names in a component that the preprocessor replaces
+MOST_PINS = 20  # a stream of the self-test has 21 pins: these inputs and the expected effort
 LONGEST_NAME = 47 - len(".effort-scale")  # HAL names have at most 47 characters
 USUAL = {"translational": DriveUnit("mm", 1e-3), "rotational": DriveUnit("deg", math.radians(1.0))}
 PERIOD_NS, STEPS = 1_000_000, 400  # of the self-test: period of its thread [ns], references
@@ -107,6 +108,11 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
     pins = {key: [f"{key}_{k}" for k in range(several[key])] if key in several else [key] for key in law.inputs}
     listed = [pin for names in pins.values() for pin in names]
     values = [f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}" if key in several else f"{key} * scale" for key in law.inputs]
+    if len(listed) > MOST_PINS:
+        mend = "Reduce the delay of the experiment, omit the plant with a screw, or export the law in C"
+        raise InputError(
+            "has too many inputs for halstreamer", path="hal", value=len(listed), allowed=f"{MOST_PINS} pins or fewer", mend=mend
+        )
     code = rendered("c/law.h", facts) + rendered("c/law.c", facts).replace(f'#include "{name}.h"\n', "")
     position, effort = signed_units(law.variant.axis, law.controller.kind)
     scale = (USUAL[law.controller.kind] if law.variant.axis is None else position).si

@@ -6,7 +6,7 @@ place. Therefore every target starts like a simulation, without a given state. T
 the walk of its self-test are the same for all targets.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
@@ -15,86 +15,27 @@ import numpy as np
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
 from bristle.controllers.limits import within_drive
+from bristle.controllers.wind_up import AROUND, Wound, bend_at, lead_at, rate_at, wind, winding_effort
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
-from bristle.core.experiment import Feedforward, Variant
+from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable, unit_of
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
+from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
 from bristle.exports.settled import pruned
-from bristle.exports.subject import Walk, subject_of, walk_of, walk_over
+from bristle.exports.subject import Walk, places_of, subject_of, walk_of, walk_over
 from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
-from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, effort_at, gravity_at, place_of
+from bristle.plants.terms import effort_at, gravity_at
 from bristle.prediction.drive_units import command_units
-from bristle.simulation.two_masses import plant_of_one_mass
+from bristle.simulation.run import planned_motion
+from bristle.simulation.two_masses import screw_of, table_of, whole_inertia, wind_up_of
 from bristle.translation.build import Builder
 from bristle.translation.scope import NotExportableError, defined, is_kernel
 from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
-
-
-class Gravity(NamedTuple):
-    """Gravity of a link [N or N*m], of a plant without cogging."""
-
-    g_sin: float
-    g_cos: float
-
-
-class Load(NamedTuple):
-    """An effort along the desired motion, of inertia and of position, and the prefix of its parameters."""
-
-    prefix: str
-    mass: float
-    place: Any
-
-    @property
-    def numbers(self) -> tuple[float, ...]:
-        """All numbers of the effort."""
-        return (self.mass, *(float(number) for part in self.place or () for number in np.atleast_1d(part)))
-
-    def text(self, before: str, after: str) -> str:
-        """Return the effort between two samples as text, by their indices among the samples ahead; empty for the present one."""
-        parts = []
-        if self.mass:
-            parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
-        if self.place:
-            kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
-            middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
-            parts.append(f"{kernel_name}({middle}, p.{self.prefix}place)")
-        return " + ".join(parts) or "0.0"
-
-
-def _ahead(name: str, place: str) -> str:
-    ahead = f"{'place' if name == 'position' else name}_ahead[{place}]"
-    return name if not place else f"({ahead} if i > 0 else {name})" if "i" in place else ahead
-
-
-def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
-    """Return the load that is fed forward in addition to friction, and the load that friction transmits, as one if equal."""
-    fed = Load("", float(feedforward.mass), _place(plant_of_one_mass(feedforward)))
-    carries = feedforward.carries
-    if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
-        return fed, fed
-    if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
-        raise InputError(
-            "has forces besides inertia, gravity, cogging and a spring, so bristle cannot export the law",
-            path="feedforward.carries",
-            value=carries.name,
-            mend="Omit carries: the feedforward then defines the transmitted effort",
-        )
-    carried = Load("carried_", float(carries.values["M"]), _place(carries))
-    return fed, fed if carried.numbers == fed.numbers and not apart else carried
-
-
-def _place(plant: Model | None) -> Any:
-    """Return the data of the position-dependent effort of a plant; None if it has no such effort."""
-    place = place_of(plant)
-    if not place.is_link:
-        return place
-    return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
 
 
 class Fed(NamedTuple):
@@ -139,6 +80,29 @@ class PlacedParameters(NamedTuple):
     carried_place: Any
 
 
+class LeadingLasting(NamedTuple):
+    """State between samples of a law with the wind-up of a screw."""
+
+    controller: Any
+    fed: Any
+    table: Any
+    wound: Any
+
+
+class LeadingParameters(NamedTuple):
+    """Parameters of a law with the wind-up of a screw; `total_inertia` that of both masses [kg*m^2]."""
+
+    controller: Any
+    limit: float
+    mass: float
+    friction: Any
+    shape: Shape
+    screw: Any
+    table: Any
+    table_shape: Shape
+    total_inertia: float
+
+
 class NoPlace(NamedTuple):
     """Placeholder for a law without an effort that depends on position."""
 
@@ -157,39 +121,15 @@ def inertial(acceleration, following, mass):
     return mass * 0.5 * (acceleration + following)
 
 
-# Position, velocity, acceleration are desired; `begun` is false at the first sample. Indices of samples ahead count
-# from the next sample.
-HEAD = "def command({arguments}):\n    fed = lasting.fed"
-AT_FIRST = """
-    if not begun:
-        fed = Fed(fed.state, {begins}, fed.effort)"""
-BEFORE_THE_FIRST = """
-        for i in range({delay}):
-            fed = led(fed, memory, place_ahead[i], {to_come}, dt, p.shape, p.friction)"""
-ALONG_DESIRED = """
-    planned = {planned}
-    fed = led(fed, memory, place_ahead[{delay}], {carried}, dt, p.shape, p.friction)
-    planned = planned + fed.effort
-    told = planned"""
-ALONG_MEASURED = """
-    planned = {planned}
-    fed = led(fed, memory, measured, {carried}, dt, p.shape, p.friction)
-    told = planned + fed.effort"""
-NO_FRICTION = """
-    planned = {planned}
-    told = planned"""
-CONTROLLED = """
-    controller = lasting.controller
-    if not begun:
-        controller = start(measured, velocity, acceleration, dt, p.controller){resumed}
-    reference = Reference(position, velocity, acceleration, told)
-    effort, controller = law(controller, reference, measured, 0.0, p.limit, dt, p.controller)
-    return effort, Lasting(controller, fed)
-"""
-RESUMED = """
-        followed = Reference(position, velocity, acceleration, planned)
-        controller = resume(controller, followed, measured, NOT_KNOWN, dt, p.controller)"""
-ALWAYS = ("position", "velocity", "acceleration", "measured")
+@kernel
+def pulled(table, wound, table_memory, leads, place, before, after, first, dt, p):
+    """Return the compensator of the table and the wind-up after a step to a position [rad], between two accelerations [rad/s^2]."""
+    passed = p.screw.M * p.screw.arm * (0.5 * (before + after))
+    table = led(table, table_memory, p.screw.arm * place, passed, dt, p.table_shape, p.table)
+    return table, wind(wound, leads, passed + table.effort, first, p.screw)
+
+
+KERNELS = (led, inertial, pulled, law, effort_at, gravity_at, lead_at, rate_at, bend_at, winding_effort)
 
 
 class Inputs(NamedTuple):
@@ -215,9 +155,9 @@ class Law:
     arguments: tuple[str, ...]
     inputs: tuple[str, ...]
     samples_ahead: int
-    lasting: Lasting
-    p: Parameters | PlacedParameters
-    memory: np.ndarray
+    lasting: Lasting | LeadingLasting
+    p: Any
+    memories: Mapping[str, np.ndarray]
     tunable: bool = False
     single: bool = False
 
@@ -227,9 +167,19 @@ class Law:
         return struct_type(self.lasting), struct_type(self.p)
 
     @property
+    def memory(self) -> np.ndarray:
+        """All memories before the first sample, one after another."""
+        return np.concatenate([*self.memories.values(), np.zeros(0)])
+
+    @property
     def memory_size(self) -> int:
-        """Numbers in the memory."""
+        """Numbers in all memories."""
         return self.memory.size
+
+    @property
+    def memory_at(self) -> dict[str, int]:
+        """Place of the first number of each memory among all."""
+        return places_of({name: memory.size for name, memory in self.memories.items()})
 
     @property
     def leaves(self) -> list[tuple[tuple[str, ...], Type]]:
@@ -248,9 +198,10 @@ class Law:
 
     def efforts(self, samples: Sequence[Inputs]) -> np.ndarray:
         """Return the command of the law at each sample [N or N*m], computed by the uncompiled kernels."""
-        lasting, memory, efforts = self.lasting, self.memory.copy(), np.zeros(len(samples))
+        lasting, efforts = self.lasting, np.zeros(len(samples))
+        memories = {name: memory.copy() for name, memory in self.memories.items()}
         for k, sample in enumerate(samples):
-            handed = {**sample._asdict(), "memory": memory, "dt": self.dt, "p": self.p, "begun": k > 0}
+            handed = {**sample._asdict(), **memories, "dt": self.dt, "p": self.p, "begun": k > 0}
             handed["lasting"] = lasting
             efforts[k], lasting = self.written(*[handed[name] for name in self.arguments])
         return efforts
@@ -264,71 +215,65 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     # A law starts at the position of the axis, without the initial motion of a simulated loop.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
-    if feedforward.friction is not None:
-        rested = with_rest(feedforward.friction, feedforward.rest)
-        variant = replace(variant, feedforward=replace(feedforward, friction=rested))
+    sides = {"friction": feedforward.friction, "table": feedforward.table}
+    rested = {side: with_rest(friction, feedforward.rest) for side, friction in sides.items() if friction is not None}
+    variant = replace(variant, feedforward=replace(feedforward, **rested))
     controller = within_drive(variant.controller, variant.run.effort_limit)
     feedforward, ahead = variant.feedforward, variant.run.delay + 1
-    friction = feedforward.friction
+    friction, table, screw = feedforward.friction, table_of(feedforward), screw_of(feedforward)
     component = controller.component
     for function in (component.start, component.step, *([component.resume] if component.resume else [])):
         if not is_kernel(function):
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
     along_desired = friction is not None and feedforward.along == "desired"
-    inputs = [*ALWAYS]
     fed, carried = loads_of(feedforward, apart=tunable)
-    inputs += ["place_ahead"] if along_desired or fed.place or carried.place else []
-    inputs += ["acceleration_ahead"] if fed.mass or carried.mass else []
-    arguments = ("lasting", *(["memory"] if friction else []), *inputs, "begun", "dt", "p")
-    text = _text(arguments, variant, fed, carried)
-    # Initial state and memory of the compensator.
-    state, memory = NoCompensator(), np.zeros(0)
-    if friction is not None and feedforward.conditioning > 0.0:
-        from bristle.engine import conditioned
-
-        state, memory = conditioned(friction, feedforward.conditioning)
-    elif friction is not None:
-        state, memory = friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
-    lasting = Lasting(
-        component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters),
-        NoCompensator() if friction is None else Fed(state, 0.0, 0.0),
-    )
+    needed = {"place_ahead": screw or along_desired or fed.place or carried.place, "acceleration_ahead": screw or fed.mass or carried.mass}
+    inputs = (*ALWAYS, *(name for name, reason in needed.items() if reason))
+    # Initial states and memories of the compensators.
+    state, memories = NoCompensator(), {}
+    if friction is not None:
+        state, memories["memory"] = _initial(friction, feedforward.conditioning)
+    started = component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters)
+    lasting = Lasting(started, NoCompensator() if friction is None else Fed(state, 0.0, 0.0))
     shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
     compensator = NoCompensator() if friction is None else friction.parameters
     of_all = (controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
-    p: Parameters | PlacedParameters = Parameters(*of_all)
+    p: Any = Parameters(*of_all)
     if fed.place or carried is not fed:
         p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
+    if screw is not None and feedforward.plant is not None:
+        # The numbers that depend on the motion are those of the experiment.
+        position, _, acceleration = planned_motion(variant)
+        wind_up = wind_up_of(feedforward, screw, position, acceleration, variant.run.sample_time)
+        ahead = samples_of_wind_up(wind_up.weights.size, variant.run.delay)
+        state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
+        memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
+        lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0), Wound())
+        inertia = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
+        p = LeadingParameters(*of_all, wind_up, table.parameters, Shape(gain=shape.gain, asymmetry=shape.asymmetry), inertia)
     if single:
         refuse_beyond_single(p._asdict())
-    called = {kernel.__name__: kernel for kernel in (led, inertial, law, effort_at, gravity_at)}
-    scope = called | {"__name__": __name__, "Fed": Fed, "Lasting": Lasting, "Reference": Reference, "NOT_KNOWN": NOT_KNOWN}
-    written = defined("command", text, scope | {"start": component.start, "resume": component.resume})
-    kinds = {"lasting": type_of(lasting), "memory": Array(memory.size, writable=True), "begun": TRUTH, "p": type_of(p)}
-    kinds |= {"place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}
+    arguments = ("lasting", *memories, *inputs, "begun", "dt", "p")
+    text = law_text(arguments, variant, fed, carried, p.screw.weights.size if screw else 0)
+    called = {kernel.__name__: kernel for kernel in KERNELS}
+    called |= {cls.__name__: cls for cls in (Fed, Lasting, LeadingLasting, Reference)}
+    scope = called | {"__name__": __name__, "NOT_KNOWN": NOT_KNOWN, "start": component.start, "resume": component.resume}
+    written = defined("command", text, scope)
+    kinds = {"lasting": type_of(lasting), "begun": TRUTH, "p": type_of(p), "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}
+    kinds |= {name: Array(memory.size, writable=True) for name, memory in memories.items()}
     builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
-    unit, signals = pruned(builder.unit, [entry]), tuple(inputs)
-    return Law(variant, controller, unit, entry, written, arguments, signals, ahead, lasting, p, memory, tunable, single)
+    unit = pruned(builder.unit, [entry])
+    return Law(variant, controller, unit, entry, written, arguments, inputs, ahead, lasting, p, memories, tunable, single)
 
 
-def _text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load) -> str:
-    """Return the text of the law."""
-    feedforward, delay = variant.feedforward, variant.run.delay
-    along_desired = feedforward.along == "desired"
-    before = str(delay - 1) if delay else ""
-    planned = fed.text(before, str(delay))
-    passed = "planned" if carried is fed else carried.text(before, str(delay))
-    text = HEAD.format(arguments=", ".join(arguments))
-    if feedforward.friction is None:
-        text += NO_FRICTION.format(planned=planned)
-    else:
-        text += AT_FIRST.format(begins="position" if along_desired else "measured")
-        to_come = carried.text("i - 1", "i")
-        text += BEFORE_THE_FIRST.format(delay=delay, to_come=to_come) if along_desired and delay else ""
-        along = ALONG_DESIRED if along_desired else ALONG_MEASURED
-        text += along.format(planned=planned, carried=passed, delay=delay)
-    return text + CONTROLLED.format(resumed=RESUMED if variant.controller.component.resume else "")
+def _initial(friction: Model, conditioning: float) -> tuple[Any, np.ndarray]:
+    """Return the state and the memory of a compensator before the first sample."""
+    if conditioning > 0.0:
+        from bristle.engine import conditioned
+
+        return conditioned(friction, conditioning)
+    return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
 
 
 PER_VELOCITY = 100.0  # Acceleration of the self-test over its velocity [1/s]
@@ -345,7 +290,9 @@ INPUTS = {
 def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     """Return the facts of a law for the templates."""
     variant = law.variant
-    kind, friction = variant.controller.kind, variant.feedforward.friction
+    kind, friction, table = variant.controller.kind, variant.feedforward.friction, variant.feedforward.table
+    frictions = {f"{plain(friction.name)}, fed forward along the {variant.feedforward.along} motion": friction} if friction else {}
+    frictions |= {f"{plain(table.name)}, fed forward along the desired motion of the table": table} if table else {}
     inputs = []
     for fed in law.inputs:
         several = fed.endswith("_ahead")
@@ -355,9 +302,9 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     return (
         {"name": name, "version": version(), "title": plain(f"Control law of an axis: {variant.controller.name}")}
         | {"variant": plain(variant.name), "description": plain(variant.controller.component.description), "facts": source.lines}
-        | {"along": variant.feedforward.along if friction else "", "friction": plain(friction.name) if friction else ""}
         | {"table": parameter_table(law.controller, source).rstrip(), "fed": _fed(law)}
-        | {"fed_table": parameter_table(friction, source).rstrip() if friction else ""}
+        | {"leads": "table" in law.lasting._fields or bool(friction and variant.feedforward.along == "desired")}
+        | {"frictions": {title: parameter_table(model, source).rstrip() for title, model in frictions.items()}}
         | {"unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind), "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}"}
         | {"ahead": law.samples_ahead, "delay": variant.run.delay, "limit": f"{limit:g}" if np.isfinite(limit) else "", "inputs": inputs}
         | {"drive": command_facts(command_units(variant.axis, kind), kind), "loops": loops_of(law.unit, law.memory_size)}
@@ -388,6 +335,14 @@ def _fed(law: Law) -> list[str]:
     feedforward, kind = law.variant.feedforward, law.variant.controller.kind
     fed, carried = loads_of(feedforward)
     lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
+    if isinstance(law.p, LeadingParameters):
+        half, clear = law.p.screw.weights.size // 2, law.p.screw.clear
+        lines.append("both masses and the wind-up of the screw along the desired motion of the table, converted to the motor")
+        lines.append(f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample")
+        lines.append(f"the motor changes the flank of the screw at a force beyond {clear:.4g} N")
+        lines.append("both numbers are those of the motion of the experiment, and wind_up_time sets the mean")
+        if feedforward.table is not None:
+            lines.append(f"friction of the table along the desired motion by {feedforward.table.name}")
     if fed.place and feedforward.plant is not None:
         lines.append(f"position-dependent effort of {feedforward.plant.name}, along the desired motion")
     if feedforward.friction is not None:

@@ -67,7 +67,8 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
     start += set_lines("state", subject.virgin, subject.state, printer)
     facts = (
         facts
-        | {"start": start, "zero": printer.real(0.0), "memory": memory, "state": bool(subject.state.fields), "commit": committed}
+        | {"start": start, "zero": printer.real(0.0), "memories": {"memory": memory} if memory else {}}
+        | {"state": bool(subject.state.fields), "commit": committed}
         | {"ranges": [*tuned.ranges(printer)] if tuned else [], "signals": list(signals.values())}
         | {"tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else []}
         | {
@@ -125,7 +126,7 @@ def write(request: Request) -> Product:
 
 
 OWN_OF_LAW = """
-restart clear effort command refused overflow parameters lasting now memory prepared begun usable done place
+restart clear effort command refused overflow parameters lasting now memory table_memory leads prepared begun usable done place
 """
 ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
 
@@ -135,7 +136,7 @@ def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     checked(name)
     law = settled_law(law)
     facts = st_project.commented_facts(law_facts(law, name, source))
-    around = (*law.types, Array(law.memory_size), Array(law.samples_ahead))
+    around = (*law.types, *(Array(memory.size) for memory in law.memories.values()), Array(law.samples_ahead))
     facts |= {"output": "effort", "operator": False, "unit_in": facts["unit_x"], "count": COUNT}
     facts |= st_project.bounds(single=law.single, farthest=st_project.FARTHEST_OF_LAW)
     printer = Printer(law.unit, name, around, REAL if law.single else LREAL)
@@ -157,21 +158,25 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
     tuned = (
         Tuned.of(tunable_law(law), Names([*OWN_OF_LAW.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)])) if law.tunable else None
     )
-    memory = law.memory_size if "memory" in needed else 0
+    memories = {name: memory for name, memory in law.memories.items() if name in needed and memory.size}
     skipped = tuned.tunable.places if tuned else ()
-    remembered = enumerate(law.memory.tolist()) if memory else ()
     start = [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)]
     of_block = (
-        {"divisor": "" if units is None else real_literal(units.effort.si), "start": start, "memory": memory}
+        {"divisor": "" if units is None else real_literal(units.effort.si), "start": start}
+        | {"memories": {name: memory.size for name, memory in memories.items()}}
         | {"within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0), "ranges": [*tuned.ranges(printer)] if tuned else []}
         | {"tuned": [*tuned.lines("parameters", p, printer)] if tuned else [], "after": f"now.{printer.field(now, '_1')}"}
         | {"narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays]}
-        | {"remembered": [f"memory[{at}] := {printer.real(number)};" for at, number in remembered if number]}
+        | {
+            "remembered": [
+                f"{name}[{i}] := {printer.real(x)};" for name, memory in memories.items() for i, x in enumerate(memory.tolist()) if x
+            ]
+        }
         | {"command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now")}
         | {"commanded": printer.widened(f"now.{printer.field(now, '_0')}")}
     )
     own = [("parameters", p), ("lasting", lasting), ("now", now)]
-    own += [("memory", Array(memory))] if memory else []
+    own += [(name, Array(memory.size)) for name, memory in memories.items()]
     own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
     ahead = printer.array(law.samples_ahead, LREAL)
     variables = [
@@ -183,7 +188,7 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
         *interface("the law takes over the desired motion", "effort", f"command for the drive [{facts['unit_force']}]", units),
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
-        *([Variable("place", "DINT")] if memory or ahead_names else []),
+        *([Variable("place", "DINT")] if memories or ahead_names else []),
     ]
     return Pou("FUNCTION_BLOCK", name, "", tuple(variables), body_lines("st/law.st", facts | of_block))
 

@@ -160,7 +160,8 @@ class Judged:
 
 def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
     """Return facts without text that begins or ends a comment."""
-    texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table", "fed_table") if key in facts}
+    texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table") if key in facts}
+    texts |= {"frictions": {title: st_parts.commented(rows) for title, rows in facts.get("frictions", {}).items()}}
     return facts | texts | {key: [st_parts.commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
 
 

@@ -2,8 +2,9 @@
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ import numpy as np
 from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
 from bristle.core.surroundings import motion_with
+from bristle.engine.screwed import Memories, ScrewedModel
 from bristle.exports.settled import fact_of, pruned, settled
 from bristle.translation.build import Builder
 from bristle.translation.scope import NotExportableError, is_kernel
-from bristle.translation.tree import REAL, Array, Function, Struct, Unit, struct_of, struct_type
+from bristle.translation.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """Arguments of a trial, of a friction model and of an operator, before unused ones are dropped."""
@@ -33,7 +35,12 @@ class Subject:
     motion: Struct
     move: Struct
     parameters: Struct
-    memory_size: int
+    memories: Mapping[str, int]
+
+    @property
+    def memory_size(self) -> int:
+        """Numbers in all memories."""
+        return sum(self.memories.values())
 
     @cached_property
     def virgin(self) -> Any:
@@ -99,16 +106,24 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     state = struct_type(component.initial_state(model.parameters))
     moved = motion_with(() if is_operator else component.surroundings)
     motion = struct_of(moved, [REAL] * len(moved._fields))
-    size = component.memory_size(model.parameters)
-    trial = builder.function(component.trial, [state, Array(size), *([REAL] if is_operator else [motion, REAL]), parameters])
+    memories = {"memory": component.memory_size(model.parameters)}
+    if isinstance(component, ScrewedModel):
+        memories = {f"{side}_memory": size for side, size in component.memory_sizes(model.parameters)._asdict().items()}
+    trial = builder.function(component.trial, [state, _memory_type(memories), *([REAL] if is_operator else [motion, REAL]), parameters])
     parts = [kind for _, kind in trial.result.fields] if isinstance(trial.result, Struct) and trial.result.is_plain else []
     if len(parts) != 2 or parts[0] != REAL or not isinstance(parts[1], Struct):
         raise NotExportableError(component.trial, None, "must return (force, move), with move a NamedTuple of scalars")
-    commit = builder.function(component.commit, [state, Array(size, writable=True), parts[1], parameters])
+    commit = builder.function(component.commit, [state, _memory_type(memories, writable=True), parts[1], parameters])
     if commit.result != state:
         raise NotExportableError(component.commit, None, f"must return a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
-    return Subject(model, unit, trial, commit, state, motion, parts[1], parameters, size)
+    return Subject(model, unit, trial, commit, state, motion, parts[1], parameters, memories)
+
+
+def _memory_type(memories: Mapping[str, int], *, writable: bool = False) -> Type:
+    """Return the type of the memory of a model: an array, or an array for each side of a screw."""
+    arrays = [Array(size, writable) for size in memories.values()]
+    return arrays[0] if len(arrays) == 1 else struct_of(Memories, arrays)
 
 
 def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
@@ -126,6 +141,11 @@ def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
     """Return the arguments among `names` that a function still has, in this order."""
     arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
     return [arguments[parameter.name] for parameter in function.parameters]
+
+
+def places_of(sizes: Mapping[str, int]) -> dict[str, int]:
+    """Return the place of each memory in an array of all memories, from their sizes."""
+    return dict(zip(sizes, accumulate(sizes.values(), initial=0), strict=False))
 
 
 def layout_of(subject: Subject, scalar: str) -> str:

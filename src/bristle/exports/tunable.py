@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.controllers.wind_up import WindUp
 from bristle.core import mathematics
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Kind, Variable, variables_of
+from bristle.engine.screwed import of_travel
 from bristle.exports.settled import fact_of, settled
 from bristle.friction import deflection, slip_law
 from bristle.friction.maxwell_stribeck import BEYOND
@@ -134,21 +136,27 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
 
 def tunable_law(law: Law) -> Tunable:
     """Return the variable parameters of the controller and the feedforward of a law, named such as ``controller_k_p``."""
-    friction = law.variant.feedforward.friction
+    feedforward = law.variant.feedforward
+    friction = feedforward.friction
     values: dict[str, Any] = {}
     variables: dict[str, Variable] = {}
     places: dict[tuple[str, ...], str] = {}
-    for part, model in (("controller", law.controller), ("friction", friction)):
+    for part, model in (("controller", law.controller), ("friction", friction), ("table", feedforward.table)):
         if model is not None:
             tuned = tunable_of(model)
             values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
-            variables |= {f"{part}_{name}": tuned.variables[name] for name in tuned.values}
+            named = {name: of_travel(variable) if part == "table" else variable for name, variable in tuned.variables.items()}
+            variables |= {f"{part}_{name}": named[name] for name in tuned.values}
             places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
     fed = {("mass",): law.p.mass} if law.p.mass else {}
     fed |= {} if friction is None else {("shape", name): value for name, value in law.p.shape._asdict().items()}
+    further = {}
+    if hasattr(law.p, "screw"):
+        further = variables_of(WindUp)
+        fed |= {("screw", name): value for name, value in law.p.screw._asdict().items() if isinstance(value, float)}
     for path, value in fed.items():
         name = f"feedforward_{path[-1]}"
-        values[name], variables[name], places[path] = value, FEEDFORWARD[path[-1]], name
+        values[name], variables[name], places[path] = value, (FEEDFORWARD | further)[path[-1]], name
     return Tunable(law.controller.kind, variables, values, places)
 
 

@@ -18,6 +18,7 @@ from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
 from bristle.engine.path import effort_along
+from bristle.engine.wind_up import Lead
 from bristle.files.variant import at_rest
 from bristle.friction import without_presliding
 from bristle.friction.resting import with_rest
@@ -76,7 +77,7 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
         Effort [N or N*m].
     """
     check_run(position.size, acceleration=acceleration)
-    return motor_feedforward(feedforward, position, acceleration, dt)[1]
+    return motor_feedforward(feedforward, position, acceleration, dt).effort
 
 
 @guarded(
@@ -112,24 +113,25 @@ def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, 
         If the two signals have different lengths.
     """
     check_run(position.size, acceleration=acceleration)
-    return motor_feedforward(feedforward, position, acceleration, dt)[0]
+    return motor_feedforward(feedforward, position, acceleration, dt).position
 
 
-def motor_feedforward(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the position of the motor for a desired motion of the load, and the effort of `feedforward_effort`."""
-    screw, motor = screw_of(feedforward), position
+def motor_feedforward(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
+    """Return position and effort of the motor for a desired motion of the load, and the rate and acceleration of its lead."""
+    screw, still = screw_of(feedforward), np.zeros(position.size)
     if screw is None:
-        effort = _planned(feedforward, position, acceleration)
+        lead = Lead(position, still, still, _planned(feedforward, position, acceleration))
     else:
-        twist, effort = wound_up(feedforward, screw, position, acceleration, dt)
-        motor = position + twist
+        lead = wound_up(feedforward, screw, position, acceleration, dt)
+        lead = lead._replace(position=position + lead.position)
+    motor, effort = lead.position, lead.effort
     if feedforward.friction is None or feedforward.along == "measured":
-        return motor, effort
+        return lead
     carried = effort if screw is not None else carried_effort(feedforward, position, acceleration, dt)
     steps = np.diff(motor) / dt
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
-    return motor, effort + compensation_along(
+    fed = compensation_along(
         friction,
         _shape(feedforward),
         np.append(steps, steps[-1:]),
@@ -139,6 +141,7 @@ def motor_feedforward(feedforward: Feedforward, position: np.ndarray, accelerati
         state=state,
         memory=memory,
     )
+    return lead._replace(effort=effort + fed)
 
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:

@@ -47,7 +47,7 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
         end early, and its status reports the divergence.
     """
     total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
-    at_load = any(_leads(variant) for variant in experiment.variants)
+    at_load = any(leads(variant) for variant in experiment.variants)
     results = {}
     for variant in experiment.variants:
         runs, coming = [], _runs_of(variant)
@@ -88,7 +88,7 @@ def seeded(model: Model, run: int) -> Model:
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
 
-def _planned_motion(variant: Variant) -> Motions:
+def planned_motion(variant: Variant) -> Motions:
     """Return desired position, velocity and acceleration, at each sample and for the delay after the last."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
@@ -98,14 +98,17 @@ def _planned_motion(variant: Variant) -> Motions:
 def _desired(variant: Variant) -> np.ndarray:
     """Return the desired motion and its feedforward, shape (4, sample)."""
     # Feedforward acts `delay` samples after the controller receives it: shift it ahead by that much.
-    motion, delay = _planned_motion(variant), variant.run.delay
+    motion, delay = planned_motion(variant), variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:
-        motor, effort = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
-        motion = _for_the_sensor(variant, motion, motor)
-        if screw_of(variant.feedforward) is not None and feeds_inertia(variant.controller, variant.run.sample_time):
+        motor = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
+        effort = motor.effort
+        if leads(variant):
+            motion = motor.position, motion[1] + motor.rate, motion[2] + motor.acceleration
+        screw, plant, dt = screw_of(variant.feedforward), variant.feedforward.plant, variant.run.sample_time
+        if plant is not None and screw is not None and feeds_inertia(variant.controller, dt):
             # The law multiplies the acceleration of its reference by the whole inertia.
-            effort = effort - whole_inertia(variant.feedforward, variant.run.sample_time) * motion[2]
+            effort = effort - whole_inertia(plant, screw, dt) * motion[2]
         effort = effort[delay:]
     elif variant.effort.values.size == count:
         effort = variant.effort.values
@@ -114,15 +117,7 @@ def _desired(variant: Variant) -> np.ndarray:
     return np.stack((*(signal[:count] for signal in motion), effort))
 
 
-def _for_the_sensor(variant: Variant, motion: Motions, motor: np.ndarray) -> Motions:
-    """Return the desired motion on the side of the sensor; it differs from that of the load by the wind-up of a screw."""
-    if not _leads(variant):
-        return motion
-    rate = np.gradient(motor - motion[0], variant.run.sample_time)
-    return motor, motion[1] + rate, motion[2] + np.gradient(rate, variant.run.sample_time)
-
-
-def _leads(variant: Variant) -> bool:
+def leads(variant: Variant) -> bool:
     """Return whether the reference of the controller leads that of the load by a wind-up that is fed forward."""
     return variant.effort is None and variant.sensor_at == "motor" and screw_of(variant.feedforward) is not None
 
@@ -137,7 +132,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         position = np.full_like(position, np.nan)
     count = trace.time.size
     judged = slice(min(round(run.settle / dt), count), count)
-    wanted = _planned_motion(variant)[0][:count] if _leads(variant) else None
+    wanted = planned_motion(variant)[0][:count] if leads(variant) else None
     following, true = position[:count] - trace.measured, (position[:count] if wanted is None else wanted) - trace.position
     moving = velocity[:count][judged]
     return VariantResult(
@@ -163,9 +158,9 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
         # Effort transmitted by the desired motion, as far ahead as the feedforward. It excludes the learned effort, which stands for
         # unknown forces.
-        planned, _, planned_acceleration = _planned_motion(variant)
+        planned, _, planned_acceleration = planned_motion(variant)
         carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
-    first = [float(signal[0]) for signal in (_planned_motion(variant) if _leads(variant) else (position, velocity, acceleration))]
+    first = [float(signal[0]) for signal in (planned_motion(variant) if leads(variant) else (position, velocity, acceleration))]
     begun = variant.start or Start(*first)
     # For a motion in progress, friction starts in the steady state at its velocity.
     state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)

@@ -19,45 +19,27 @@ half of that time before and after a reversal. The resulting error is of the ord
 """
 
 import math
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bristle.controllers.feedforward import Shape
+from bristle.controllers.wind_up import WindUp
 from bristle.core.contracts import Model, Reference, Screw
-from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward
 from bristle.engine import conditioned
 from bristle.engine.motion import compensation_along
+from bristle.engine.wind_up import Lead, wind_up_along
+from bristle.friction import viscous
 from bristle.friction.resting import with_rest
 
 SIDED = 0.02  # of the largest force of the screw: smaller forces do not change the flank
-
-
-class WoundUp(NamedTuple):
-    """Angle by which the motor leads its table at each sample [rad], and its effort in the step after each sample [N*m]."""
-
-    twist: np.ndarray
-    effort: np.ndarray
 
 
 def screw_of(feedforward: Feedforward) -> Screw | None:
     """Return the screw between motor and table; None for one mass."""
     plant = feedforward.plant
     return None if plant is None or plant.component.screw is None else plant.component.screw(plant.parameters)
-
-
-def plant_of_one_mass(feedforward: Feedforward) -> Model | None:
-    """Return the plant of a feedforward; refuse a screw, whose wind-up an exported law cannot know in advance."""
-    if screw_of(feedforward) is None:
-        return feedforward.plant
-    raise InputError(
-        "winds a screw up, which needs the reference over half of the wind-up time before and after each sample, "
-        "so bristle cannot export the law",
-        path="feedforward.plant",
-        value=feedforward.plant and feedforward.plant.name,
-        mend="Add motor_reference and feedforward_effort to the trajectory of the drive, or omit the plant of the feedforward",
-    )
 
 
 def feeds_inertia(controller: Model, dt: float) -> bool:
@@ -70,28 +52,39 @@ def feeds_inertia(controller: Model, dt: float) -> bool:
     return efforts[0] != efforts[1]
 
 
-def wound_up(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> WoundUp:
+def wound_up(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
     """Return the lead of the motor and its effort without its friction, for a desired motion of the table converted to the motor [rad]."""
-    plant, mean = feedforward.plant, 0.5 * (acceleration + following(acceleration))
-    assert plant is not None
-    inertia = _inertia_of(plant, dt)
-    force = screw.M * screw.arm * mean + _table_friction(feedforward, screw, position, mean, dt)
-    twist = _lead(screw, force) / screw.arm
-    largest = float(np.max(np.abs(inertia * mean + screw.arm * force)))
-    twist = smoothed(twist, feedforward.wind_up_time or _time_for(inertia * float(np.ptp(twist)), largest), dt)
-    stretched = 0.5 * screw.arm * (twist + following(twist))
-    pull = screw.k * (stretched - np.clip(stretched, -screw.gap, screw.gap))
-    # The damper of the screw takes its share of the force, so that the spring follows later by d / k.
-    twist = twist - screw.d / screw.k * np.gradient(twist, dt)
-    rate = np.gradient(twist, dt)
-    return WoundUp(twist, inertia * (mean + (following(rate) - rate) / dt) + screw.arm * pull)
+    mean, force = _loads(feedforward, screw, position, acceleration, dt)
+    return wind_up_along(_parameters(feedforward, screw, mean, force, dt), force, mean, dt)
 
 
-def whole_inertia(feedforward: Feedforward, dt: float) -> float:
-    """Return the inertia of motor and table at the motor [kg*m^2], for a plant with a screw."""
-    plant, screw = feedforward.plant, screw_of(feedforward)
-    assert plant is not None
-    assert screw is not None
+def wind_up_of(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> WindUp:
+    """Return the parameters of the wind-up along a desired motion of the table converted to the motor [rad]."""
+    return _parameters(feedforward, screw, *_loads(feedforward, screw, position, acceleration, dt), dt)
+
+
+def _loads(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> tuple[Any, Any]:
+    """Return the mean desired acceleration [rad/s^2] and the force of the screw [N] in each step."""
+    mean = 0.5 * (acceleration + following(acceleration))
+    passed = screw.M * screw.arm * mean
+    return mean, passed + _table_friction(feedforward, screw, position, passed, dt)
+
+
+def _parameters(feedforward: Feedforward, screw: Screw, mean: np.ndarray, force: np.ndarray, dt: float) -> WindUp:
+    assert feedforward.plant is not None
+    inertia = _inertia_of(feedforward.plant, dt)
+    # The nut stays on its flank until a clear force of the opposite sign, and starts in the middle of the gap.
+    clear = SIDED * float(np.max(np.abs(force), initial=0.0))
+    p = WindUp(screw.M, screw.k, 0.0, screw.gap, screw.arm, inertia, clear, np.ones(1))
+    time = feedforward.wind_up_time
+    if time == 0.0:
+        largest = float(np.max(np.abs(inertia * mean + screw.arm * force)))
+        time = _time_for(inertia * float(np.ptp(wind_up_along(p, force, mean, dt).position)), largest)
+    return p._replace(d=screw.d, weights=_weights(time, dt, force.size))
+
+
+def whole_inertia(plant: Model, screw: Screw, dt: float) -> float:
+    """Return the inertia of motor and table at the motor [kg*m^2]."""
     return _inertia_of(plant, dt) + screw.M * screw.arm**2
 
 
@@ -100,34 +93,26 @@ def _inertia_of(plant: Model, dt: float) -> float:
     return -0.5 * dt / plant.component.port(plant.component.initial_state(plant.parameters), 0.0, dt, plant.parameters)[1]
 
 
-def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, mean: np.ndarray, dt: float) -> np.ndarray:
+def table_of(feedforward: Feedforward) -> Model:
+    """Return the compensator of the table; without friction, a compensator with the force 0."""
+    return with_rest(feedforward.table or viscous(F_v=0.0), feedforward.rest)
+
+
+def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, passed: np.ndarray, dt: float) -> np.ndarray:
     """Return the friction of the table along a desired motion [N], in the step after each sample."""
-    if feedforward.table is None:
-        return np.zeros(position.size)
-    friction = with_rest(feedforward.table, feedforward.rest)
+    friction, travel = table_of(feedforward), screw.arm * position
     state, memory = conditioned(friction, feedforward.conditioning * screw.arm)
-    steps = np.diff(position) / dt
+    steps = np.diff(travel) / dt
     return compensation_along(
         friction,
         Shape(gain=feedforward.gain, asymmetry=feedforward.asymmetry),
-        screw.arm * np.append(steps, steps[-1:]),
+        np.append(steps, steps[-1:]),
         dt,
-        screw.arm * np.append(position[1:], position[-1] + dt * steps[-1]),
-        transmitted=screw.M * screw.arm * mean,
+        np.append(travel[1:], travel[-1] + dt * steps[-1]),
+        transmitted=passed,
         state=state,
         memory=memory,
     )
-
-
-def _lead(screw: Screw, force: np.ndarray) -> np.ndarray:
-    """Return the travel by which the motor leads the table at each sample [m], for the force of the screw in each step."""
-    lead = force / screw.k
-    if screw.gap > 0.0:
-        # The nut stays on its flank until a clear force of the opposite sign, and starts in the middle of the gap.
-        clear = np.abs(force) > SIDED * np.max(np.abs(force), initial=0.0)
-        latest = np.maximum.accumulate(np.where(clear, np.arange(force.size), -1))
-        lead = lead + screw.gap * np.where(latest >= 0, np.sign(force[latest]), 0.0)
-    return 0.5 * (lead + np.concatenate((lead[:1], lead[:-1])))
 
 
 def _time_for(jump: float, effort: float) -> float:
@@ -135,13 +120,13 @@ def _time_for(jump: float, effort: float) -> float:
     return math.sqrt(2.0 * math.pi * jump / effort) if effort > 0.0 else 0.0
 
 
-def smoothed(signal: np.ndarray, time: float, dt: float) -> np.ndarray:
-    """Return the mean of a signal over a time around each sample, with the weights of a raised cosine."""
+def _weights(time: float, dt: float, count: int) -> np.ndarray:
+    """Return the weights of a raised cosine over a time around a sample; a single weight if the motion is shorter."""
     half = math.floor(0.5 * time / dt)
-    if half < 1 or half >= signal.size:
-        return signal
+    if half < 1 or half >= count:
+        return np.ones(1)
     weights = 1.0 + np.cos(2.0 * np.pi * dt * np.arange(-half, half + 1) / time)
-    return np.convolve(np.pad(signal, half, mode="edge"), weights / np.sum(weights), "valid")
+    return weights / np.sum(weights)
 
 
 def following(signal: np.ndarray) -> np.ndarray:

@@ -1,17 +1,17 @@
 /* {{ title }}, variant {{ variant }}.
 
    {{ description }}.
-   Fed forward: {{ fed | join('; ') }}.
+   {{ ('Fed forward: ' ~ (fed | join('; ')) ~ '.') | folded('   ') }}
 {% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}
    Written by bristle {{ version }}. Build with {{ flags }}: fused multiply-add changes the last bits of the results,
    and {{ name }}_selftest.c then fails.
 
 {{ table }}
-{% if friction %}
-   {{ friction }}, fed forward along the {{ along }} motion:
-{{ fed_table }}
-{% endif %}
+{% for title, rows in frictions.items() %}
+   {{ title }}:
+{{ rows }}
+{% endfor %}
    Sample time {{ dt }} s. Delay from a measurement to the effort computed from it: {{ delay }} sample{{ '' if delay == 1 else 's' }}.{% if limit %} Largest effort
    of the drive: {{ limit }} {{ unit_force }}.{% endif %} */
 
