@@ -1,7 +1,5 @@
 """Files of an identified arm: a URDF with its bodies, and a scene of MuJoCo with the friction of each joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from xml.etree import ElementTree as Xml
 

@@ -1,7 +1,5 @@
 """`identify_arm`: the dynamics of an arm from the logs of all joints, and the axis of each joint with these dynamics."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass

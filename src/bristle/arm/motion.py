@@ -1,7 +1,5 @@
 """The common motion of the joints of an arm, and the parts of the joint efforts that friction may explain."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

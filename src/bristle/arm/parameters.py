@@ -14,8 +14,6 @@ References
    7(2), 2022. doi:10.1109/LRA.2022.3144517
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,11 +1,9 @@
 """An identification as an estimator of scikit-learn."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -21,10 +19,9 @@ try:
 except ImportError as error:
     raise MissingExtraError.of("an estimator of scikit-learn", "sklearn") from error
 
-if TYPE_CHECKING:
-    from bristle.core import FrictionModel
-    from bristle.identification import Settings
-    from bristle.report.identified import Identified
+from bristle.core import FrictionModel
+from bristle.identification import Settings
+from bristle.report.identified import Identified
 
 COLUMNS = ("time", "position", "velocity")
 

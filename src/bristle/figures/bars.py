@@ -1,22 +1,17 @@
 """Named bars with their numbers: variants of an experiment, causes of an error; and correlations with their intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core import number, scale_of, unit_of
+from bristle.core import Kind, number, scale_of, unit_of
 from bristle.figures import style
 from bristle.figures.drawing import label
 from bristle.figures.first_screen import SIDE
 from bristle.figures.report_figure import shown
 from bristle.palette import LIGHT
-
-if TYPE_CHECKING:
-    from bristle.core import Kind
 
 MOST = 8  # bars of a small picture
 

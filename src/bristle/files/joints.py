@@ -1,7 +1,5 @@
 """Axis files with a table for each joint or axis of a common trace."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Read machine files: the machine, its axis file and the motion of its user, for `bristle tune`."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal

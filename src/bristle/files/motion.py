@@ -1,7 +1,5 @@
 """Write motions, moves and logs as files in the units of the axis."""
 
-from __future__ import annotations
-
 import io
 import os
 from collections.abc import Mapping, Sequence

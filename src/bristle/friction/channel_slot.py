@@ -6,16 +6,15 @@ r"""Slots that multiply friction by a function of a log channel: those of `brist
 with the channel :math:`c` at the middle of the step for the position, and at the end of the step for other channels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.documented import relations_of
 from bristle.core.errors import InputError
+from bristle.core.formula import Paragraph
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.slot import LEVEL, Slot
@@ -24,9 +23,6 @@ from bristle.core.variable import Variable
 from bristle.friction.enclosing import EnclosingModel, enclosed
 from bristle.friction.level import viscous_of
 from bristle.friction.variation import SMALLEST_FACTOR
-
-if TYPE_CHECKING:
-    from bristle.core.formula import Paragraph
 
 
 class Kernels(NamedTuple):

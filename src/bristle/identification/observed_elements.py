@@ -8,8 +8,6 @@ dynamics, with additional thresholds down to one encoder step. An element that n
 observer absorbs.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping

@@ -7,8 +7,6 @@ from inverse dynamics in the parameters of steady sliding. Replicates of the log
 log as well as noise permits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -5,8 +5,6 @@ flank and strikes it. A rigid axis has no such shock when it starts to brake dur
 compared with that of rows of the same speed and jerk. Reversals are excluded because of sampling errors.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A format is a module of this folder that ends with ``FORMAT = NAME = LogFormat(.
 needs a library or shares a module is a line of `FORMATS` and a function ``read_NAME(data, request)``, imported on first use.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from bristle.logs.formats import OWN_FORMATS, START, LogFormat

@@ -1,7 +1,5 @@
 """Report of an arm: its bodies, base parameters with intervals, and the files for other programs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from bristle.arm import Arm

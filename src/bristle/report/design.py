@@ -1,25 +1,21 @@
 """The report of a loop design: verdict, margins, errors, proposed gains and their cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
 from bristle.core import number, unit_of, with_unit
+from bristle.loop import Design
 from bristle.report.cards import Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, report_page
 from bristle.report.table import MICROMETRE, Quantity, Table, capital, fixed, length_text, short_text, stiffness_text
-
-if TYPE_CHECKING:
-    from bristle.loop import Design
 
 
 def margin_table(design: Design) -> Table:

@@ -1,7 +1,5 @@
 """The report of a fleet: many logs, identified separately, with the logs that differ or that must be measured again."""
 
-from __future__ import annotations
-
 import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The parameters that a log determines, by simulated logs with known truth."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

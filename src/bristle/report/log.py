@@ -1,27 +1,22 @@
 """The report of a log: verdict, its experiments and its problems; also its facts for other reports."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
-from bristle.files import SUMMARY, Inspection, as_json
+from bristle.files import SUMMARY, Inspection, Results, as_json
+from bristle.identification import Fit, Identification
+from bristle.logs import Log, Passage
 from bristle.report.cards import Card, Step
 from bristle.report.messages import advice_of, as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import Quantity, Table, capital, fixed, interval_text, span_text
-
-if TYPE_CHECKING:
-    from bristle.files import Results
-    from bristle.identification import Fit, Identification
-    from bristle.logs import Log, Passage
 
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),

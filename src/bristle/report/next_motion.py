@@ -1,18 +1,14 @@
 """The motion to record next: the motion of `bristle excite` that narrows most of the open intervals."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core import Axis, InputError, Progress, number, unit_of
+from bristle.identification import Estimate, Fit
+from bristle.logs import Log
 from bristle.report.judgement import ADVICE
-
-if TYPE_CHECKING:
-    from bristle.identification import Estimate, Fit
-    from bristle.logs import Log
 
 DRAWS = 20  # simulated logs for the intervals of a rehearsal
 DURATION = "30 s"

@@ -1,7 +1,5 @@
 """A model and an identification in a notebook: HTML with equations, numbers and a picture, and a widget where Python runs."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from typing import Any

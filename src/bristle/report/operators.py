@@ -1,20 +1,15 @@
 """The reports of hysteresis operators: their identification, and the prediction of further curves."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from bristle.core import number, unit_of, with_unit
+from bristle.core import Model, number, unit_of, with_unit
+from bristle.hysteresis.identification import OperatorFit, OperatorIdentification, OperatorPrediction
+from bristle.logs import Curves
 from bristle.report.cards import Card, Step
 from bristle.report.messages import picked
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import Quantity, Table, fixed, percent_text, short_text
-
-if TYPE_CHECKING:
-    from bristle.core import Model
-    from bristle.hysteresis.identification import OperatorFit, OperatorIdentification, OperatorPrediction
-    from bristle.logs import Curves
 
 MORE = "record more curves where the error is large: `bristle identify CURVES --axis axis.toml --model preisach`"
 

@@ -1,7 +1,5 @@
 """The jobs: each is a function of an errand that calls the public API of bristle. Also the axis file as a form."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -5,16 +5,13 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from bristle.core import unit_of
+import numpy as np
+
+from bristle.core import Axis, unit_of
 from bristle.server.cases import RefusedRequestError
 from bristle.server.errand import Answer, Errand, as_table, thinned
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from bristle.core import Axis
 
 AT_REST = ("rest", "rest_after_check", "test_effort")  # records without motion
 COMPLETE = 0.3  # time since the last write of a complete record [s]

@@ -1,7 +1,5 @@
 """Whether a friction model is dimensionally consistent: it is the same model in other units of length, time and force."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """Expressions of the tree as Python text, operation by operation, with identical results."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

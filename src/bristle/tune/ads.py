@@ -1,7 +1,5 @@
 """An axis on a TwinCAT PLC as a machine, by ADS."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, ClassVar

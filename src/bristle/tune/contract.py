@@ -1,7 +1,5 @@
 """The contract of a machine: what `bristle tune` relies on before it moves an axis."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """An experiment file as a machine: for rehearsals and tests, faster than the axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A machine whose controller runs the function block ``FB_BristleTune``: PLCs by ADS or OPC UA."""
 
-from __future__ import annotations
-
 import time
 import zlib
 from abc import ABC, abstractmethod

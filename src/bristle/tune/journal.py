@@ -1,7 +1,5 @@
 """The journal of a run: JSON lines that are only appended, each on the disk before the run acts, and chained by their hashes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,19 +1,14 @@
 """`Machine`: the small interface between `bristle tune` and a controller that runs an axis."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from bristle.core import BristleError, Feedforward
+from bristle.core import BristleError, Feedforward, Model
 from bristle.simulation import feedforward_effort
-
-if TYPE_CHECKING:
-    from bristle.core import Model
 
 STOPS = ("following_error", "effort", "travel", "dead_man", "feedforward", "lost_samples", "operator")
 """Reasons why a machine ends a motion; `bristle tune` reports them by name."""

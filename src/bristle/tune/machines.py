@@ -1,7 +1,5 @@
 """The machines: built-in ones by name, and Python files of the user."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """An axis behind an OPC UA server as a machine."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping

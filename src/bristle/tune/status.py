@@ -1,19 +1,14 @@
 """The state of a run, read from its journal, also while another process writes it."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from bristle.core import number, unit_of, with_unit
+from bristle.core import Kind, number, unit_of, with_unit
 from bristle.tune.journal import Journal
 from bristle.tune.report import sentences_of, undo_command
 from bristle.tune.steps import STEPS, Step
 from bristle.tune.tuning import Tuning
-
-if TYPE_CHECKING:
-    from bristle.core import Kind
 
 STATES = {"begun": "running", "done": "passed", "kept": "passed", "stopped": "refused"}
 

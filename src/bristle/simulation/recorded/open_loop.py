@@ -1,7 +1,5 @@
 """Open loop of a log: the motion of a plant with friction under its effort."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

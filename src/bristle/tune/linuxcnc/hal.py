@@ -1,7 +1,5 @@
 """HAL of LinuxCNC through its programs: halcmd, halstreamer, halsampler and halcompile."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

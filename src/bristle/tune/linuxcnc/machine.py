@@ -1,7 +1,5 @@
 """An axis in LinuxCNC's HAL as a machine."""
 
-from __future__ import annotations
-
 import math
 import tempfile
 import time

@@ -1,7 +1,5 @@
 """Sources of guard and model, and a kept feedforward as files beside the configuration of LinuxCNC."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from importlib.resources import files
