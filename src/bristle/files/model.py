@@ -119,8 +119,10 @@ def write_model(
             unit = "" if is_count else f"{variable.unit(friction.kind)}: "
             tables["treatment"][name] = Said(int(value) if is_count else float(value), f"{unit}{variable.description}")
     if treatment and COUPLING.keys() <= treatment.keys():
-        coupling = {name: (float(treatment[name]), variable) for name, variable in COUPLING.items()}
-        tables["coupling"] = {name: Said(value, _meaning(variable, friction.kind)) for name, (value, variable) in coupling.items()}
+        tables["coupling"] = {
+            name: Said(float(treatment[name]), f"{variable.unit(friction.kind)}: {variable.description}")
+            for name, variable in COUPLING.items()
+        }
     if plant is not None:
         tables["plant"] = described(plant)
     values = described(friction)
@@ -138,10 +140,6 @@ def write_model(
         draws = {key_of(name): _short(np.asarray(values)[:40].tolist()) for name, values in bands.draws.items()}
         tables["bands"] = numbers | {"draws": draws}
     write_whole(target, as_toml(tables))
-
-
-def _meaning(variable: Variable, kind: Kind) -> str:
-    return f"{variable.unit(kind)}: {variable.description}"
 
 
 def _short(value: Any) -> Any:

@@ -67,14 +67,6 @@ class Reach(NamedTuple):
     unit: float
 
 
-def _reach_of_surface(p: Any) -> Reach:
-    return Reach(-p.extent, p.extent, p.extent)
-
-
-def _reach_of_grid(p: Any) -> Reach:
-    return Reach(p.low, p.high, p.high - p.low)
-
-
 def _reach_of_curves(p: Any) -> Reach:
     ends = sorted((p.side * float(p.reversals[0]), p.side * float(p.reversals[-1])))
     return Reach(ends[0], ends[1], ends[1] - ends[0])
@@ -86,9 +78,9 @@ def _reach_of_stops(p: Any) -> Reach:
 
 
 REACHES: dict[str, Callable[[Any], Reach]] = {
-    everett_table.name: _reach_of_surface,
+    everett_table.name: lambda p: Reach(-p.extent, p.extent, p.extent),
     reversal_table.name: _reach_of_curves,
-    preisach_grid.name: _reach_of_grid,
+    preisach_grid.name: lambda p: Reach(p.low, p.high, p.high - p.low),
     prandtl_ishlinskii.name: _reach_of_stops,
 }
 """The operators that can replace a kernel, and the reach of each."""

@@ -167,7 +167,8 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
     InputError
         If there are fewer than two curves, a curve is not monotone, or some rise and some fall.
     """
-    side = _side(curves[0])
+    first = np.asarray(curves[0][0], dtype=float)
+    side = -1.0 if first.size > 1 and first[-1] < first[0] else 1.0
     read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve.u[0])
     last = max(read, key=lambda curve: curve.u[-1])
     top, saturation = float(last.u[-1]), float(last.f[-1])
@@ -185,11 +186,6 @@ def table_of_curves(curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS
         offset=side * (saturation - float(E_top[0])),
     )
     return REVERSAL_TABLE(kind=kind, **table._asdict(), **settings)
-
-
-def _side(curve: tuple[Any, Any]) -> float:
-    path = np.asarray(curve[0], dtype=float)
-    return -1.0 if path.size > 1 and path[-1] < path[0] else 1.0
 
 
 def _curve(u: Any, f: Any, side: float, index: int) -> Curve:

@@ -62,7 +62,7 @@ def proposed_roles(table: Table) -> tuple[Proposed, ...]:
     if len({column.values.size for column in moving}) == 1:
         time = None if of_time is None else of_time[0].values
         searches = [_Search.of(moving, time, block).roles() for block in BLOCKS if moving[0].values.size >= block * MOST_ROWS or block == 1]
-        for name, role, joint, evidence in max(searches, key=_completeness):
+        for name, role, joint, evidence in max(searches, key=lambda roles: sum(role == "effort" for _, role, _, _ in roles)):
             described[name] = replace(described[name], role=role, joint=joint, evidence=evidence)
     return tuple(described.values())
 
@@ -86,11 +86,6 @@ def _described(name: str, values: np.ndarray) -> Proposed:
 
 def _counts(values: np.ndarray) -> bool:
     return values.size > 1 and bool(np.all(np.diff(values) == 1.0))
-
-
-def _completeness(roles: list[tuple[str, str, int, str]]) -> int:
-    """Return the number of efforts with a position."""
-    return sum(role == "effort" for _, role, _, _ in roles)
 
 
 @dataclass(frozen=True)

@@ -87,9 +87,5 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
             mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
             raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)
         entries.append(entry)
-        last = _hash(line)
+        last = hashlib.sha256(line).hexdigest()[:16]
     return entries, last, bool(data) and not data.endswith(b"\n")
-
-
-def _hash(line: bytes) -> str:
-    return hashlib.sha256(line).hexdigest()[:16]

@@ -70,10 +70,13 @@ def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     following = Step("Keep it, or undo it:" if is_kept else "Undo again:", undo_command(result))
     if not _is_changed(result):
         following = Step("Run again:" if result.code == STOPS[-1] else "Mend the cause, and run again:", options["command"])
+    steps = [(name.replace("_", " "), ", ".join(map(" ".join, _short(facts)))) for name, facts in result.facts.items()]
+    identified = _short(result.facts.get("refinement") or result.facts.get("identification", {}))
+    model = [(name.capitalize(), text) for name, text in identified]
     sections = [
         Section("written", "Values written", [Table("Values written", ("Step", "Write", "Value"), _writes(run))], "Written"),
-        Section("steps", "Steps", [Table("Steps", ("Step", "Result"), _steps(result))], "Steps"),
-        Section("model", "The model", [Block("facts", _model(result), ("The identified feedforward",))], "Steps"),
+        Section("steps", "Steps", [Table("Steps", ("Step", "Result"), steps)], "Steps"),
+        Section("model", "The model", [Block("facts", model, ("The identified feedforward",))], "Steps"),
     ]
     heading = f"{run.file.name}: {'tuned' if is_kept else 'not tuned'}"
     if run.compared is not None:
@@ -94,20 +97,9 @@ def _writes(run: Run) -> list[tuple[str, ...]]:
     return rows
 
 
-def _steps(result: Tuning) -> list[tuple[str, ...]]:
-    return [
-        (name.replace("_", " "), ", ".join(f"{key.replace('_', ' ')} {_text(value)}" for key, value in facts.items() if _is_short(value)))
-        for name, facts in result.facts.items()
-    ]
-
-
-def _model(result: Tuning) -> list[tuple[str, str]]:
-    facts = result.facts.get("refinement") or result.facts.get("identification", {})
-    return [(key.replace("_", " ").capitalize(), _text(value)) for key, value in facts.items() if _is_short(value)]
-
-
-def _is_short(value: Any) -> bool:
-    return isinstance(value, (str, int, float, bool))
+def _short(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the names and texts of those facts that are one text or one number."""
+    return [(key.replace("_", " "), _text(value)) for key, value in facts.items() if isinstance(value, (str, int, float))]
 
 
 def _is_changed(result: Tuning) -> bool:
