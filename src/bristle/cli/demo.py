@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.identify import show_identification
-from bristle.cli.options import Force, Json, Output, Quiet, Verbose, folder_named, print_json
+from bristle.cli.options import Force, Json, Output, Quiet, Verbose, dir_option, print_json
 from bristle.cli.terminal import say
 
 EXAMPLE = """Example:
@@ -16,7 +16,7 @@ USUAL_PLACE = Path("bristle-demo")
 
 def demo(
     context: typer.Context,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to this folder.")] = USUAL_PLACE,
+    out: Annotated[Path, dir_option("--out", "Write the results to this folder.")] = USUAL_PLACE,
     force: Force = False,
     as_json: Json = False,
     quiet: Quiet = False,

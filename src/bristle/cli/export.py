@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Listing, Output, experiment_in, folder_named, loaded_code, refuse
+from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Listing, Output, dir_option, experiment_in, loaded_code, refuse
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -53,7 +53,7 @@ def export(
         Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify.")
     ] = None,
     to: To,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files to this new folder.")],
+    out: Annotated[Path, dir_option("--out", "Write the files to this new folder.")],
     name: Annotated[str, typer.Option(metavar="NAME", help="Name of the written files and functions.")] = "axis_x",
     law: Annotated[
         Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of this experiment instead of a model.")

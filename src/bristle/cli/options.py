@@ -79,9 +79,14 @@ def folder_named(text: str | Path) -> Path:
     return Path(text)
 
 
+def dir_option(flag: str, help: str) -> Any:
+    """Return an option that names a folder."""
+    return typer.Option(flag, metavar="DIR", parser=folder_named, help=help)
+
+
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file.")]
 AxisFiles = Annotated[list[Path] | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file: one for all logs, or one per log.")]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results to this new folder.")]
+Out = Annotated[Path | None, dir_option("--out", "Write the results to this new folder.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace existing results in DIR.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only one JSON object.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables.")]

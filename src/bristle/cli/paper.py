@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, Force, Formats, Json, Output, folder_named, print_json, refuse
+from bristle.cli.options import AllowCode, Force, Formats, Json, Output, dir_option, print_json, refuse
 from bristle.cli.terminal import complain, show
 
 EXAMPLE = """Example:
@@ -28,21 +28,10 @@ def paper(
     ] = None,
     *,
     figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Reproduce only this figure; repeatable.")] = None,
-    write: Annotated[
-        Path | None, typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments to DIR and exit.")
-    ] = None,
-    source: Annotated[
-        Path | None,
-        typer.Option("--from", metavar="DIR", parser=folder_named, help="Read the experiments from DIR, for example changed copies."),
-    ] = None,
+    write: Annotated[Path | None, dir_option("--write", "Copy the experiments to DIR and exit.")] = None,
+    source: Annotated[Path | None, dir_option("--from", "Read the experiments from DIR, for example changed copies.")] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            metavar="DIR",
-            parser=folder_named,
-            help="Write the results to DIR; by default bristle-paper, with --robust bristle-robust.",
-        ),
+        Path | None, dir_option("--out", "Write the results to DIR; by default bristle-paper, with --robust bristle-robust.")
     ] = None,
     formats: Formats = None,
     robust: Robust = False,

@@ -17,7 +17,7 @@ from bristle.cli.options import (
     Output,
     OwnFigures,
     command_told,
-    folder_named,
+    dir_option,
     own_figures,
     refuse,
     size_limit,
@@ -39,13 +39,7 @@ def study(
     study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="A study file.")],
     *,
     out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            metavar="DIR",
-            parser=folder_named,
-            help="Write the results to this new folder, or continue the study that it contains.",
-        ),
+        Path | None, dir_option("--out", "Write the results to this new folder, or continue the study that it contains.")
     ] = None,
     workers: Annotated[
         int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Number of processes; by default one per core.")

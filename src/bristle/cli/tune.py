@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, Json, Quiet, folder_named, print_json
+from bristle.cli.options import AllowCode, Json, Quiet, dir_option, print_json
 from bristle.cli.terminal import NO, complain, progress, show
 
 EXAMPLE = """Example:
@@ -16,19 +16,11 @@ def tune(
     machine: Annotated[Path | None, typer.Argument(metavar="[MACHINE.toml]", help="Machine file; not with --undo and --save.")] = None,
     *,
     context: typer.Context,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="DIR", parser=folder_named, help="Folder of the run; a folder with a journal resumes its run."),
-    ] = None,
+    out: Annotated[Path | None, dir_option("--out", "Folder of the run; a folder with a journal resumes its run.")] = None,
     move: Annotated[bool, typer.Option("--move", help="Allow the axis to move. Without it, bristle only shows the plan.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show every move and every write, and do nothing.")] = False,
-    undo: Annotated[
-        Path | None, typer.Option("--undo", metavar="DIR", parser=folder_named, help="Restore the machine as before the run in DIR.")
-    ] = None,
-    save: Annotated[
-        Path | None,
-        typer.Option("--save", metavar="DIR", parser=folder_named, help="Keep the feedforward of DIR over a restart of the controller."),
-    ] = None,
+    undo: Annotated[Path | None, dir_option("--undo", "Restore the machine as before the run in DIR.")] = None,
+    save: Annotated[Path | None, dir_option("--save", "Keep the feedforward of DIR over a restart of the controller.")] = None,
     model: Annotated[
         str, typer.Option("--model", metavar="NAME[,NAME...]", help="Friction models to identify.")
     ] = "lugre,dahl,maxwell_slip",
