@@ -30,7 +30,7 @@ class Store:
         self.grown, self.folder, self.study = folder, folder.path, study
         self.damaged = list(damaged)
         self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-        pa, probe = self.pyarrow, study.values(study.blocks[0])
+        pa, probe = self.pyarrow, self._probe()
         kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
         self.schema = pa.schema(
             pa.field(name, kinds.get(name, pa.string()))
@@ -103,6 +103,9 @@ class Store:
         if field.name == "reason":
             values = [value or None for value in values]
         return self.pyarrow.array(values.tolist() if isinstance(values, np.ndarray) else values, type=field.type)
+
+    def _probe(self) -> Mapping[str, np.ndarray]:
+        return self.study.values(self.study.blocks[0])
 
 
 AnyStore = TypeVar("AnyStore", bound=Store)
