@@ -10,6 +10,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from importlib.resources import files
+from pathlib import Path
 
 EARLIER = {
     "past_a": {
@@ -61,13 +62,19 @@ EARLIER = {
 WITHIN = 12.0  # percent
 
 
+def file_of(name: str) -> Path:
+    """Return an experiment file of this benchmark, or of the paper."""
+    own = Path(__file__).parent / "experiments" / f"{name}.toml"
+    return own if own.exists() else Path(str(files("bristle.paper"))) / "experiments" / own.name
+
+
 def rows() -> Iterator[tuple[str, str, float, float]]:
     """Yield experiment, variant, following error and that of the earlier study, both in micrometres."""
     from bristle.files.experiment import read_experiment
     from bristle.simulation import simulate
 
     for name, earlier in EARLIER.items():
-        result = simulate(read_experiment(files("bristle.paper") / "experiments" / f"{name}.toml"))
+        result = simulate(read_experiment(file_of(name)))
         for variant, before in earlier.items():
             yield name, variant, 1e6 * result.variants[variant].following_error.peak_to_peak, before
 

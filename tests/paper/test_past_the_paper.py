@@ -5,6 +5,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from benchmarks.compensation import file_of
 
 from bristle.files.experiment import read_experiment
 from bristle.files.model import read_model
@@ -17,7 +18,7 @@ FOLDER = files("bristle.paper") / "experiments"
 
 
 def some(name, *variants, seeds=2, **run):
-    whole = read_experiment(FOLDER / f"{name}.toml")
+    whole = read_experiment(file_of(name))
     chosen = tuple(
         replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run)) for whole_one in whole.variants if whole_one.name in variants
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.compensation import file_of
 from scipy.integrate import solve_ivp
 from tests.certificates.ballscrew import F_C, F_S, STIFFNESS, UM, V_S, composite
 from tests.papers.test_source_paper_preisach import falling_16, rising_17, tip_17
@@ -14,7 +15,6 @@ from bristle.core.motion import Transmission
 from bristle.engine import run_closed_loop
 from bristle.engine.contact import Contact
 from bristle.files import read_experiment
-from bristle.paper import EXPERIMENTS
 from bristle.paper.errata import ERRATA
 from bristle.simulation import simulate
 
@@ -213,7 +213,7 @@ def test_23_the_surface_is_reached_only_with_K_2_above_the_residual_friction():
 
 @pytest.mark.slow
 def test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5():
-    described, past = (read_experiment(EXPERIMENTS / name) for name in ("set_a.toml", "past_a.toml"))
+    described, past = (read_experiment(file_of(name)) for name in ("set_a", "past_a"))
     alike = next(variant for variant in described.variants if variant.name == "paper")
     fitted = next(variant for variant in past.variants if variant.name == "fitted")
     assert alike.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
