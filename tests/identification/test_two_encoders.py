@@ -83,6 +83,23 @@ def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut):
     assert np.ptp(share) == pytest.approx(2.0 * lost.nut if nut else 0.0, rel=0.01)
 
 
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("seed", "share"), [(911, 0.2), (911, 0.0), (905, 0.2), (905, 0.0)])
+def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share):
+    drive, records = records_of(seed)
+    distance = 0.15 * float(np.ptp(np.quantile(records[0].motor - records[0].load, [0.005, 0.995])))
+    log = log_of(replace(drive, hysteresis=(share, distance)))
+    record = Record(log["position"], log["load_position"], log["effort"], drive.sample_time)
+    loop = lost_motion([record], drive.step, with_true_values(drive)).hysteresis
+    assert (loop is not None) == (share > 0.0)
+    if loop is not None:
+        assert abs(loop.width - 2.0 * share * drive.stiffness * distance) < 4.0 * loop.error
+        assert loop.large == pytest.approx(drive.stiffness, rel=0.03)
+        assert loop.small == pytest.approx((1.0 + share) * drive.stiffness, rel=0.03)
+        amplitude = 0.5 * (float(np.ptp(np.quantile(record.motor - record.load, [0.005, 0.995]))) - drive.gap)
+        assert loop.loss == pytest.approx(2.0 * loop.width * (amplitude - distance), rel=0.15)  # three elements share the distance
+
+
 def test_friction_of_a_nut_is_not_taken_for_a_larger_load():
     drive, records = records_of(904, nut=0.15)
     without, known = (masses_of(records, drive.step, prior=prior) for prior in (Prior(), Prior(nut=0.15, nut_error=0.02)))

@@ -8,7 +8,8 @@ Elements that slip after different distances, a viscous term and terms that fade
 :math:`F_1`. They are projected off, and so are the stiffness and the friction of the nut :math:`c_T` (variable projection
 [1]_): only the play `g` and the centre `c` remain. The side `z` of the nut, from -1 to 1, changes over the shortest distance.
 Play is a stretch without force after a reversal. No friction has this shape: after a reversal its slope only falls. The nut
-lowers the slope while the coupling relaxes, and raises it while the coupling winds up.
+lowers the slope while the coupling relaxes, and raises it while the coupling winds up. Last, non-negative elements over the
+stretch :math:`D_g` show the hysteresis of the coupling itself.
 
 References
 ----------
@@ -39,7 +40,18 @@ SIGN, FADES = 0.003, (0.03, 0.1, 0.3)  # of the top speed: width of the sign; de
 WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = 1e-4, 9, 0.1, 80  # of the scan: play [m]; shares of the range; of the search
 NUDGE, BLOCKS = 3e-3, 20  # of the range; of the errors
 CLEAR = 0.05  # reduction of the squared residual by play
+STRETCHES = (0.05, 0.15, 0.3)  # of the range of the twist: distances after which elements of the coupling slip
 FACTOR = 4.0  # of the intervals: factor of the standard error
+
+
+class Hysteresis(NamedTuple):
+    """Width of the loop of a coupling [N or N*m], its standard error, stiffness in large and small motions, and loss per cycle [J]."""
+
+    width: float
+    error: float
+    large: float
+    small: float
+    loss: float
 
 
 class LostMotion(NamedTuple):
@@ -55,6 +67,7 @@ class LostMotion(NamedTuple):
     nut_error: float = math.inf
     nut_is_alike: bool = False
     nut_reach: float = math.inf
+    hysteresis: Hysteresis | None = None
 
     @property
     def clear(self) -> bool:
@@ -209,8 +222,34 @@ class _Rows:
         middle, span = 0.5 * (low + high), max(high - low, np.finfo(float).tiny)
         with_nut = self._estimated(2, middle, span)
         if with_nut.nut_is_clear:
-            return with_nut
-        return self._estimated(1, middle, span)._replace(nut=with_nut.nut, nut_error=with_nut.nut_error, nut_is_alike=with_nut.nut_is_alike)
+            return with_nut._replace(hysteresis=self._hysteresis(with_nut, 2, span))
+        without = self._estimated(1, middle, span)
+        return without._replace(
+            hysteresis=self._hysteresis(without, 1, span),
+            nut=with_nut.nut,
+            nut_error=with_nut.nut_error,
+            nut_is_alike=with_nut.nut_is_alike,
+        )
+
+    def _hysteresis(self, lost: LostMotion, count: int, span: float) -> Hysteresis | None:
+        """Return the hysteresis of the coupling, or None if its elements do not explain enough of the squared residual."""
+        play = lost.play if lost.clear or lost.nut_is_clear else 0.0
+        _, before, pulls = self._fitted(play, lost.centre, count)
+        reaches, parts = [max(share * span, SMALLEST * self.step) for share in STRETCHES], list[np.ndarray]()
+        for record in self.records:
+            stretch = low_passed(stretched(record.motor - record.load, play, lost.centre), _cutoff(record.dt), record.dt)
+            parts.append(self._decimated(record, np.stack([element(stretch, record.dt, reach) for reach in reaches])))
+        elements = apart_from(self._basis, np.concatenate(parts, axis=1).T)
+        columns = np.concatenate([pulls, elements], axis=1)
+        scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+        factors = non_negative(columns / scale, self._force) / scale
+        residual, forces = self._force - columns @ factors, factors[count:]
+        if float(before @ before) <= (1.0 + CLEAR) * float(residual @ residual):
+            return None
+        width, large = 2.0 * float(forces.sum()), float(factors[0])
+        errors = _errors(np.column_stack([pulls, elements @ forces / width]), residual)
+        loss = 4.0 * float(forces @ np.maximum(0.5 * (span - play) - np.array(reaches), 0.0))
+        return Hysteresis(width, float(errors[-1]), large, large + float(np.sum(forces / np.array(reaches))), loss)
 
     def _estimated(self, count: int, middle: float, span: float) -> LostMotion:
         """Return the estimate with friction of the nut (`count` is 2) or without it (1)."""

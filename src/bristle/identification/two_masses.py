@@ -27,7 +27,7 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, unit_of
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
-from bristle.identification.lost_motion import FACTOR, LostMotion, lost_motion
+from bristle.identification.lost_motion import FACTOR, Hysteresis, LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import smallest_step
 from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, UNKNOWN, Masses, Prior, Record, masses_of
@@ -48,6 +48,7 @@ MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above whi
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
+NUT = 6  # of the quantities
 MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
 
 
@@ -68,7 +69,8 @@ class TwoMasses:
     Parameters
     ----------
     quantities : tuple of Quantity
-        Masses, stiffness, damping, play and friction of the nut in SI units of the axis, with 95 % intervals.
+        Masses, stiffness, damping, play and friction of the nut in SI units of the axis, with 95 % intervals; and the
+        hysteresis of the coupling, if the log shows it.
     motor : Identification
         Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and nut.
     load : Identification
@@ -188,7 +190,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
                 f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
             )
     doubt = _doubt(quantities[2], quantities[4], forces[1])
-    doubts = math.hypot(doubt, quantities[-1].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
+    doubts = math.hypot(doubt, quantities[NUT].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
     widened = [
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force, doubt in zip(results, forces, doubts, strict=True)
@@ -291,6 +293,19 @@ def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tu
         Quantity("play", play, width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
         Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
         Quantity("nut", nut, nut_width, "1", "friction of the nut per force of the coupling"),
+        *([] if lost.hysteresis is None else _of_hysteresis(lost.hysteresis, width(masses.stiffness, masses.stiffness_error), kind)),
+    )
+
+
+def _of_hysteresis(loop: Hysteresis, half_width: float, kind: Kind) -> Sequence[Quantity]:
+    """Return width, loss and stiffness of a coupling with hysteresis; `half_width` is that of its stiffness."""
+    share, per_length = FACTOR * loop.error / loop.width, unit_of("force/length", kind)
+    softer = share * (loop.small - loop.large)
+    return (
+        Quantity("hysteresis", loop.width, share * loop.width, unit_of("force", kind), "width of the hysteresis of the coupling"),
+        Quantity("loss", loop.loss, share * loop.loss, "J", "loss of the coupling per cycle over the range of the log"),
+        Quantity("small_stiffness", loop.small, math.hypot(softer, half_width), per_length, "stiffness in small motions"),
+        Quantity("large_stiffness", loop.large, math.hypot(softer, half_width), per_length, "stiffness in large motions"),
     )
 
 
