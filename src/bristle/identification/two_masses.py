@@ -303,7 +303,9 @@ def _of_hysteresis(loop: Hysteresis, half_width: float, kind: Kind) -> Sequence[
     softer = share * (loop.small - loop.large)
     return (
         Quantity("hysteresis", loop.width, share * loop.width, unit_of("force", kind), "width of the hysteresis of the coupling"),
-        Quantity("loss", loop.loss, share * loop.loss, "J", "loss of the coupling per cycle over the range of the log"),
+        Quantity(
+            "loss", loop.loss, share * loop.loss, unit_of("force*length", kind), "loss of the coupling per cycle over the range of the log"
+        ),
         Quantity("small_stiffness", loop.small, math.hypot(softer, half_width), per_length, "stiffness in small motions"),
         Quantity("large_stiffness", loop.large, math.hypot(softer, half_width), per_length, "stiffness in large motions"),
     )
