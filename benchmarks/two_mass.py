@@ -17,6 +17,7 @@ import numpy as np
 
 COULOMB, DAHL, LUGRE, MAXWELL = range(4)
 SUBSTEP = 25e-6  # s
+NUT_TURNS = 2e-6  # m, over which the friction of the nut changes its side
 MOTIONS = ("multisine", "chirp", "reference", "reversing")
 
 
@@ -39,6 +40,8 @@ class Drive:
     motion: str
     with_reference: bool
     seed: int
+    nut: float = 0.0  # friction of the motor per force of the coupling
+    hysteresis: tuple[float, float] = (0.0, 0.0)  # of the coupling: an element of a share of its stiffness, which slips after a distance
 
     @property
     def total(self) -> float:
@@ -111,7 +114,7 @@ def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.ra
     gains = (pace / 5.0, drive.motor * pace * (1.0 if drive.load else 0.4), drive.motor * pace * pace / 6.0)
     spring = 2.0 * drive.damping * drive.load * 2.0 * math.pi * drive.antiresonance
     frictions, loop = [np.array(side) for side in drive.friction], (drive.delay, drive.lag, drive.step)
-    masses = np.array([drive.motor, drive.load, drive.stiffness, spring, drive.gap])
+    masses = np.array([drive.motor, drive.load, drive.stiffness, spring, drive.gap, drive.nut, *drive.hysteresis])
     motor, load, effort = _run(wanted, injected, dt, masses, frictions[0], frictions[1], np.array(gains), loop)
     if not np.ptp(motor) < 3.0 * np.ptp(wanted):
         raise ArithmeticError(f"the loop of drive {drive.seed} is unstable")
@@ -230,13 +233,13 @@ def _friction(kind, p, state, v, push, mass, h):
 
 @numba.njit(cache=True)  # type: ignore[misc]
 def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
-    m_1, m_2, k, d, gap = masses
+    m_1, m_2, k, d, gap, nut, element, reach = masses
     delay, lag, step = loop
     count, inner = wanted.size, round(dt / 25e-6)
     h = dt / inner
-    x, v, y, w, current, whole, before, smooth = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    x, v, y, w, current, whole, before, smooth, side = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     s_1, s_2 = np.zeros(4), np.zeros(4)
-    queue = np.zeros(delay + 1)
+    queue, wound = np.zeros(delay + 1), 0.0
     motor, load, effort = np.empty(count), np.empty(count), np.empty(count)
     for n in range(count):
         seen = round(x / step) * step
@@ -260,7 +263,11 @@ def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
                     spring = max(k * (lost - 0.5 * gap) + d * (v - w), 0.0) if gap > 0.0 else k * lost + d * (v - w)
                 elif lost < -0.5 * gap:
                     spring = min(k * (lost + 0.5 * gap) + d * (v - w), 0.0) if gap > 0.0 else k * lost + d * (v - w)
-            push = current - spring
+            if element > 0.0:
+                wound = min(max(wound + h * (v - w), -reach), reach)
+                spring += element * k * wound
+            side += (math.copysign(1.0, v) - side) * (1.0 - math.exp(-h * abs(v) / NUT_TURNS))
+            push = current - spring - nut * abs(spring) * side
             v += h / m_1 * (push - _friction(int(p_1[0]), p_1, s_1, v, push, m_1, h))
             x += h * v
             if m_2 > 0.0:

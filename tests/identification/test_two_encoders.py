@@ -16,7 +16,7 @@ from bristle.engine.motion import along
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import lost_motion, stretched
-from bristle.identification.two_encoders import Masses, Record, masses_of
+from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
 from bristle.identification.two_masses import Quantity, TwoMasses, _doubt, apart, two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
@@ -25,8 +25,8 @@ from bristle.simulation import simulate
 DT = 1e-3  # s
 
 
-def records_of(seed, seconds=None):
-    drive = drive_of(seed)
+def records_of(seed, seconds=None, nut=0.0):
+    drive = replace(drive_of(seed), nut=nut)
     count = None if seconds is None else round(seconds / drive.sample_time)
     motor, load, effort = (log_of(drive)[name][:count] for name in ("position", "load_position", "effort"))
     return drive, [Record(motor, load, effort, drive.sample_time)]
@@ -68,6 +68,45 @@ def test_play_is_told_from_friction_that_winds_up_the_drive(seed):
     if drive.gap:
         assert abs(lost.play - drive.gap) < 4.0 * lost.play_error + 0.01 * drive.gap
         assert lost.dead(np.array([lost.centre, lost.centre + drive.gap])) == pytest.approx([0.0, drive.gap - 0.5 * lost.play])
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("seed", "nut"), [(904, 0.15), (904, 0.0), (905, 0.15), (911, 0.15), (911, 0.0)])
+def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut):
+    drive, records = records_of(seed, nut=nut)
+    lost = lost_motion(records, drive.step, with_true_values(drive))
+    assert lost.nut_is_clear == (nut > 0.0)
+    assert abs(lost.nut - nut) < 4.0 * lost.nut_error
+    assert lost.stiffness == pytest.approx(drive.stiffness, rel=0.03)
+    assert lost.clear == (drive.gap > 0.0)  # a nut is not taken for play
+    share = lost.nut_share(records[0])
+    assert np.ptp(share) == pytest.approx(2.0 * lost.nut if nut else 0.0, rel=0.01)
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("seed", "share"), [(911, 0.2), (911, 0.0), (905, 0.2), (905, 0.0)])
+def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share):
+    drive, records = records_of(seed)
+    distance = 0.15 * float(np.ptp(np.quantile(records[0].motor - records[0].load, [0.005, 0.995])))
+    log = log_of(replace(drive, hysteresis=(share, distance)))
+    record = Record(log["position"], log["load_position"], log["effort"], drive.sample_time)
+    loop = lost_motion([record], drive.step, with_true_values(drive)).hysteresis
+    assert (loop is not None) == (share > 0.0)
+    if loop is not None:
+        assert abs(loop.width - 2.0 * share * drive.stiffness * distance) < 4.0 * loop.error
+        assert loop.large == pytest.approx(drive.stiffness, rel=0.03)
+        assert loop.small == pytest.approx((1.0 + share) * drive.stiffness, rel=0.03)
+        amplitude = 0.5 * (float(np.ptp(np.quantile(record.motor - record.load, [0.005, 0.995]))) - drive.gap)
+        assert loop.loss == pytest.approx(2.0 * loop.width * (amplitude - distance), rel=0.15)  # three elements share the distance
+
+
+def test_friction_of_a_nut_is_not_taken_for_a_larger_load():
+    drive, records = records_of(904, nut=0.15)
+    without, known = (masses_of(records, drive.step, prior=prior) for prior in (Prior(), Prior(nut=0.15, nut_error=0.02)))
+    assert without.values[1] > 1.04 * drive.load
+    assert known.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.02)
+    assert known.stiffness == pytest.approx(drive.stiffness, rel=0.02)
+    assert 0.005 * drive.load < known.errors[1] < 0.02 * drive.load  # the error of the nut is that of the load
 
 
 @pytest.mark.slow
@@ -170,7 +209,7 @@ def test_only_logs_that_all_have_a_second_encoder_have_two_masses():
 @pytest.fixture(scope="module")
 def masses():
     side = identify(strokes(), "stribeck", draws=0, blocks=0)
-    values = {"motor": 2.0, "load": 10.0, "stiffness": 4e6, "damping": 300.0, "play": 5e-6, "antiresonance": 100.0}
+    values = {"motor": 2.0, "load": 10.0, "stiffness": 4e6, "damping": 300.0, "play": 5e-6, "antiresonance": 100.0, "nut": 0.15}
     quantities = tuple(Quantity(name, value, 0.02 * value, "kg", name) for name, value in values.items())
     return TwoMasses(quantities, side, side, 0.0, arm=0.01 / (2.0 * math.pi))
 
@@ -258,6 +297,32 @@ def test_an_axis_file_names_the_second_encoder_in_its_own_unit():
     turns = np.sin(3.0 * time)
     log = br.Log.from_columns({"time": time, "m": turns, "u": np.cos(time), "scale": 10.0 * turns}, axis=read_axis(text), sample_time=DT)
     assert log.further["load_position"].values == pytest.approx(log.position.values)
+
+
+def test_friction_of_the_motor_in_simulations_contains_that_of_the_nut(masses):
+    friction, bearings = masses.motor_friction, masses.at_the_motor(masses.motor.best.friction)
+    speed, pull = np.full(200, 20.0), np.linspace(-3.0, 3.0, 200)
+    nut = along(friction, speed, DT, transmitted=pull) - along(bearings, speed, DT)
+    assert nut == pytest.approx(0.15 * np.abs(pull), abs=1e-9)
+    without = replace(masses, quantities=tuple(item._replace(value=0.0) if item.name == "nut" else item for item in masses.quantities))
+    assert without.motor_friction.name == bearings.name
+
+
+@pytest.mark.parametrize(("alike", "cause"), [(True, "it rarely acts against it"), (False, "is too small")])
+def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, alike, cause):
+    def texts_with(half_width, value=0.0):
+        nut = {"value": value, "half_width": half_width}
+        quantities = tuple(item._replace(**nut) if item.name == "nut" else item for item in masses.quantities)
+        changed = SimpleNamespace(two_masses=replace(masses, quantities=quantities, nut_is_alike=alike))
+        return [line.text for line in two_masses_lines(changed)], two_masses_table(changed)
+
+    lines, table = texts_with(0.3)
+    assert cause in lines[-1]
+    assert "smaller by up to 30.0 %" in lines[-1]
+    assert cause in table.caption
+    for clear in (texts_with(0.3, value=0.4), texts_with(0.001)):
+        assert not any("does not separate" in text for text in clear[0])
+    assert any(text.startswith("friction of the bearings and of the unloaded nut: stribeck") for text in texts_with(0.3, value=0.4)[0])
 
 
 @pytest.mark.parametrize(("softer", "wider"), [(0.02, 0.0), (0.0, 4e-6)])

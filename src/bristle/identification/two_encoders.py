@@ -1,13 +1,14 @@
 r"""Two masses behind an elastic coupling, identified from the positions of motor and load and the effort.
 
 .. math::
-    u(t + \tau) = m_1 \ddot x_1 + m_2 \ddot x_2 + F_1 + F_2, \qquad
+    u(t + \tau) = m_1 \ddot x_1 + m_2 \ddot x_2 + F_1 + F_2 + c_T |f_s| \operatorname{sgn} \dot x_1, \qquad
     \delta + t_d \dot\delta = \kappa \ddot x_2 + F_2 / k, \qquad \delta = D_g(x_1 - x_2), \quad \kappa = m_2 / k, \quad t_d = d / k
 
 Both equations hold in slides, motions of both masses in one direction. There, friction is a constant, a viscous term and a
-term that fades with the speed. The taper of a slide removes the constant. Encoder noise disturbs all regressors: with the
-covariance :math:`N` of the noise of both encoders, which the highest frequencies show, the covariance of the residuals is
-a function of the parameters,
+term that fades with the speed. The taper of a slide removes the constant. The friction of a nut grows with the force
+:math:`f_s = k \delta` of the coupling. Its coefficient comes from the lost motion: in slides it resembles a larger load.
+Encoder noise disturbs all regressors: with the covariance :math:`N` of the noise of both encoders, which the highest
+frequencies show, the covariance of the residuals is a function of the parameters,
 
 .. math:: \min_\theta \sum_f e(f)^H C(\theta, f)^{-1} e(f), \qquad C = H(\theta)\, N\, H(\theta)^H + Q,
 
@@ -47,8 +48,8 @@ NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less;
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
 PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = 4, 15, 20, 6  # estimates of `Q`; steps; blocks of the jackknife; slides
 NUDGE = 1e-5  # of a parameter, for a derivative
-SIGNALS, TINY = 9, float(np.finfo(float).tiny)
-EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2 = range(SIGNALS)
+SIGNALS, TINY = 10, float(np.finfo(float).tiny)
+EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
 Dead = Callable[[np.ndarray], np.ndarray]
@@ -83,10 +84,21 @@ class Masses(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """A stiffness from another method, with its standard error."""
+    """A stiffness and the friction of the nut per force of the coupling from another method, with their standard errors."""
 
-    stiffness: float
-    error: float
+    stiffness: float = math.nan
+    error: float = math.inf
+    nut: float = 0.0
+    nut_error: float = 0.0
+
+    @property
+    def moved(self) -> tuple[Prior, ...]:
+        """The same with the stiffness or the friction of the nut larger by its standard error."""
+        stiffer = [self._replace(stiffness=self.stiffness + self.error)] if math.isfinite(self.error) else []
+        return (*stiffer, *([self._replace(nut=self.nut + self.nut_error)] if self.nut_error else []))
+
+
+UNKNOWN = Prior()
 
 
 @dataclass(frozen=True)
@@ -107,7 +119,7 @@ class Spectra:
         return np.asarray(self.slides[used].sum(axis=0) / self.lengths[used].sum())
 
 
-def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior | None = None) -> Masses | None:
+def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior = UNKNOWN) -> Masses | None:
     """Return the masses and the coupling that some records show, or None without twist; `dead` is the dead zone of a known play."""
     twisted = max(float(np.ptp(record.motor - record.load)) for record in records) > step
     spectra = _spectra_of(records, step, dead) if twisted else None
@@ -129,8 +141,8 @@ def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, 
     array = np.array(points)
     errors, error = scatter(array), float(scatter(array[:, M_2] / array[:, KAPPA]))
     stiffness = float(point[M_2] / point[KAPPA])
-    if prior is not None:  # it is the same in all blocks: its error is propagated
-        moved = replace(fit, prior=Prior(prior.stiffness + prior.error, prior.error)).solved(point, total, 3)
+    for other in prior.moved:  # it is the same in all blocks: its error is propagated
+        moved = replace(fit, prior=other).solved(point, total, 3)
         errors, error = np.hypot(errors, moved - point), math.hypot(error, float(moved[M_2] / moved[KAPPA]) - stiffness)
     return Masses(point, errors, stiffness, error)
 
@@ -164,6 +176,7 @@ def _signals(record: Record, dead: Dead | None) -> np.ndarray:
         speed = np.gradient(low_passed(x - x[0], min(FADING, 0.2 / dt), dt), dt)
         top = max(float(np.quantile(np.abs(speed), 0.99)), TINY)
         rows[row] = np.sign(speed) * np.exp(-np.abs(speed) / (FADES * top))
+    rows[NUT] = np.sign(rows[FADING_1]) * np.abs(twist)
     return rows
 
 
@@ -205,7 +218,7 @@ class _Fit:
     """The fit of both equations to spectra, with the covariance of the residuals that encoder noise leaves unexplained."""
 
     spectra: Spectra
-    prior: Prior | None
+    prior: Prior
     left: np.ndarray
 
     def first(self, total: np.ndarray) -> np.ndarray:
@@ -240,6 +253,7 @@ class _Fit:
         for signal, number in ((A_1, M_1), (A_2, M_2), (V_1, VISCOUS_1), (V_2, VISCOUS_2), (FADING_1, FRICTION_1), (FADING_2, FRICTION_2)):
             rows[:, 0, signal] = -point[number]
         softness = point[KAPPA] / point[M_2]
+        rows[:, 0, NUT] = -self.prior.nut / softness
         rows[:, 1, A_2], rows[:, 1, V_2], rows[:, 1, FADING_2] = -point[KAPPA], -point[VISCOUS_2] * softness, -point[FRICTION_2] * softness
         rows[:, 1, TWIST], rows[:, 1, TWIST_RATE] = 1.0, point[DAMPING]
         return rows
@@ -298,5 +312,6 @@ class _Fit:
         """Return the residuals of unit variance, and that of a known stiffness."""
         white = np.linalg.cholesky(self.noise(point) + self.left)
         residual = np.linalg.solve(white, self.equations(point) @ root)
-        beside = [] if self.prior is None else [(point[M_2] / point[KAPPA] - self.prior.stiffness) / self.prior.error]
+        known = math.isfinite(self.prior.error)
+        beside = [(point[M_2] / point[KAPPA] - self.prior.stiffness) / self.prior.error] if known else []
         return np.concatenate([residual.real.ravel(), residual.imag.ravel(), beside])

@@ -3,7 +3,7 @@ r"""Two masses as a plant of identification: coupling, play, and friction on eit
 The coupling is identified first (`two_encoders`, `lost_motion`). Its force :math:`f_s = k D_g + d \dot D_g` then separates
 the log into two logs of one mass each, in which every friction model can be identified:
 
-.. math:: u - f_s = m_1 \ddot x_1 + F_1, \qquad f_s = m_2 \ddot x_2 + F_2 .
+.. math:: u - f_s - c_T |f_s|\, z = m_1 \ddot x_1 + F_1, \qquad f_s = m_2 \ddot x_2 + F_2 .
 
 A relative error of the stiffness changes all forces of the load by the same share. An error of the play changes the
 level of friction of the load by the stiffness times half of it. Both change the friction of the motor by the opposite force.
@@ -25,10 +25,12 @@ from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.lost_motion import LostMotion, lost_motion
+from bristle.friction import find
+from bristle.friction.next_model import goes_by_name, model_with
+from bristle.identification.lost_motion import FACTOR, Hysteresis, LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import smallest_step
-from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
+from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 from bristle.plants import ball_screw
@@ -39,18 +41,19 @@ if TYPE_CHECKING:
 
     Pairs = Sequence[tuple[Log, Axis | None]]
 
-FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
+SPARE = 0.004  # smallest relative half-width of the intervals
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
+NUT = 6  # of the quantities
 MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
 
 
 class Quantity(NamedTuple):
-    """A value with the half-width of its 95 % interval, unit and meaning; a play of 0 is smaller than its half-width."""
+    """A value with the half-width of its 95 % interval, unit and meaning; a play or a nut of 0 is smaller than its half-width."""
 
     name: str
     value: float
@@ -66,15 +69,18 @@ class TwoMasses:
     Parameters
     ----------
     quantities : tuple of Quantity
-        Masses, stiffness, damping and play in SI units of the axis, with 95 % intervals.
+        Masses, stiffness, damping, play and friction of the nut in SI units of the axis, with 95 % intervals; and the
+        hysteresis of the coupling, if the log shows it.
     motor : Identification
-        Friction models of the motor side, best first, from motor position and effort minus force of the coupling.
+        Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and nut.
     load : Identification
         Friction models of the load side, best first, from load position and force of the coupling.
     delay : float
         Delay of the effort [s].
     arm : float
         Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
+    nut_is_alike : bool
+        Whether friction of a nut is uncertain because it resembles other forces, and not because the force of the coupling is small.
     """
 
     quantities: tuple[Quantity, ...]
@@ -82,6 +88,13 @@ class TwoMasses:
     load: Identification
     delay: float
     arm: float = 1.0
+    nut_is_alike: bool = False
+
+    @property
+    def nut_is_separable(self) -> bool:
+        """Whether the log separates friction of the nut from bearings, load and stiffness."""
+        nut, stiffness = self.by_name["nut"], self.by_name["stiffness"]
+        return nut.value > 0.0 or nut.half_width < stiffness.half_width / stiffness.value
 
     @property
     def by_name(self) -> dict[str, Quantity]:
@@ -104,8 +117,10 @@ class TwoMasses:
 
     @property
     def motor_friction(self) -> Model:
-        """Friction of the motor in N*m and rad."""
-        return self.at_the_motor(_determined(self.motor.best))
+        """Friction of bearings and nut in N*m and rad; without that of the nut if the model has no slot ``+transmitted``."""
+        friction, nut = _determined(self.motor.best), self.by_name["nut"].value
+        name = model_with("transmitted", friction) if nut > 0.0 and goes_by_name(friction.component) else ""
+        return self.at_the_motor(find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction)
 
     def at_the_motor(self, friction: Model) -> Model:
         """Return a friction of the axis in N*m and rad of the motor."""
@@ -148,10 +163,10 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
         return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
     kind = pairs[0][0].kind
     lost = lost_motion(records, step, masses, kind)
-    if lost.clear:
-        masses = _refined(masses, records, step, lost)
+    if lost.clear or lost.nut_is_clear:
+        masses = _refined(masses, records, step, lost, UNKNOWN._replace(nut=lost.nut_as_known[0]))
         lost = lost_motion(records, step, masses, kind)
-    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
+    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness), *lost.nut_as_known)
     masses = _refined(masses, records, step, lost, prior)
     quantities = _quantities(masses, lost, kind, step)
     if masses.damping <= 0.0:
@@ -175,13 +190,14 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
                 f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
             )
     doubt = _doubt(quantities[2], quantities[4], forces[1])
+    doubts = math.hypot(doubt, quantities[NUT].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
     widened = [
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
-        for result, force in zip(results, forces, strict=True)
+        for result, force, doubt in zip(results, forces, doubts, strict=True)
     ]
     axis = pairs[0][1]
     arm = axis.arm if axis is not None and axis.arm is not None and kind == "translational" else 1.0
-    return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm)
+    return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm, lost.nut_is_alike)
 
 
 def with_two_masses(
@@ -218,7 +234,7 @@ def _doubt(stiffness: Quantity, play: Quantity, force: float) -> float:
     return math.hypot(force * stiffness.half_width / stiffness.value, 0.5 * stiffness.value * play.half_width)
 
 
-def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior | None = None) -> Masses:
+def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior) -> Masses:
     """Return the masses with a known play and stiffness, or the previous masses if the records do not show them."""
     try:
         return masses_of(records, step, lost.dead, prior) or masses
@@ -264,6 +280,8 @@ def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tu
 
     value, error = masses.values.tolist(), masses.errors.tolist()
     damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
+    bound = lost.nut + FACTOR * lost.nut_error
+    nut, nut_width = (lost.nut, FACTOR * lost.nut_error) if lost.nut_is_clear else (0.0, bound)
     play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
     unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
     mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
@@ -274,6 +292,22 @@ def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tu
         Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
         Quantity("play", play, width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
         Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
+        Quantity("nut", nut, nut_width, "1", "friction of the nut per force of the coupling"),
+        *([] if lost.hysteresis is None else _of_hysteresis(lost.hysteresis, width(masses.stiffness, masses.stiffness_error), kind)),
+    )
+
+
+def _of_hysteresis(loop: Hysteresis, half_width: float, kind: Kind) -> Sequence[Quantity]:
+    """Return width, loss and stiffness of a coupling with hysteresis; `half_width` is that of its stiffness."""
+    share, per_length = FACTOR * loop.error / loop.width, unit_of("force/length", kind)
+    softer = share * (loop.small - loop.large)
+    return (
+        Quantity("hysteresis", loop.width, share * loop.width, unit_of("force", kind), "width of the hysteresis of the coupling"),
+        Quantity(
+            "loss", loop.loss, share * loop.loss, unit_of("force*length", kind), "loss of the coupling per cycle over the range of the log"
+        ),
+        Quantity("small_stiffness", loop.small, math.hypot(softer, half_width), per_length, "stiffness in small motions"),
+        Quantity("large_stiffness", loop.large, math.hypot(softer, half_width), per_length, "stiffness in large motions"),
     )
 
 
@@ -285,7 +319,8 @@ def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:
         stretch = lost.dead(record.motor - record.load)
         smooth = low_passed(stretch, min(CUTOFF / record.dt, HIGHEST), record.dt)
         pulled[part] = masses.stiffness * stretch + masses.damping * derivative(smooth, record.dt)
-        pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part]
+        nut = lost.nut_share(record) * np.abs(pulled[part])
+        pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part] - nut
     alone = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
     unit, encoder = log.effort.unit, log.further[LOAD_ENCODER]
     force = [Channel(values, unit, log.effort.column) for values in (pushed, pulled)]

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from bristle.files import Results
     from bristle.identification import Identification
 
-SIDES = ("motor", "load")
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
 SUM_FILE = "two_masses_sum.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
@@ -52,7 +51,7 @@ def two_masses_table(identification: Identification) -> Table | None:
     if masses is None:
         return None
     rows = [("", capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
-    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+    for name, side in _sides(masses).items():
         fit = side.best
         for estimate in fit.estimates:
             if estimate.name not in fit.friction.values or estimate.status == "held":
@@ -61,6 +60,7 @@ def two_masses_table(identification: Identification) -> Table | None:
             side_of = f"friction of the {name}: {fit.name}"
             rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
     caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
+    caption = f"{caption}. {remark}" if (remark := _about_nut(masses)) else caption
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
 
 
@@ -70,10 +70,11 @@ def two_masses_lines(identification: Identification) -> list[Line]:
     if masses is None:
         return []
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
-    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+    for name, side in _sides(masses).items():
         fit, levels = side.best, side.best.levels
         parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
         texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
+    texts += filter(None, [_about_nut(masses)])
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
@@ -107,6 +108,23 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         **gains,
     )
     folder.write(EXPERIMENT_FILE, text)
+
+
+def _sides(masses: Any) -> dict[str, Identification]:
+    """Return the friction of either side by its place; that of a nut under force is a quantity of its own."""
+    return {"bearings and of the unloaded nut" if masses.by_name["nut"].value else "motor": masses.motor, "load": masses.load}
+
+
+def _about_nut(masses: Any) -> str:
+    """Return why the log does not separate friction of the nut from bearings and load; empty if it does."""
+    if masses.nut_is_separable:
+        return ""
+    cause = "is alike with the motion: it rarely acts against it" if masses.nut_is_alike else "is too small"
+    share = short_text(100.0 * masses.by_name["nut"].half_width)
+    return (
+        f"The log does not separate friction of the nut from that of the bearings, because the force of the coupling {cause}. "
+        f"Load and stiffness assume a nut without friction. Otherwise they are smaller by up to {share} %"
+    )
 
 
 def _value(item: Any) -> str:
