@@ -25,10 +25,10 @@ from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, unit_of
+from bristle.identification.elasticity import step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.preprocessing import smallest_step
-from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, masses_of
+from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, half_width, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 from bristle.plants import ball_screw
@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 
     Pairs = Sequence[tuple[Log, Axis | None]]
 
-FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
@@ -138,7 +137,7 @@ def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
 
 def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
     """Return both masses and the friction of both sides, or the reason why the logs do not show them."""
-    step = max(smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution for log, axis in pairs)
+    step = max(step_of(log, axis) for log, axis in pairs)
     records = [record for log, _ in pairs for record in _records(log)]
     try:
         masses = masses_of(records, step)
@@ -151,7 +150,7 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     if lost.clear:
         masses = _refined(masses, records, step, lost)
         lost = lost_motion(records, step, masses, kind)
-    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness))
+    prior = Prior(np.array([lost.stiffness]), np.array([math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness)]))
     masses = _refined(masses, records, step, lost, prior)
     quantities = _quantities(masses, lost, kind, step)
     if masses.damping <= 0.0:
@@ -258,22 +257,18 @@ def _advice(records: Sequence[Record]) -> str:
 
 def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tuple[Quantity, ...]:
     """Return values with intervals and units."""
-
-    def width(value: float, error: float) -> float:
-        return FACTOR * error + SPARE * abs(value)
-
     value, error = masses.values.tolist(), masses.errors.tolist()
     damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
     play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
     unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
     mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
     return (
-        Quantity("motor", value[M_1], width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
-        Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
-        Quantity("stiffness", masses.stiffness, width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
-        Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
-        Quantity("play", play, width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
-        Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
+        Quantity("motor", value[M_1], half_width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
+        Quantity("load", value[M_2], half_width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
+        Quantity("stiffness", masses.stiffness, half_width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
+        Quantity("damping", masses.damping, half_width(masses.damping, damping_error), unit["force*time/length"], "damping"),
+        Quantity("play", play, half_width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
+        Quantity("antiresonance", hertz, half_width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
     )
 
 
