@@ -126,7 +126,7 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
     errors = np.hypot(STUDENT * best.errors, SPREAD * spread)
     values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
     widths = np.append(values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time)
-    return Elastic(*(float(number) for pair in zip(values, widths, strict=True) for number in pair))
+    return Elastic._make([*(float(number) for pair in zip(values, widths, strict=True) for number in pair), ""])
 
 
 def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:

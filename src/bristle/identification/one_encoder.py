@@ -26,6 +26,7 @@ from bristle.identification.elasticity import HOLDS, Elastic, step_of
 from bristle.identification.two_encoders import (
     DAMPING,
     EFFORT,
+    EXCITE,
     KAPPA,
     M_1,
     M_2,
@@ -46,7 +47,6 @@ HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
 OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
 DAMPED, RUBS = 0.03, 0.1  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
 ALIKE = 0.15  # largest relative difference of the antiresonance of the fit from that of the response
-ADVICE = "Record long strokes with noise or a chirp around antiresonance and resonance"
 
 
 class OneEncoder(MassFit):
@@ -82,32 +82,40 @@ class OneEncoder(MassFit):
         return _frequencies(point)
 
 
-def with_masses(coupling: Elastic | None, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
+def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None]]) -> Elastic | None:
     """Return a coupling with the masses of the fit and its frequencies, or with the reason why the logs do not show the masses."""
     if coupling is None:
         return None
-    step = max(step_of(log, axis) for log, axis in zip(logs, axes, strict=True))
+    step = max(step_of(log, axis) for log, axis in pairs)
     frequencies = np.log(2.0 * np.pi * np.array([coupling.antiresonance, coupling.resonance]))
     widths = [coupling.antiresonance_half_width / coupling.antiresonance, coupling.resonance_half_width / coupling.resonance]
     motor = coupling.mass / (1.0 + coupling.inertia_ratio)
     load, kappa = coupling.mass - motor, math.exp(-2.0 * frequencies[0])
     damping, prior = 2.0 * DAMPED * math.sqrt(kappa), Prior(frequencies, OF_WIDTH * np.array(widths))
-    spectra = spectra_of(_records(logs, kappa, damping), step, cut=CUT)
+    spectra = spectra_of(_records([log for log, _ in pairs], kappa, damping), step, cut=CUT)
     if spectra is None:
-        return coupling._replace(masses=f"the log has too few strokes in one direction. {ADVICE}")
+        return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
     fit = OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex))
     solved = fit.solution(np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0]))
-    masses = solved.masses
-    found = _frequencies(solved.point)
+    masses, found = solved.masses, _frequencies(solved.point)
     if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not abs(found[0] - frequencies[0]) < math.log1p(ALIKE):
-        return coupling._replace(masses=f"the fit of both masses has another antiresonance than the frequency response. {ADVICE}")
-    hertz, error = np.exp(found) / (2.0 * np.pi), solved.error(_frequencies)
-    ratio, total = float(masses.values[M_2] / masses.values[M_1]), float(masses.values[M_1] + masses.values[M_2])
-    ratio_error = ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))
-    pairs = (hertz[0], hertz[0] * error[0]), (hertz[1], hertz[1] * error[1]), (ratio, ratio_error)
-    mass = total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))
-    numbers = [float(number) for value, error in (*pairs, mass) for number in (value, half_width(value, error))]
-    return Elastic(*numbers, coupling.delay, coupling.delay_half_width, masses)
+        return coupling._replace(masses=f"the fit of both masses has another antiresonance than the frequency response. {EXCITE}")
+    hertz, ratio = np.exp(found) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
+    widths = half_width(hertz, hertz * solved.error(_frequencies))
+    total = float(masses.values[M_1] + masses.values[M_2])
+    return Elastic(
+        antiresonance=float(hertz[0]),
+        antiresonance_half_width=float(widths[0]),
+        resonance=float(hertz[1]),
+        resonance_half_width=float(widths[1]),
+        inertia_ratio=ratio,
+        inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
+        mass=total,
+        mass_half_width=half_width(total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))),
+        delay=coupling.delay,
+        delay_half_width=coupling.delay_half_width,
+        masses=masses,
+    )
 
 
 def _frequencies(points: np.ndarray) -> np.ndarray:

@@ -50,6 +50,7 @@ SIGNALS, TINY = 9, float(np.finfo(float).tiny)
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2 = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
+EXCITE = "Record long strokes with noise or a chirp around antiresonance and resonance"
 FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
 
 Dead = Callable[[np.ndarray], np.ndarray]
@@ -145,7 +146,7 @@ class Spectra:
         return np.asarray(self.slides[used].sum(axis=0) / self.lengths[used].sum())
 
 
-def half_width(value: float, error: float) -> float:
+def half_width(value: Any, error: Any) -> Any:
     """Return the half-width of the 95 % interval of a value with a standard error."""
     return FACTOR * error + SPARE * abs(value)
 

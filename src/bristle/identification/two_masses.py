@@ -25,10 +25,10 @@ from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.elasticity import step_of
+from bristle.identification.elasticity import Elastic, step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, Masses, Prior, Record, half_width, masses_of
+from bristle.identification.two_encoders import DAMPING, EXCITE, KAPPA, M_1, M_2, Masses, Prior, Record, half_width, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 from bristle.plants import ball_screw
@@ -60,16 +60,18 @@ class Quantity(NamedTuple):
 
 @dataclass(frozen=True)
 class TwoMasses:
-    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side.
+    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side, or at the motor.
 
     Parameters
     ----------
     quantities : tuple of Quantity
-        Masses, stiffness, damping and play in SI units of the axis, with 95 % intervals.
+        Masses, stiffness and damping in SI units of the axis, with 95 % intervals; with two encoders also play.
     motor : Identification
-        Friction models of the motor side, best first, from motor position and effort minus force of the coupling.
-    load : Identification
-        Friction models of the load side, best first, from load position and force of the coupling.
+        Friction models of the motor side, best first, from motor position and effort minus force of the coupling. With
+        one encoder, the friction of both sides.
+    load : Identification or None
+        Friction models of the load side, best first, from load position and force of the coupling; None with one encoder,
+        which does not separate the friction of both sides.
     delay : float
         Delay of the effort [s].
     arm : float
@@ -78,7 +80,7 @@ class TwoMasses:
 
     quantities: tuple[Quantity, ...]
     motor: Identification
-    load: Identification
+    load: Identification | None
     delay: float
     arm: float = 1.0
 
@@ -88,9 +90,14 @@ class TwoMasses:
         return {quantity.name: quantity for quantity in self.quantities}
 
     @property
+    def sides(self) -> dict[str, Identification]:
+        """Friction of motor and load by the name of the side; with one encoder, all friction is that of the motor."""
+        return {"motor": self.motor} | ({} if self.load is None else {"load": self.load})
+
+    @property
     def play_is_clear(self) -> bool:
         """Whether the log shows play."""
-        return self.by_name["play"].value > 0.0
+        return "play" in self.by_name and self.by_name["play"].value > 0.0
 
     @property
     def plant(self) -> Model:
@@ -98,7 +105,7 @@ class TwoMasses:
         value = {name: quantity.value for name, quantity in self.by_name.items()}
         J, lead = value["motor"] * self.arm**2, 2.0 * math.pi * self.arm
         return ball_screw(
-            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value["play"]
+            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
         )
 
     @property
@@ -111,14 +118,16 @@ class TwoMasses:
         return _turned(friction, self.arm)
 
     @property
-    def table_friction(self) -> Model:
-        """Friction of the table in N and m; of a rotational load in the same numbers."""
+    def table_friction(self) -> Model | None:
+        """Friction of the table in N and m; of a rotational load in the same numbers. None with one encoder."""
+        if self.load is None:
+            return None
         friction = _determined(self.load.best)
         return friction.component(kind="translational", **friction.values)
 
     def as_data(self) -> dict[str, Any]:
         """Return quantities and friction as plain data."""
-        sides = {name: _friction_data(side.best) for name, side in (("motor_friction", self.motor), ("load_friction", self.load))}
+        sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
         numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
         return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
 
@@ -155,10 +164,8 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     quantities = _quantities(masses, lost, kind, step)
     if masses.damping <= 0.0:
         return f"the fit of both masses gives a negative damping. {_advice(records)}"
-    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
-    if not widest.half_width < MOST_ERROR * widest.value:
-        percent = 100.0 * widest.half_width / widest.value
-        return f"the log determines the {widest.meaning} only within {percent:.0f} %. {_advice(records)}"
+    if unsure := _unsure(quantities):
+        return f"{unsure}. {_advice(records)}"
     sides = [_side_logs(log, masses, lost) for log, _ in pairs]
     axes = [
         replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
@@ -178,19 +185,45 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force in zip(results, forces, strict=True)
     ]
-    axis = pairs[0][1]
-    arm = axis.arm if axis is not None and axis.arm is not None and kind == "translational" else 1.0
-    return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm)
+    return TwoMasses(quantities, widened[0], widened[1], masses.delay, _arm(pairs))
 
 
 def with_two_masses(
     result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
-    found = two_masses(pairs, fitted, progress)
+    return _with(result, two_masses(pairs, fitted, progress))
+
+
+def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
+    """Return a result with both masses of a coupling seen by one encoder, or with the reason why the logs do not show them."""
+    if coupling is None:
+        return result
+    if isinstance(coupling.masses, str):
+        return _with(result, coupling.masses)
+    quantities = _quantities(coupling.masses, None, pairs[0][0].kind, 0.0)
+    if unsure := _unsure(quantities):
+        return _with(result, f"{unsure}. {EXCITE}")
+    return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
+
+
+def _with(result: Identification, found: TwoMasses | str) -> Identification:
     if isinstance(found, str):
         return replace(result, left_out={**result.left_out, "the plant with two masses": found})
     return replace(result, two_masses=found)
+
+
+def _unsure(quantities: Sequence[Quantity]) -> str:
+    """Return the reason why masses and stiffness are not well known; empty if they are."""
+    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
+    percent = 100.0 * widest.half_width / widest.value
+    return "" if percent < 100.0 * MOST_ERROR else f"the log determines the {widest.meaning} only within {percent:.0f} %"
+
+
+def _arm(pairs: Pairs) -> float:
+    """Return the movement of the axis per radian of the motor; 1 if unknown, and on a rotational axis."""
+    log, axis = pairs[0]
+    return axis.arm if axis is not None and axis.arm is not None and log.kind == "translational" else 1.0
 
 
 def _records(log: Log) -> list[Record]:
@@ -255,19 +288,24 @@ def _advice(records: Sequence[Record]) -> str:
     )[best]
 
 
-def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tuple[Quantity, ...]:
-    """Return values with intervals and units."""
+def _quantities(masses: Masses, lost: LostMotion | None, kind: Kind, step: float) -> tuple[Quantity, ...]:
+    """Return values with intervals and units; without play if the lost motion is unknown."""
     value, error = masses.values.tolist(), masses.errors.tolist()
     damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
-    play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
+    hertz = 0.5 / math.pi / math.sqrt(value[KAPPA])
     unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
+    play = list[Quantity]()
+    if lost is not None:
+        size = lost.play if lost.clear else 0.0
+        width = half_width(size, lost.play_error) if lost.clear else max(lost.play, step)
+        play.append(Quantity("play", size, width, unit["length"], "play"))
     mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
     return (
         Quantity("motor", value[M_1], half_width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
         Quantity("load", value[M_2], half_width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
         Quantity("stiffness", masses.stiffness, half_width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
         Quantity("damping", masses.damping, half_width(masses.damping, damping_error), unit["force*time/length"], "damping"),
-        Quantity("play", play, half_width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
+        *play,
         Quantity("antiresonance", hertz, half_width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
     )
 

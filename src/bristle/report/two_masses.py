@@ -14,8 +14,9 @@ from bristle.report.table import Table, capital, short_text
 if TYPE_CHECKING:
     from bristle.files import Results
     from bristle.identification import Identification
+    from bristle.identification.two_masses import TwoMasses
 
-SIDES = ("motor", "load")
+ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
 SUM_FILE = "two_masses_sum.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
@@ -28,8 +29,7 @@ schema = 1
 name = "two masses"
 kind = "rotational"
 friction = {{ file = "{motor}" }}           # with the plant
-table_friction = {{ file = "{table}" }}
-controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
+{table}controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
 reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
 run = {{ duration = "{duration:.6g} s", settle = "{settle:.6g} s", sample_time = "{sample_time:.9g} s" }}
 
@@ -42,17 +42,17 @@ friction = {{ file = "{whole}" }}
 [compare.two_masses.controller.feedforward]  # both masses, both frictions, and the wind-up of the coupling
 plant = "own"
 friction = {{ file = "{motor}" }}
-table_friction = {{ file = "{table}" }}
-"""
+{table}"""
+TABLE = f'table_friction = {{ file = "{TABLE_FILE}" }}\n'
 
 
 def two_masses_table(identification: Identification) -> Table | None:
-    """Return masses, coupling and friction of either side with their 95 % intervals; None without a second encoder."""
+    """Return masses, coupling and friction of either side with their 95 % intervals; None if the log does not show both masses."""
     masses = identification.two_masses
     if masses is None:
         return None
     rows = [("", capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
-    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+    for name, side in _sides(masses):
         fit = side.best
         for estimate in fit.estimates:
             if estimate.name not in fit.friction.values or estimate.status == "held":
@@ -60,20 +60,23 @@ def two_masses_table(identification: Identification) -> Table | None:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             side_of = f"friction of the {name}: {fit.name}"
             rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
+    source = "the encoder of the motor" if masses.load is None else "both encoders"
+    caption = f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
+    caption += f". {ALL_AT_THE_MOTOR}" * (masses.load is None)
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
 
 
 def two_masses_lines(identification: Identification) -> list[Line]:
-    """Return masses, coupling and friction levels for the terminal; empty without a second encoder."""
+    """Return masses, coupling and friction levels for the terminal; empty if the log does not show both masses."""
     masses = identification.two_masses
     if masses is None:
         return []
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
-    for name, side in zip(SIDES, (masses.motor, masses.load), strict=True):
+    for name, side in _sides(masses):
         fit, levels = side.best, side.best.levels
         parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
         texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
+    texts += [ALL_AT_THE_MOTOR] * (masses.load is None)
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
@@ -84,7 +87,8 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         return
     plant = masses.plant
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
-    write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
+    if masses.table_friction is not None:
+        write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
     write_model(folder / SUM_FILE, None, masses.at_the_motor(identification.best.friction), provenance=provenance)
     position = log.position.values
     amplitude = STROKE * float(position.max() - position.min()) / masses.arm
@@ -96,7 +100,7 @@ def write_two_masses(folder: Results, identification: Identification, provenance
     text = EXPERIMENT.format(
         name=EXPERIMENT_FILE,
         motor=MOTOR_FILE,
-        table=TABLE_FILE,
+        table="" if masses.table_friction is None else TABLE,
         whole=SUM_FILE,
         inertia=inertia,
         amplitude=amplitude,
@@ -107,6 +111,11 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         **gains,
     )
     folder.write(EXPERIMENT_FILE, text)
+
+
+def _sides(masses: TwoMasses) -> list[tuple[str, Identification]]:
+    """Return the sides with a friction of their own; that of one encoder is the friction of the axis."""
+    return [] if masses.load is None else list(masses.sides.items())
 
 
 def _value(item: Any) -> str:
