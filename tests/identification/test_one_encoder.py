@@ -74,6 +74,13 @@ def test_both_masses_and_their_sum_are_those_of_the_drive(seed):
         assert abs(getattr(coupling, name) - truth) < getattr(coupling, f"{name}_half_width")
 
 
+def test_the_more_precise_frequency_is_reported():
+    _, pairs, response, coupling = found_in(742)
+    assert coupling.antiresonance_half_width <= response.antiresonance_half_width
+    sharp = with_masses(response._replace(antiresonance_half_width=1e-4 * response.antiresonance), pairs)
+    assert (sharp.antiresonance, sharp.antiresonance_half_width) == (response.antiresonance, 1e-4 * response.antiresonance)
+
+
 def test_a_load_that_vibrates_for_long_does_not_change_the_sum_of_the_masses():
     drive, _, response, coupling = found_in(719)
     assert abs(response.mass / drive.total - 1.0) > 0.05

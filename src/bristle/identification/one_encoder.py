@@ -83,7 +83,7 @@ class OneEncoder(MassFit):
 
 
 def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None]]) -> Elastic | None:
-    """Return a coupling with the masses of the fit and its frequencies, or with the reason why the logs do not show the masses."""
+    """Return a coupling with the masses of the fit and the more precise frequencies, or with the reason for missing masses."""
     if coupling is None:
         return None
     step = max(step_of(log, axis) for log, axis in pairs)
@@ -101,13 +101,15 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
     if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not abs(found[0] - frequencies[0]) < math.log1p(ALIKE):
         return coupling._replace(masses=f"the fit of both masses has another antiresonance than the frequency response. {EXCITE}")
     hertz, ratio = np.exp(found) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
-    widths = half_width(hertz, hertz * solved.error(_frequencies))
+    of_fit = zip(half_width(hertz, hertz * solved.error(_frequencies)).tolist(), hertz.tolist(), strict=True)
+    of_response = ((coupling.antiresonance_half_width, coupling.antiresonance), (coupling.resonance_half_width, coupling.resonance))
+    antiresonance, resonance = map(min, of_fit, of_response)  # the more precise estimate of both
     total = float(masses.values[M_1] + masses.values[M_2])
     return Elastic(
-        antiresonance=float(hertz[0]),
-        antiresonance_half_width=float(widths[0]),
-        resonance=float(hertz[1]),
-        resonance_half_width=float(widths[1]),
+        antiresonance=antiresonance[1],
+        antiresonance_half_width=antiresonance[0],
+        resonance=resonance[1],
+        resonance_half_width=resonance[0],
         inertia_ratio=ratio,
         inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
         mass=total,

@@ -201,7 +201,8 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
         return result
     if isinstance(coupling.masses, str):
         return _with(result, coupling.masses)
-    quantities = _quantities(coupling.masses, None, pairs[0][0].kind, 0.0)
+    *quantities, hertz = _quantities(coupling.masses, None, pairs[0][0].kind, 0.0)
+    quantities = (*quantities, hertz._replace(value=coupling.antiresonance, half_width=coupling.antiresonance_half_width))
     if unsure := _unsure(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))

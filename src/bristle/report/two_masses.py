@@ -14,7 +14,6 @@ from bristle.report.table import Table, capital, short_text
 if TYPE_CHECKING:
     from bristle.files import Results
     from bristle.identification import Identification
-    from bristle.identification.two_masses import TwoMasses
 
 ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
@@ -113,7 +112,7 @@ def write_two_masses(folder: Results, identification: Identification, provenance
     folder.write(EXPERIMENT_FILE, text)
 
 
-def _sides(masses: TwoMasses) -> list[tuple[str, Identification]]:
+def _sides(masses: Any) -> list[tuple[str, Identification]]:
     """Return the sides with a friction of their own; that of one encoder is the friction of the axis."""
     return [] if masses.load is None else list(masses.sides.items())
 
