@@ -4,6 +4,8 @@ The drives are those of `benchmarks.two_mass`, a simulator that shares no code w
 with its spring, and as a rigid axis with the same loop, motion and friction. A third of the drives have play, at which
 the apparent antiresonance depends on the amplitude. ``python -m benchmarks.elastic [FIRST COUNT]`` prints the figures.
 
+The log of the motor alone shows both masses, too, and friction of both sides together.
+
 ``python -m benchmarks.elastic two [FIRST COUNT]`` identifies both masses from logs with a second encoder at the load.
 """
 
@@ -20,7 +22,7 @@ import numpy as np
 
 import bristle as br
 from benchmarks.coverage import Share
-from benchmarks.two_mass import columns_of, drive_of, log_of
+from benchmarks.two_mass import Drive, columns_of, drive_of, log_of
 from bristle.core.cores import core_count
 from bristle.identification.two_masses import two_masses
 
@@ -43,6 +45,7 @@ class Tried(NamedTuple):
     first: bool
     play: bool
     inside: tuple[bool, ...]
+    of_masses: dict[str, bool]  # whether the true values of both masses are in their intervals; empty if the report refuses them
 
     @property
     def close(self) -> bool:
@@ -69,7 +72,15 @@ def tried(seed: int, elastic: bool) -> Tried:
     mass = 100.0 * (found.best.parameters["M"].value / drive.total - 1.0)
     first = codes[:1] == ["elastic_load"]
     reported, models = "antiresonance" in facts, tuple(sorted(suggested))
-    return Tried(reported, antiresonance, resonance, ratio, mass, models, first, drive.gap > 0.0, tuple(inside))
+    both = {} if found.two_masses is None else found.two_masses.by_name
+    of_masses = {name: abs(both[name].value - truth) < both[name].half_width for name, truth in _truths(drive).items() if both}
+    return Tried(reported, antiresonance, resonance, ratio, mass, models, first, drive.gap > 0.0, tuple(inside), of_masses)
+
+
+def _truths(drive: Drive) -> dict[str, float]:
+    """Return both masses, stiffness and damping of a drive."""
+    damping = 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
+    return {"motor": drive.motor, "load": drive.load, "stiffness": drive.stiffness, "damping": damping}
 
 
 def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
@@ -91,6 +102,11 @@ def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
     yield _share("true value in the 95 % interval", [part for one in reported for part in one.inside], NARROWEST, WIDEST)
     yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in reported])
     yield _share("the same without play", [abs(one.mass) < CLOSE_MASS for one in reported if not one.play])
+    shown = [one.of_masses for one in reported if one.of_masses]
+    yield _share("reported drive, both masses from one encoder", [bool(one.of_masses) for one in reported])
+    yield _share("true value in the 95 % interval", [held for one in shown for held in one.values()], NARROWEST, WIDEST)
+    for name in ("motor", "load", "stiffness", "damping"):
+        yield _share(f"the same, {name}", [one[name] for one in shown])
 
 
 class Found(NamedTuple):
@@ -112,14 +128,12 @@ def found(seed: int) -> Found | str:
         both = two_masses([(log, axis)], partial(br.identify, model="lugre", blocks=0, draws=0))
     if isinstance(both, str):
         return both
-    damping = 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
-    truths = {"motor": drive.motor, "load": drive.load, "stiffness": drive.stiffness, "damping": damping}
-    truths |= {"play": drive.gap} if both.play_is_clear else {}
+    truths = _truths(drive) | ({"play": drive.gap} if both.play_is_clear else {})
     values = {name: both.by_name[name] for name in truths}
     inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items()}
     widths = {name: 100.0 * item.half_width / item.value for name, item in values.items()}
-    for name, side, friction in (("motor friction", both.motor, drive.friction[0]), ("load friction", both.load, drive.friction[1])):
-        level = side.best.parameters["F_C"]
+    for (side, of_side), friction in zip(both.sides.items(), drive.friction, strict=True):
+        name, level = f"{side} friction", of_side.best.parameters["F_C"]
         if level.status == "identified" and level.ends is not None:
             inside[name] = level.ends[0] < friction[1] < level.ends[1]
             widths[name] = 50.0 * (level.ends[1] - level.ends[0]) / level.value

@@ -16,8 +16,9 @@ from bristle.engine.motion import along
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import lost_motion, stretched
+from bristle.identification.quantities import Quantity
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
-from bristle.identification.two_masses import Quantity, TwoMasses, _doubt, apart, two_masses
+from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate

@@ -38,7 +38,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,9 @@ from bristle.identification.preprocessing import smallest_step
 from bristle.logs.filters import derivative, low_passed
 from bristle.logs.log import Log
 from bristle.logs.turns import runs
+
+if TYPE_CHECKING:
+    from bristle.identification.two_encoders import Masses
 
 LONGEST, SHORTEST, FEWEST, TAPER = 8.0, 0.4, 3, 1.0  # s: of a slide; slides; tapered share of a slide
 PERIODS = 4.0  # of a frequency in a slide that determines its response
@@ -83,6 +86,7 @@ class Elastic(NamedTuple):
     mass_half_width: float
     delay: float
     delay_half_width: float
+    masses: Masses | str = ""  # of motor and load, or the reason why the log does not show them
 
     @property
     def facts(self) -> dict[str, float]:
@@ -122,7 +126,7 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
     errors = np.hypot(STUDENT * best.errors, SPREAD * spread)
     values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
     widths = np.append(values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time)
-    return Elastic(*(float(number) for pair in zip(values, widths, strict=True) for number in pair))
+    return Elastic._make([*(float(number) for pair in zip(values, widths, strict=True) for number in pair), ""])
 
 
 def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
@@ -312,6 +316,11 @@ class _Search:
         return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
 
 
+def step_of(log: Log, axis: Axis | None) -> float:
+    """Return the resolution of the encoder of an axis, or the smallest step of a log."""
+    return smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+
+
 def starts_of_groups(frequency: np.ndarray, width: float) -> list[int]:
     """Return the first place of each group of rising frequencies, whose last exceeds its first by at most a relative width."""
     starts = [0]
@@ -363,7 +372,7 @@ def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | 
 def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield position and effort of each slide: a motion in one direction that is not slow."""
     assert log.effort is not None
-    dt, step = log.sample_time, smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+    dt, step = log.sample_time, step_of(log, axis)
     longest = round(LONGEST / dt)
     for part in log.segments or (slice(0, len(log)),):
         position, effort, slides = log.position.values[part], log.effort.values[part], list[slice]()

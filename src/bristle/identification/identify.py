@@ -27,6 +27,7 @@ from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_fit import foreseen
+from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, treat_all
@@ -35,7 +36,7 @@ from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.structure import next_models, with_structure
-from bristle.identification.two_masses import apart, with_two_masses
+from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted
@@ -197,6 +198,7 @@ def identify(
     further = tuple(log for log, _ in better.pairs[1:])
     result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
     again = partial(identify, model=model, free=free, draws=draws, settings=settings)
+    result = result if of_load else with_masses_of(result, pairs, better.context.coupling)
     return with_two_masses(result, of_load, again, total) if of_load and not unfinished else result
 
 
@@ -212,7 +214,7 @@ def _passed(
     components, extended, blocks, settings, prior_of, treatment = common
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
-    coupling = elastic_coupling(*map(list, zip(*pairs, strict=True))) if first is None else first.context.coupling
+    coupling = with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs) if first is None else first.context.coupling
     context = _context(pairs, prior, settings, share, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short = blocks is None and not held_out

@@ -31,7 +31,7 @@ from bristle.core.least_squares import apart_from, non_negative
 from bristle.core.variable import Kind
 from bristle.engine.motion import along
 from bristle.friction import maxwell_slip
-from bristle.identification.two_encoders import DAMPING, M_1, Masses, Record
+from bristle.identification.two_encoders import DAMPING, FACTOR, M_1, Masses, Record
 from bristle.logs.filters import ahead, derivative, low_passed
 
 CUTOFF, HIGHEST, ROWS_PER_PERIOD, EDGE = 0.12, 150.0, 2.5, 200  # of the sampling frequency; Hz; samples dropped at the ends
@@ -41,7 +41,6 @@ WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = 1e-4, 9, 0.1, 80  # of the scan: play [m
 NUDGE, BLOCKS = 3e-3, 20  # of the range; of the errors
 CLEAR = 0.05  # reduction of the squared residual by play
 STRETCHES = (0.05, 0.15, 0.3)  # of the range of the twist: distances after which elements of the coupling slip
-FACTOR = 4.0  # of the intervals: factor of the standard error
 
 
 class Hysteresis(NamedTuple):

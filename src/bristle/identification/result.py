@@ -303,7 +303,7 @@ class Identification:
     second_pass : SecondPass or None
         The pass with lines that the first pass proposed for the axis file; None without such lines.
     two_masses : TwoMasses or None
-        Motor and load as two masses; None for logs without a second encoder.
+        Motor and load as two masses; None without a second encoder and without an elastic coupling.
     """
 
     fits: tuple[Fit, ...]

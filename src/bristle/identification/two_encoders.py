@@ -29,7 +29,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -39,10 +39,9 @@ from bristle.identification.elasticity import starts_of_groups
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
-LONGEST, SHORTEST, TAPER = 1.0, 0.2, 0.3  # s: of a slide; tapered share of a slide
 SIDES, FADING, BRISK, STEPS = 60.0, 150.0, 0.03, 30.0  # Hz: low-pass of speeds; of the top speed, and encoder steps: smallest slide
 FADES = 0.1  # of the top speed: decay of friction that fades
-SLOWEST, FASTEST, OF_RATE, NOISE_BAND = 2.0, 500.0, 0.4, (0.42, 0.49)  # Hz; Hz; of the sampling frequency
+FASTEST, NOISE_BAND = 500.0, (0.42, 0.49)  # Hz; of the sampling frequency
 WIDTH, POOLED, SEARCHED = 0.04, 0.15, 80.0  # of a group of bins; of pooled variances; Hz: highest frequency of the first fit
 NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less; least residual, of the signal
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
@@ -52,7 +51,23 @@ SIGNALS, TINY = 10, float(np.finfo(float).tiny)
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
+EXCITE = "Record long strokes with noise or a chirp around antiresonance and resonance"
+FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
+
 Dead = Callable[[np.ndarray], np.ndarray]
+
+
+class Cut(NamedTuple):
+    """Slides and their band: longest and shortest [s], tapered share, lowest frequency [Hz], highest of the sampling frequency."""
+
+    longest: float = 1.0
+    shortest: float = 0.2
+    taper: float = 0.3
+    slowest: float = 2.0
+    of_rate: float = 0.4
+
+
+BOTH = Cut()
 
 
 class Record(NamedTuple):
@@ -84,21 +99,44 @@ class Masses(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """A stiffness and the friction of the nut per force of the coupling from another method, with their standard errors."""
+    """Quantities of a fit and the friction of the nut per force of the coupling, from another method, with their standard errors."""
 
-    stiffness: float = math.nan
-    error: float = math.inf
+    values: np.ndarray = np.zeros(0)
+    errors: np.ndarray = np.zeros(0)
     nut: float = 0.0
     nut_error: float = 0.0
 
     @property
-    def moved(self) -> tuple[Prior, ...]:
-        """The same with the stiffness or the friction of the nut larger by its standard error."""
-        stiffer = [self._replace(stiffness=self.stiffness + self.error)] if math.isfinite(self.error) else []
-        return (*stiffer, *([self._replace(nut=self.nut + self.nut_error)] if self.nut_error else []))
+    def moved(self) -> list[Prior]:
+        """The same with each quantity larger by its standard error."""
+        values = [self._replace(values=self.values + step) for step in np.diag(self.errors)]
+        return [*values, *([self._replace(nut=self.nut + self.nut_error)] if self.nut_error else [])]
 
 
 UNKNOWN = Prior()
+
+
+class Solved(NamedTuple):
+    """A solution, the solutions without a block of slides each, and those with a prior that differs by its standard error."""
+
+    point: np.ndarray
+    blocks: np.ndarray
+    moved: np.ndarray
+
+    def error(self, value: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return the standard error of a function of points, from a jackknife and from the priors, which all blocks share."""
+        values, count = value(self.blocks), len(self.blocks)
+        squares = (count - 1) / count * np.sum((values - values.mean(axis=0)) ** 2, axis=0)
+        return np.sqrt(squares + np.sum((value(self.moved) - value(self.point)) ** 2, axis=0))
+
+    @property
+    def masses(self) -> Masses:
+        """The masses and the stiffness with their standard errors."""
+
+        def stiffness(points: np.ndarray) -> np.ndarray:
+            return points[..., M_2] / points[..., KAPPA]
+
+        return Masses(self.point, self.error(np.asarray), float(stiffness(self.point)), float(self.error(stiffness)))
 
 
 @dataclass(frozen=True)
@@ -110,6 +148,7 @@ class Spectra:
     slides: np.ndarray
     lengths: np.ndarray
     noise: np.ndarray
+    dt: float
 
     def total(self, without: slice | None = None) -> np.ndarray:
         """Return the mean spectra of the slides, for the power of one sample of a taper."""
@@ -119,35 +158,22 @@ class Spectra:
         return np.asarray(self.slides[used].sum(axis=0) / self.lengths[used].sum())
 
 
+def half_width(value: Any, error: Any) -> Any:
+    """Return the half-width of the 95 % interval of a value with a standard error."""
+    return FACTOR * error + SPARE * abs(value)
+
+
 def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior = UNKNOWN) -> Masses | None:
     """Return the masses and the coupling that some records show, or None without twist; `dead` is the dead zone of a known play."""
     twisted = max(float(np.ptp(record.motor - record.load)) for record in records) > step
-    spectra = _spectra_of(records, step, dead) if twisted else None
+    spectra = spectra_of(records, step, dead) if twisted else None
     if spectra is None:
         return None
-    fit = _Fit(spectra, prior, np.zeros((spectra.frequency.size, 2, 2), complex))
-    total = spectra.total()
-    point = fit.first(total)
-    for _ in range(PASSES):
-        fit = replace(fit, left=fit.unexplained(point, total))
-        point = fit.solved(point, total, STEPS_OF_FIT)
-    count = min(BLOCKS, spectra.lengths.size)
-    ends = np.linspace(0, spectra.lengths.size, count + 1).astype(int)
-    points = [fit.solved(point, spectra.total(slice(a, b)), 3) for a, b in pairwise(ends)]
-
-    def scatter(values: np.ndarray) -> np.ndarray:
-        return np.sqrt((count - 1) / count * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
-
-    array = np.array(points)
-    errors, error = scatter(array), float(scatter(array[:, M_2] / array[:, KAPPA]))
-    stiffness = float(point[M_2] / point[KAPPA])
-    for other in prior.moved:  # it is the same in all blocks: its error is propagated
-        moved = replace(fit, prior=other).solved(point, total, 3)
-        errors, error = np.hypot(errors, moved - point), math.hypot(error, float(moved[M_2] / moved[KAPPA]) - stiffness)
-    return Masses(point, errors, stiffness, error)
+    fit = MassFit(spectra, prior, np.zeros((spectra.frequency.size, 2, 2), complex))
+    return fit.solution(fit.first(spectra.total())).masses
 
 
-def _slides(record: Record, step: float) -> Iterator[slice]:
+def _slides(record: Record, step: float, cut: Cut) -> Iterator[slice]:
     """Yield the motions of both masses in one direction."""
     dt = record.dt
     speeds = [np.gradient(low_passed(x - x[0], min(SIDES, 0.1 / dt), dt), dt) for x in (record.motor, record.load)]
@@ -155,9 +181,9 @@ def _slides(record: Record, step: float) -> Iterator[slice]:
     for side in (1.0, -1.0):
         for run in runs((side * speeds[0] > least) & (side * speeds[1] > least)):
             size = run.stop - run.start
-            if size * dt < SHORTEST or abs(record.motor[run.stop - 1] - record.motor[run.start]) < STEPS * step:
+            if size * dt < cut.shortest or abs(record.motor[run.stop - 1] - record.motor[run.start]) < STEPS * step:
                 continue
-            ends = np.linspace(run.start, run.stop, max(math.ceil(size * dt / LONGEST), 1) + 1).astype(int).tolist()
+            ends = np.linspace(run.start, run.stop, max(math.ceil(size * dt / cut.longest), 1) + 1).astype(int).tolist()
             yield from (slice(max(a, 1), min(b, record.motor.size - 1)) for a, b in pairwise(ends))
 
 
@@ -180,15 +206,15 @@ def _signals(record: Record, dead: Dead | None) -> np.ndarray:
     return rows
 
 
-def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Spectra | None:
+def spectra_of(records: Sequence[Record], step: float, dead: Dead | None = None, cut: Cut = BOTH) -> Spectra | None:
     """Return the spectra of all slides; None if there are too few."""
     from scipy.signal.windows import tukey
 
     dt = records[0].dt
-    size = round(LONGEST / dt) + 2
+    size = round(cut.longest / dt) + 2
     hertz = np.fft.rfftfreq(size, dt)
     high = (hertz > NOISE_BAND[0] / dt) & (hertz < NOISE_BAND[1] / dt)
-    inside = (hertz > SLOWEST) & (hertz < min(OF_RATE / dt, FASTEST))
+    inside = (hertz > cut.slowest) & (hertz < min(cut.of_rate / dt, FASTEST))
     frequency = hertz[inside]
     starts = starts_of_groups(frequency, WIDTH)
     # The gain of exact derivatives over those of differences.
@@ -198,8 +224,8 @@ def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Sp
     slides, lengths, noise = list[np.ndarray](), list[float](), np.zeros((2, 2))
     for record in records:
         signals = _signals(record, dead)
-        for part in sorted(_slides(record, step), key=lambda part: part.start):
-            rows, taper = signals[:, part], tukey(part.stop - part.start, TAPER)
+        for part in sorted(_slides(record, step, cut), key=lambda part: part.start):
+            rows, taper = signals[:, part], tukey(part.stop - part.start, cut.taper)
             rows = taper * (rows - rows.mean(axis=1, keepdims=True))
             spectrum = np.fft.rfft(rows, size)
             ends = spectrum[A_1 : A_2 + 1, high] * dt**2 / (2.0 - 2.0 * np.cos(turn_high))
@@ -210,16 +236,30 @@ def _spectra_of(records: Sequence[Record], step: float, dead: Dead | None) -> Sp
     if len(slides) < FEWEST:
         return None
     bins = np.diff([*starts, frequency.size])
-    return Spectra(np.add.reduceat(frequency, starts) / bins, bins, np.array(slides), np.array(lengths), noise / sum(lengths))
+    return Spectra(np.add.reduceat(frequency, starts) / bins, bins, np.array(slides), np.array(lengths), noise / sum(lengths), dt)
 
 
 @dataclass(frozen=True)
-class _Fit:
+class MassFit:
     """The fit of both equations to spectra, with the covariance of the residuals that encoder noise leaves unexplained."""
 
     spectra: Spectra
     prior: Prior
     left: np.ndarray
+    lowest: ClassVar[np.ndarray] = np.array([0.0] * 3 + [-np.inf] * 6)  # of the parameters
+    highest: ClassVar[np.ndarray] = np.full(9, np.inf)
+
+    def solution(self, point: np.ndarray) -> Solved:
+        """Return the solution near a point, with those of a jackknife over blocks of slides."""
+        fit, spectra, total = self, self.spectra, self.spectra.total()
+        for _ in range(PASSES):
+            fit = replace(fit, left=fit.unexplained(point, total))
+            point = fit.solved(point, total, STEPS_OF_FIT)
+        count = min(BLOCKS, spectra.lengths.size)
+        ends = np.linspace(0, spectra.lengths.size, count + 1).astype(int)
+        blocks = [fit.solved(point, spectra.total(slice(a, b)), 3) for a, b in pairwise(ends)]
+        moved = [replace(fit, prior=prior).solved(point, total, 3) for prior in self.prior.moved]
+        return Solved(point, np.array(blocks), np.reshape(moved, (-1, point.size)))
 
     def first(self, total: np.ndarray) -> np.ndarray:
         """Return the linear least-squares fit of the equations of the motor and of the sum, with the best delay."""
@@ -241,7 +281,7 @@ class _Fit:
         motor, load, k, d, *viscous = solutions[best].tolist()
         least = 0.05 * (motor + load)
         motor, load = max(motor, least), max(load, least)
-        if not (least > 0.0 and k > load * (2.0 * np.pi * SLOWEST) ** 2):
+        if not (least > 0.0 and k > load * (2.0 * np.pi * BOTH.slowest) ** 2):
             raise InputError("has no antiresonance in the band of the log", path="the fit of both masses")
         return np.array([motor, load, load / k, max(d / k, 0.0), *viscous, delays[best], 0.0, 0.0])
 
@@ -279,10 +319,12 @@ class _Fit:
         signal = np.real(np.einsum("gi,gij,gj->g", inertial, mean[:, A_1 : A_2 + 1, A_1 : A_2 + 1], inertial.conj()))
         displaced = np.maximum(point[KAPPA] ** 2 * np.real(mean[:, A_2, A_2]), np.real(mean[:, TWIST, TWIST]))
         left = np.zeros_like(pooled)
-        for place, (signals, power) in enumerate(((EFFORT, signal), (TWIST, displaced))):
+        for place, (signals, power) in enumerate(((EFFORT, signal), (TWIST, displaced))[: rows.shape[1]]):
             left[:, place, place] = np.maximum(np.real(pooled[:, place, place]), FLOOR * (near @ np.real(mean[:, signals, signals])))
             own = np.real(noise[:, place, place])
             left[:, place, place] += 10.0 * own * (own / np.maximum(power, TINY) / NOISY) ** 4
+        if rows.shape[1] == 1:
+            return left
         most = 0.9 * np.sqrt(np.real(left[:, 0, 0] * left[:, 1, 1]))
         left[:, 0, 1] = pooled[:, 0, 1] * np.minimum(1.0, most / np.maximum(np.abs(pooled[:, 0, 1]), TINY))
         left[:, 1, 0] = left[:, 0, 1].conj()
@@ -295,9 +337,9 @@ class _Fit:
         diagonal = np.real(np.einsum("gii->gi", total))
         root = np.linalg.cholesky(total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))) * math.sqrt(self.spectra.lengths.size)
         sides = 0.1 * point[M_1 : M_2 + 1]
-        spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides])  # smallest units of the parameters
-        unit, lowest = np.maximum(np.abs(point), spare), np.full(point.size, -np.inf)
-        lowest[: KAPPA + 1], nudges = 0.0, NUDGE * np.eye(point.size)
+        spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides, [0.3]])[: point.size]  # smallest units of the parameters
+        unit, nudges = np.maximum(np.abs(point), spare), NUDGE * np.eye(point.size)
+        bounds = self.lowest / unit, self.highest / unit
 
         def residual(x: np.ndarray) -> np.ndarray:
             return self._whitened(unit * x, root)
@@ -305,13 +347,16 @@ class _Fit:
         def slope(x: np.ndarray) -> np.ndarray:
             return np.stack([residual(x + nudge) - residual(x - nudge) for nudge in nudges], axis=1) / (2.0 * NUDGE)
 
-        ended = least_squares(residual, point / unit, jac=cast(Any, slope), bounds=(lowest, np.inf), ftol=1e-7, max_nfev=steps)
+        ended = least_squares(residual, point / unit, jac=cast(Any, slope), bounds=bounds, ftol=1e-7, max_nfev=steps)
         return unit * ended.x
 
+    def of_prior(self, point: np.ndarray) -> np.ndarray:
+        """Return the quantities that a prior knows: the stiffness."""
+        return point[[M_2]] / point[KAPPA]
+
     def _whitened(self, point: np.ndarray, root: np.ndarray) -> np.ndarray:
-        """Return the residuals of unit variance, and that of a known stiffness."""
+        """Return the residuals of unit variance, and those of the prior."""
         white = np.linalg.cholesky(self.noise(point) + self.left)
         residual = np.linalg.solve(white, self.equations(point) @ root)
-        known = math.isfinite(self.prior.error)
-        beside = [(point[M_2] / point[KAPPA] - self.prior.stiffness) / self.prior.error] if known else []
+        beside = (self.of_prior(point) - self.prior.values) / self.prior.errors if self.prior.values.size else []
         return np.concatenate([residual.real.ravel(), residual.imag.ravel(), beside])

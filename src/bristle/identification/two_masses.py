@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,13 +24,13 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
-from bristle.core.variable import Kind, unit_of
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
-from bristle.identification.lost_motion import FACTOR, Hysteresis, LostMotion, lost_motion
+from bristle.identification.elasticity import Elastic, step_of
+from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.preprocessing import smallest_step
-from bristle.identification.two_encoders import DAMPING, KAPPA, M_1, M_2, UNKNOWN, Masses, Prior, Record, masses_of
+from bristle.identification.quantities import Quantity, quantities_of
+from bristle.identification.two_encoders import EXCITE, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 from bristle.plants import ball_screw
@@ -41,40 +41,31 @@ if TYPE_CHECKING:
 
     Pairs = Sequence[tuple[Log, Axis | None]]
 
-SPARE = 0.004  # smallest relative half-width of the intervals
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
-NUT = 6  # of the quantities
+NUT = 5  # of the quantities
 MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
-
-
-class Quantity(NamedTuple):
-    """A value with the half-width of its 95 % interval, unit and meaning; a play or a nut of 0 is smaller than its half-width."""
-
-    name: str
-    value: float
-    half_width: float
-    unit: str
-    meaning: str
 
 
 @dataclass(frozen=True)
 class TwoMasses:
-    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side.
+    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side, or at the motor.
 
     Parameters
     ----------
     quantities : tuple of Quantity
-        Masses, stiffness, damping, play and friction of the nut in SI units of the axis, with 95 % intervals; and the
-        hysteresis of the coupling, if the log shows it.
+        Masses, stiffness and damping in SI units of the axis, with 95 % intervals; with two encoders also play and friction of
+        the nut, and the hysteresis of the coupling, if the log shows it.
     motor : Identification
-        Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and nut.
-    load : Identification
-        Friction models of the load side, best first, from load position and force of the coupling.
+        Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and
+        nut. With one encoder, the friction of both sides.
+    load : Identification or None
+        Friction models of the load side, best first, from load position and force of the coupling; None with one encoder,
+        which does not separate the friction of both sides.
     delay : float
         Delay of the effort [s].
     arm : float
@@ -85,7 +76,7 @@ class TwoMasses:
 
     quantities: tuple[Quantity, ...]
     motor: Identification
-    load: Identification
+    load: Identification | None
     delay: float
     arm: float = 1.0
     nut_is_alike: bool = False
@@ -93,8 +84,15 @@ class TwoMasses:
     @property
     def nut_is_separable(self) -> bool:
         """Whether the log separates friction of the nut from bearings, load and stiffness."""
+        if self.load is None:
+            return False
         nut, stiffness = self.by_name["nut"], self.by_name["stiffness"]
         return nut.value > 0.0 or nut.half_width < stiffness.half_width / stiffness.value
+
+    @property
+    def nut(self) -> float:
+        """Friction of the nut per force of the coupling; 0 if the log does not show it."""
+        return self.by_name["nut"].value if "nut" in self.by_name else 0.0
 
     @property
     def by_name(self) -> dict[str, Quantity]:
@@ -102,9 +100,14 @@ class TwoMasses:
         return {quantity.name: quantity for quantity in self.quantities}
 
     @property
+    def sides(self) -> dict[str, Identification]:
+        """Friction of motor and load by the name of the side; with one encoder, all friction is that of the motor."""
+        return {"motor": self.motor} | ({} if self.load is None else {"load": self.load})
+
+    @property
     def play_is_clear(self) -> bool:
         """Whether the log shows play."""
-        return self.by_name["play"].value > 0.0
+        return "play" in self.by_name and self.by_name["play"].value > 0.0
 
     @property
     def plant(self) -> Model:
@@ -112,13 +115,13 @@ class TwoMasses:
         value = {name: quantity.value for name, quantity in self.by_name.items()}
         J, lead = value["motor"] * self.arm**2, 2.0 * math.pi * self.arm
         return ball_screw(
-            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value["play"]
+            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
         )
 
     @property
     def motor_friction(self) -> Model:
         """Friction of bearings and nut in N*m and rad; without that of the nut if the model has no slot ``+transmitted``."""
-        friction, nut = _determined(self.motor.best), self.by_name["nut"].value
+        friction, nut = _determined(self.motor.best), self.nut
         name = model_with("transmitted", friction) if nut > 0.0 and goes_by_name(friction.component) else ""
         return self.at_the_motor(find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction)
 
@@ -127,14 +130,16 @@ class TwoMasses:
         return _turned(friction, self.arm)
 
     @property
-    def table_friction(self) -> Model:
-        """Friction of the table in N and m; of a rotational load in the same numbers."""
+    def table_friction(self) -> Model | None:
+        """Friction of the table in N and m; of a rotational load in the same numbers. None with one encoder."""
+        if self.load is None:
+            return None
         friction = _determined(self.load.best)
         return friction.component(kind="translational", **friction.values)
 
     def as_data(self) -> dict[str, Any]:
         """Return quantities and friction as plain data."""
-        sides = {name: _friction_data(side.best) for name, side in (("motor_friction", self.motor), ("load_friction", self.load))}
+        sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
         numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
         return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
 
@@ -153,7 +158,7 @@ def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
 
 def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
     """Return both masses and the friction of both sides, or the reason why the logs do not show them."""
-    step = max(smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution for log, axis in pairs)
+    step = max(step_of(log, axis) for log, axis in pairs)
     records = [record for log, _ in pairs for record in _records(log)]
     try:
         masses = masses_of(records, step)
@@ -166,15 +171,14 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     if lost.clear or lost.nut_is_clear:
         masses = _refined(masses, records, step, lost, UNKNOWN._replace(nut=lost.nut_as_known[0]))
         lost = lost_motion(records, step, masses, kind)
-    prior = Prior(lost.stiffness, math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness), *lost.nut_as_known)
+    values, errors = [lost.stiffness], [math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness)]
+    prior = Prior(np.array(values), np.array(errors), *lost.nut_as_known)
     masses = _refined(masses, records, step, lost, prior)
-    quantities = _quantities(masses, lost, kind, step)
+    quantities = quantities_of(masses, lost, kind, step)
     if masses.damping <= 0.0:
         return f"the fit of both masses gives a negative damping. {_advice(records)}"
-    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
-    if not widest.half_width < MOST_ERROR * widest.value:
-        percent = 100.0 * widest.half_width / widest.value
-        return f"the log determines the {widest.meaning} only within {percent:.0f} %. {_advice(records)}"
+    if unsure := _unsure(quantities):
+        return f"{unsure}. {_advice(records)}"
     sides = [_side_logs(log, masses, lost) for log, _ in pairs]
     axes = [
         replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
@@ -195,19 +199,46 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force, doubt in zip(results, forces, doubts, strict=True)
     ]
-    axis = pairs[0][1]
-    arm = axis.arm if axis is not None and axis.arm is not None and kind == "translational" else 1.0
-    return TwoMasses(quantities, widened[0], widened[1], masses.delay, arm, lost.nut_is_alike)
+    return TwoMasses(quantities, widened[0], widened[1], masses.delay, _arm(pairs), lost.nut_is_alike)
 
 
 def with_two_masses(
     result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
-    found = two_masses(pairs, fitted, progress)
+    return _with(result, two_masses(pairs, fitted, progress))
+
+
+def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
+    """Return a result with both masses of a coupling seen by one encoder, or with the reason why the logs do not show them."""
+    if coupling is None:
+        return result
+    if isinstance(coupling.masses, str):
+        return _with(result, coupling.masses)
+    *quantities, hertz = quantities_of(coupling.masses, None, pairs[0][0].kind, 0.0)
+    quantities = (*quantities, hertz._replace(value=coupling.antiresonance, half_width=coupling.antiresonance_half_width))
+    if unsure := _unsure(quantities):
+        return _with(result, f"{unsure}. {EXCITE}")
+    return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
+
+
+def _with(result: Identification, found: TwoMasses | str) -> Identification:
     if isinstance(found, str):
         return replace(result, left_out={**result.left_out, "the plant with two masses": found})
     return replace(result, two_masses=found)
+
+
+def _unsure(quantities: Sequence[Quantity]) -> str:
+    """Return the reason why masses and stiffness are not well known; empty if they are."""
+    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
+    percent = 100.0 * widest.half_width / widest.value
+    return "" if percent < 100.0 * MOST_ERROR else f"the log determines the {widest.meaning} only within {percent:.0f} %"
+
+
+def _arm(pairs: Pairs) -> float:
+    """Return the movement of the axis per radian of the motor; 1 if unknown, and on a rotational axis."""
+    log, axis = pairs[0]
+    return axis.arm if axis is not None and axis.arm is not None and log.kind == "translational" else 1.0
 
 
 def _records(log: Log) -> list[Record]:
@@ -270,45 +301,6 @@ def _advice(records: Sequence[Record]) -> str:
         f"The twist is mostly proportional to the velocity, like a delay of {1e3 * abs(slopes[2]):.2g} ms between the encoders. "
         "Sample both at the same time",
     )[best]
-
-
-def _quantities(masses: Masses, lost: LostMotion, kind: Kind, step: float) -> tuple[Quantity, ...]:
-    """Return values with intervals and units."""
-
-    def width(value: float, error: float) -> float:
-        return FACTOR * error + SPARE * abs(value)
-
-    value, error = masses.values.tolist(), masses.errors.tolist()
-    damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
-    bound = lost.nut + FACTOR * lost.nut_error
-    nut, nut_width = (lost.nut, FACTOR * lost.nut_error) if lost.nut_is_clear else (0.0, bound)
-    play, hertz = lost.play if lost.clear else 0.0, 0.5 / math.pi / math.sqrt(value[KAPPA])
-    unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
-    mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
-    return (
-        Quantity("motor", value[M_1], width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
-        Quantity("load", value[M_2], width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
-        Quantity("stiffness", masses.stiffness, width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
-        Quantity("damping", masses.damping, width(masses.damping, damping_error), unit["force*time/length"], "damping"),
-        Quantity("play", play, width(play, lost.play_error) if lost.clear else max(lost.play, step), unit["length"], "play"),
-        Quantity("antiresonance", hertz, width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
-        Quantity("nut", nut, nut_width, "1", "friction of the nut per force of the coupling"),
-        *([] if lost.hysteresis is None else _of_hysteresis(lost.hysteresis, width(masses.stiffness, masses.stiffness_error), kind)),
-    )
-
-
-def _of_hysteresis(loop: Hysteresis, half_width: float, kind: Kind) -> Sequence[Quantity]:
-    """Return width, loss and stiffness of a coupling with hysteresis; `half_width` is that of its stiffness."""
-    share, per_length = FACTOR * loop.error / loop.width, unit_of("force/length", kind)
-    softer = share * (loop.small - loop.large)
-    return (
-        Quantity("hysteresis", loop.width, share * loop.width, unit_of("force", kind), "width of the hysteresis of the coupling"),
-        Quantity(
-            "loss", loop.loss, share * loop.loss, unit_of("force*length", kind), "loss of the coupling per cycle over the range of the log"
-        ),
-        Quantity("small_stiffness", loop.small, math.hypot(softer, half_width), per_length, "stiffness in small motions"),
-        Quantity("large_stiffness", loop.large, math.hypot(softer, half_width), per_length, "stiffness in large motions"),
-    )
 
 
 def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:

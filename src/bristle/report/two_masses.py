@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bristle.files import Results
     from bristle.identification import Identification
 
+ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
 SUM_FILE = "two_masses_sum.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
@@ -27,8 +28,7 @@ schema = 1
 name = "two masses"
 kind = "rotational"
 friction = {{ file = "{motor}" }}           # with the plant
-table_friction = {{ file = "{table}" }}
-controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
+{table}controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
 reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
 run = {{ duration = "{duration:.6g} s", settle = "{settle:.6g} s", sample_time = "{sample_time:.9g} s" }}
 
@@ -41,12 +41,12 @@ friction = {{ file = "{whole}" }}
 [compare.two_masses.controller.feedforward]  # both masses, both frictions, and the wind-up of the coupling
 plant = "own"
 friction = {{ file = "{motor}" }}
-table_friction = {{ file = "{table}" }}
-"""
+{table}"""
+TABLE = f'table_friction = {{ file = "{TABLE_FILE}" }}\n'
 
 
 def two_masses_table(identification: Identification) -> Table | None:
-    """Return masses, coupling and friction of either side with their 95 % intervals; None without a second encoder."""
+    """Return masses, coupling and friction of either side with their 95 % intervals; None if the log does not show both masses."""
     masses = identification.two_masses
     if masses is None:
         return None
@@ -59,13 +59,14 @@ def two_masses_table(identification: Identification) -> Table | None:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             side_of = f"friction of the {name}: {fit.name}"
             rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    caption = "Motor and load as two masses, from both encoders. ± is the half-width of the 95 % interval"
-    caption = f"{caption}. {remark}" if (remark := _about_nut(masses)) else caption
+    source = "the encoder of the motor" if masses.load is None else "both encoders"
+    caption = f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
+    caption = f"{caption}. {remark}" if (remark := _remark(masses)) else caption
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
 
 
 def two_masses_lines(identification: Identification) -> list[Line]:
-    """Return masses, coupling and friction levels for the terminal; empty without a second encoder."""
+    """Return masses, coupling and friction levels for the terminal; empty if the log does not show both masses."""
     masses = identification.two_masses
     if masses is None:
         return []
@@ -74,7 +75,7 @@ def two_masses_lines(identification: Identification) -> list[Line]:
         fit, levels = side.best, side.best.levels
         parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
         texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
-    texts += filter(None, [_about_nut(masses)])
+    texts += filter(None, [_remark(masses)])
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
@@ -85,7 +86,8 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         return
     plant = masses.plant
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
-    write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
+    if masses.table_friction is not None:
+        write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
     write_model(folder / SUM_FILE, None, masses.at_the_motor(identification.best.friction), provenance=provenance)
     position = log.position.values
     amplitude = STROKE * float(position.max() - position.min()) / masses.arm
@@ -97,7 +99,7 @@ def write_two_masses(folder: Results, identification: Identification, provenance
     text = EXPERIMENT.format(
         name=EXPERIMENT_FILE,
         motor=MOTOR_FILE,
-        table=TABLE_FILE,
+        table="" if masses.table_friction is None else TABLE,
         whole=SUM_FILE,
         inertia=inertia,
         amplitude=amplitude,
@@ -111,12 +113,15 @@ def write_two_masses(folder: Results, identification: Identification, provenance
 
 
 def _sides(masses: Any) -> dict[str, Identification]:
-    """Return the friction of either side by its place; that of a nut under force is a quantity of its own."""
-    return {"bearings and of the unloaded nut" if masses.by_name["nut"].value else "motor": masses.motor, "load": masses.load}
+    """Return the sides with a friction of their own; that of one encoder is the friction of the axis, that of the nut a quantity."""
+    motor = "bearings and of the unloaded nut" if masses.nut else "motor"
+    return {} if masses.load is None else {motor: masses.motor, "load": masses.load}
 
 
-def _about_nut(masses: Any) -> str:
-    """Return why the log does not separate friction of the nut from bearings and load; empty if it does."""
+def _remark(masses: Any) -> str:
+    """Return which frictions the log does not separate, and why; empty if it separates all."""
+    if masses.load is None:
+        return ALL_AT_THE_MOTOR
     if masses.nut_is_separable:
         return ""
     cause = "is alike with the motion: it rarely acts against it" if masses.nut_is_alike else "is too small"

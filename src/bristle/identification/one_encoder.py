@@ -1,0 +1,143 @@
+r"""Two masses behind an elastic coupling, identified from the position of the motor and the effort alone.
+
+Both equations of `two_encoders` contain the position of the load. The sum of the first, and of the second times
+
+.. math:: \lambda = -\frac{m_2 s^2 + c_2 s}{1 + (t_d + c_2 / k)\, s + \kappa s^2}
+
+does not contain it. This sum is a single equation in effort and motor position. Any position of the load satisfies it.
+The position that the frequency response of the motor (`elasticity`) predicts makes the factors of the signals small: a
+load that vibrates at the ends of a slide disturbs the spectra less, the closer its signals are to the true ones.
+
+The fit, its noise and its errors are those of two encoders. The frequency response gives the start, and antiresonance
+and resonance as prior knowledge. It explains the acceleration of the motor. The fit explains the effort, which friction
+disturbs at low frequencies only. So the fit determines the sum of the masses from all frequencies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.identification.elasticity import HOLDS, Elastic, step_of
+from bristle.identification.two_encoders import (
+    DAMPING,
+    EFFORT,
+    EXCITE,
+    KAPPA,
+    M_1,
+    M_2,
+    VISCOUS_1,
+    VISCOUS_2,
+    Cut,
+    MassFit,
+    Prior,
+    Record,
+    half_width,
+    spectra_of,
+)
+from bristle.logs.log import Log
+
+PAD = 3.0  # s: continuation of a record for the position of its load
+CUT = Cut(longest=8.0, shortest=0.4, taper=1.0, slowest=3.0, of_rate=0.25)
+HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
+OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
+DAMPED, RUBS = 0.03, 0.1  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
+ALIKE = 0.15  # largest relative difference of the antiresonance of the fit from that of the response
+
+
+class OneEncoder(MassFit):
+    """The fit of the effort to spectra of the motor alone."""
+
+    lowest: ClassVar[np.ndarray] = np.array([0.0] * 4 + [-np.inf] * 5 + [HOLDS[0]])
+    highest: ClassVar[np.ndarray] = np.array([np.inf] * 9 + [HOLDS[1]])
+
+    def equations(self, point: np.ndarray) -> np.ndarray:
+        """Return the factors of the signals in the equation without the load, shape (group, 1, signal)."""
+        rows = super().equations(point)
+        rows = rows[:, :1] + self._of_coupling(point)[:, None, None] * rows[:, 1:]
+        rows[:, :, EFFORT + 1 :] *= self._held(point)[:, None, None]
+        return rows
+
+    def noise(self, point: np.ndarray) -> np.ndarray:
+        """Return the variance of the residual due to the encoder, shape (group, 1, 1)."""
+        s = 2j * np.pi * self.spectra.frequency
+        gain = self._of_coupling(point) * (1.0 + s * point[DAMPING]) - (point[M_1] * s + point[VISCOUS_1]) * s
+        return (np.abs(self._held(point) * gain) ** 2 * self.spectra.noise[0, 0])[:, None, None]
+
+    def _of_coupling(self, point: np.ndarray) -> np.ndarray:
+        """Return the factor of the second equation."""
+        s = 2j * np.pi * self.spectra.frequency
+        load = (point[M_2] * s + point[VISCOUS_2]) * s
+        return -load / (1.0 + point[DAMPING] * s + load * point[KAPPA] / point[M_2])
+
+    def _held(self, point: np.ndarray) -> np.ndarray:
+        return np.sinc(self.spectra.frequency * self.spectra.dt) ** -point[HOLD]
+
+    def of_prior(self, point: np.ndarray) -> np.ndarray:
+        """Return the logarithms of antiresonance and resonance [rad/s]."""
+        return _frequencies(point)
+
+
+def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None]]) -> Elastic | None:
+    """Return a coupling with the masses of the fit and the more precise frequencies, or with the reason for missing masses."""
+    if coupling is None:
+        return None
+    step = max(step_of(log, axis) for log, axis in pairs)
+    frequencies = np.log(2.0 * np.pi * np.array([coupling.antiresonance, coupling.resonance]))
+    widths = [coupling.antiresonance_half_width / coupling.antiresonance, coupling.resonance_half_width / coupling.resonance]
+    motor = coupling.mass / (1.0 + coupling.inertia_ratio)
+    load, kappa = coupling.mass - motor, math.exp(-2.0 * frequencies[0])
+    damping, prior = 2.0 * DAMPED * math.sqrt(kappa), Prior(frequencies, OF_WIDTH * np.array(widths))
+    spectra = spectra_of(_records([log for log, _ in pairs], kappa, damping), step, cut=CUT)
+    if spectra is None:
+        return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
+    fit = OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex))
+    solved = fit.solution(np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0]))
+    masses, fitted = solved.masses, _frequencies(solved.point)
+    if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not abs(fitted[0] - frequencies[0]) < math.log1p(ALIKE):
+        return coupling._replace(masses=f"the fit of both masses has another antiresonance than the frequency response. {EXCITE}")
+    hertz, ratio = np.exp(fitted) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
+    of_fit = zip(half_width(hertz, hertz * solved.error(_frequencies)).tolist(), hertz.tolist(), strict=True)
+    of_response = ((coupling.antiresonance_half_width, coupling.antiresonance), (coupling.resonance_half_width, coupling.resonance))
+    antiresonance, resonance = map(min, of_fit, of_response)  # the more precise estimate of both
+    total = float(masses.values[M_1] + masses.values[M_2])
+    return Elastic(
+        antiresonance=antiresonance[1],
+        antiresonance_half_width=antiresonance[0],
+        resonance=resonance[1],
+        resonance_half_width=resonance[0],
+        inertia_ratio=ratio,
+        inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
+        mass=total,
+        mass_half_width=half_width(total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))),
+        delay=coupling.delay,
+        delay_half_width=coupling.delay_half_width,
+        masses=masses,
+    )
+
+
+def _frequencies(points: np.ndarray) -> np.ndarray:
+    """Return the logarithms of antiresonance and resonance [rad/s] of some points, shape (..., 2)."""
+    antiresonance = -0.5 * np.log(points[..., KAPPA])
+    return np.stack([antiresonance, antiresonance + 0.5 * np.log1p(points[..., M_2] / points[..., M_1])], axis=-1)
+
+
+def _records(logs: Sequence[Log], kappa: float, damping: float) -> list[Record]:
+    """Return the stretches of logs without a gap, with the position of a load behind a coupling with this ratio and time."""
+    records = list[Record]()
+    for log in logs:
+        assert log.effort is not None
+        for part in log.segments:
+            motor = log.position.values[part]
+            size = min(motor.size - 1, round(PAD / log.sample_time))
+            padded = np.pad(motor, size, mode="reflect", reflect_type="odd")
+            line = np.linspace(padded[0], padded[-1], padded.size)
+            s = 2j * np.pi * np.fft.rfftfreq(padded.size, log.sample_time)
+            follows = (1.0 + damping * s) / (1.0 + damping * s + kappa * s**2)
+            load = line + np.fft.irfft(follows * np.fft.rfft(padded - line), padded.size)
+            records.append(Record(motor, load[size : size + motor.size], log.effort.values[part], log.sample_time))
+    return records

@@ -1,0 +1,151 @@
+"""Both masses of an elastic axis from the encoder of the motor; the simulated drives share no code with the identification."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from benchmarks.two_mass import columns_of, drive_of
+
+import bristle as br
+from bristle.core.axis import Axis
+from bristle.files import read_experiment, results_folder
+from bristle.identification import identify
+from bristle.identification.elasticity import Elastic, elastic_coupling
+from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
+from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Spectra
+from bristle.identification.two_masses import with_masses_of
+from bristle.report.two_masses import ALL_AT_THE_MOTOR, EXPERIMENT_FILE, TABLE_FILE, two_masses_lines, two_masses_table, write_two_masses
+
+POINT = np.array([3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4])  # masses, coupling, viscous friction, delay, hold
+
+
+@cache
+def found_in(seed):
+    drive = drive_of(seed)
+    pairs = [(br.Log.from_columns(columns_of(drive)), Axis(resolution=drive.step))]
+    coupling = elastic_coupling(*map(list, zip(*pairs, strict=True)))
+    return drive, pairs, coupling, with_masses(coupling, pairs)
+
+
+def fit_at(hertz, noise=0.0):
+    count = hertz.size
+    spectra = Spectra(hertz, np.ones(count), np.zeros((1, count, SIGNALS, SIGNALS)), np.ones(1), np.diag([noise, 0.0]), 1e-3)
+    return OneEncoder(spectra, UNKNOWN, np.zeros((count, 1, 1), complex))
+
+
+def test_the_equation_holds_for_two_masses_and_any_position_of_the_load():
+    hertz = np.array([3.0, 7.9, 8.0, 20.0, 90.0])
+    s, (m_1, m_2, kappa, damping, c_1, c_2, delay) = 2j * np.pi * hertz, POINT[:7]
+    k = m_2 / kappa
+    link = k + k * damping * s
+    matrix = np.moveaxis(np.array([[m_1 * s**2 + c_1 * s + link, -link], [-link, m_2 * s**2 + c_2 * s + link]]), 2, 0)
+    motor = np.linalg.solve(matrix, np.broadcast_to(np.array([1.0, 0.0])[:, None], (hertz.size, 2, 1)))[:, 0, 0]
+    signals = np.zeros((hertz.size, SIGNALS), complex)
+    load = np.random.default_rng(1).normal(size=hertz.size) * np.abs(motor)
+    # The recorder holds the motion, and the effort acts later than recorded.
+    signals[:, EFFORT] = np.exp(-s * delay) * np.sinc(1e-3 * hertz) ** -0.4
+    for place, value in ((A_1, s**2 * motor), (A_2, s**2 * load), (V_1, s * motor), (V_2, s * load)):
+        signals[:, place] = value
+    signals[:, TWIST], signals[:, TWIST_RATE] = motor - load, s * (motor - load)
+    residual = np.einsum("gi,gi->g", fit_at(hertz).equations(POINT)[:, 0], signals)
+    assert np.max(np.abs(residual)) < 1e-9
+
+
+def test_noise_of_the_encoder_is_as_large_as_its_residual():
+    hertz, step = np.array([3.0, 20.0, 90.0]), 2e-6
+    s, fit = 2j * np.pi * hertz, fit_at(hertz, step**2)
+    signals = np.zeros((hertz.size, SIGNALS), complex)
+    for place, gain in ((A_1, s**2), (V_1, s), (TWIST, 1.0), (TWIST_RATE, s)):
+        signals[:, place] = gain * step
+    residual = np.einsum("gi,gi->g", fit.equations(POINT)[:, 0], signals)
+    assert fit.noise(POINT)[:, 0, 0] == pytest.approx(np.abs(residual) ** 2)
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("seed", [719, 742, 730, 761])  # 719 with play
+def test_both_masses_and_their_sum_are_those_of_the_drive(seed):
+    drive, _, _, coupling = found_in(seed)
+    assert coupling.masses.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.015)
+    assert coupling.masses.stiffness == pytest.approx(drive.stiffness, rel=0.03)
+    assert coupling.mass == pytest.approx(drive.total, rel=0.01)
+    assert coupling.antiresonance == pytest.approx(drive.antiresonance, rel=0.01)
+    for name, truth in (("mass", drive.total), ("antiresonance", drive.antiresonance), ("inertia_ratio", drive.load / drive.motor)):
+        assert abs(getattr(coupling, name) - truth) < getattr(coupling, f"{name}_half_width")
+
+
+def test_the_more_precise_frequency_is_reported():
+    _, pairs, response, coupling = found_in(742)
+    assert coupling.antiresonance_half_width <= response.antiresonance_half_width
+    sharp = with_masses(response._replace(antiresonance_half_width=1e-4 * response.antiresonance), pairs)
+    assert (sharp.antiresonance, sharp.antiresonance_half_width) == (response.antiresonance, 1e-4 * response.antiresonance)
+
+
+def test_a_load_that_vibrates_for_long_does_not_change_the_sum_of_the_masses():
+    drive, _, response, coupling = found_in(719)
+    assert abs(response.mass / drive.total - 1.0) > 0.05
+    assert abs(coupling.mass / drive.total - 1.0) < 0.01
+
+
+@pytest.fixture(scope="module")
+def elastic():
+    drive = drive_of(742)
+    return drive, identify(columns_of(drive), "coulomb_viscous", axis=Axis(resolution=drive.step), blocks=0, draws=0)
+
+
+def test_the_result_has_both_masses_and_all_friction_at_the_motor(elastic):
+    drive, result = elastic
+    masses = result.two_masses
+    assert [item.name for item in masses.quantities] == ["motor", "load", "stiffness", "damping", "antiresonance"]
+    for name, truth in (("motor", drive.motor), ("load", drive.load), ("stiffness", drive.stiffness)):
+        assert abs(masses.by_name[name].value - truth) < masses.by_name[name].half_width < 0.25 * truth
+    assert not masses.play_is_clear
+    assert masses.load is None
+    assert set(masses.as_data()) == {"quantities", "delay", "play_is_clear", "motor_friction"}
+    assert masses.motor_friction.values["F_C"] == pytest.approx(result.best.friction.values["F_C"])
+    assert result.treatment["antiresonance"] == pytest.approx(masses.by_name["antiresonance"].value)
+    assert masses.by_name["motor"].value + masses.by_name["load"].value == pytest.approx(result.best.parameters["M"].value, rel=0.01)
+
+
+def test_report_terminal_and_files_state_one_friction(elastic, tmp_path):
+    _, result = elastic
+    table = two_masses_table(result)
+    assert ALL_AT_THE_MOTOR in str(table.caption)
+    assert not any(str(row[0]).startswith("Friction") for row in table.rows)
+    assert two_masses_lines(result)[-1].text == ALL_AT_THE_MOTOR
+    with results_folder(tmp_path / "out") as folder:
+        write_two_masses(folder, result, {})
+    assert not (tmp_path / "out" / TABLE_FILE).exists()
+    *_, both = read_experiment(tmp_path / "out" / EXPERIMENT_FILE).variants
+    assert both.plant.values == both.feedforward.plant.values == result.two_masses.plant.values
+    assert both.table is None
+    assert both.friction.values == result.two_masses.motor_friction.values
+
+
+def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(elastic):
+    _, result = elastic
+    pairs, response = [(result.log, None)], Elastic(40.0, 0.1, 60.0, 0.1, 1.25, 0.01, 12.0, 0.1, 0.0, 1e-4, "a reason")
+    alone = replace(result, two_masses=None)
+    assert with_masses_of(alone, pairs, None) is alone
+    assert with_masses_of(alone, pairs, response).left_out["the plant with two masses"] == "a reason"
+    errors = np.array([0.3, 0.1, 1e-6, 1e-4, *np.zeros(6)])
+    values = np.array([3.0, 5.0, *POINT[2:]])
+    for factor, refused in ((0.1, False), (1.0, True)):
+        masses = Masses(values, factor * errors, 5.0 / 4e-4, 1.0)
+        again = with_masses_of(alone, pairs, response._replace(masses=masses))
+        assert (again.two_masses is None) == refused
+        assert ("mass of the motor only within 40 %" in again.left_out.get("the plant with two masses", "")) == refused
+
+
+def test_a_fit_with_another_antiresonance_is_refused():
+    _, pairs, coupling, _ = found_in(742)
+    off = coupling._replace(antiresonance=0.6 * coupling.antiresonance, resonance=0.6 * coupling.resonance)
+    wide = off._replace(antiresonance_half_width=10.0 * off.antiresonance, resonance_half_width=10.0 * off.resonance)
+    assert "another antiresonance" in with_masses(wide, pairs).masses
+
+
+def test_short_strokes_have_no_masses():
+    _, [(log, axis)], coupling, _ = found_in(742)
+    count = round(1.5 * CUT.shortest / log.sample_time)
+    short = br.Log.from_columns({name: column[:count] for name, column in columns_of(drive_of(742)).items()})
+    assert "too few strokes" in with_masses(coupling, [(short, axis)]).masses
