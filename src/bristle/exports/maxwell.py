@@ -50,6 +50,12 @@ class Elements(NamedTuple):
     dry: float
     constant: float
 
+    @property
+    def whole_constant(self) -> float:
+        """Constant force of a scene: with the force that makes elements of equal limits asymmetric."""
+        slips = np.isfinite(self.yields)
+        return float(self.constant + self.ratio * (self.dry + self.stiffness[slips] @ self.yields[slips]))
+
 
 class Deviation(NamedTuple):
     """Error of the elements along moves: rms and largest force error in % of the level, the sliding friction [N or N*m]."""
@@ -125,8 +131,8 @@ def _fitted(x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, rat
     # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
     A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / (dt * fastest)])
     shares = non_negative(A[dx != 0.0], force[dx != 0.0])
-    kept = np.flatnonzero(shares[:-2])
-    return Elements(shares[kept] / yields[kept], yields[kept], ratio, shares[-1] / fastest, shares[-2], 0.0)
+    used = np.flatnonzero(shares[:-2])
+    return Elements(shares[used] / yields[used], yields[used], ratio, shares[-1] / fastest, shares[-2], 0.0)
 
 
 def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:

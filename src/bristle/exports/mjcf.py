@@ -7,9 +7,10 @@ slips at its deflection ``springyield``. Elements of friction that differs by di
 """
 
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 from xml.etree import ElementTree as Xml
+
+import numpy as np
 
 from bristle.exports.described import parameter_table, plain, version
 from bristle.exports.maxwell import Deviation, Elements, elements_of
@@ -28,7 +29,7 @@ OF_ELEMENTS = """Needs MuJoCo 4. Each tendon is a spring that slips at its defle
 change of qpos between steps does not deflect the elements.
 Choose a step that is much shorter than the time constant of the elements, {time:.2g} s.
 {error}."""
-OF_JOINT = "{error}."
+NOTE_OF_LUGRE = "the scene uses the integrator Euler: implicitfast is far less accurate with LuGre"
 TEXT = """<!-- Friction of an axis: {model}. Written by bristle {version}.
 {facts}
 {table}
@@ -71,74 +72,54 @@ def write(request: Request) -> Product:
 
 def _scene(request: Request, friction: JointFriction) -> str:
     """Return a scene with one joint, its friction, and a motor for the effort."""
-    model, mass, name = request.model, request.mass, request.name
+    model, mass, name, step = request.model, request.mass, request.name, STEP
     time = math.sqrt(mass / friction.stiffness) if friction.stiffness else STEP
-    about, step = OF_LUGRE, STEP
+    about, error = OF_LUGRE, ""
     if friction.deviation is not None:
-        about = OF_ELEMENTS if friction.tendons else OF_JOINT
+        about, error = OF_ELEMENTS if friction.tendons else "{error}.", friction.deviation.text().capitalize()
         step = min(STEP, float(f"{0.2 * time:.1g}")) if friction.tendons else STEP
-    error = "" if friction.deviation is None else friction.deviation.text().capitalize()
     # A comment in XML must not contain "--".
     facts, table = (text.replace("--", "- -") for text in ("\n".join(request.source.lines), parameter_table(model, request.source)))
     shape = {"joint": "slide", "axis": "1 0 0", "mass": repr(mass), "inertia": "1 1 1"}
     if model.kind != "translational":
         shape = {"joint": "hinge", "axis": "0 0 1", "mass": "1", "inertia": f"{mass!r} {mass!r} {mass!r}"}
     tendons, actuators = ("".join(f"    {Xml.tostring(part, encoding='unicode')}\n" for part in parts) for parts in friction[1:3])
-    return TEXT.format(
-        model=plain(model.name),
-        version=version(),
-        facts=facts,
-        table=table,
-        about=about.format(time=time, error=error),
-        name=name,
-        step=step,
-        option=f' noslip_iterations="{ITERATIONS}"' if "frictionloss" in friction.attributes else "",
-        of_joint="".join(f' {key}="{value}"' for key, value in friction.attributes.items()),
-        tendons=tendons and f"  <tendon>\n{tendons}  </tendon>\n",
-        actuators=actuators,
-        **shape,
-    )
+    parts = {"facts": facts, "table": table, "about": about.format(time=time, error=error), "actuators": actuators} | shape
+    parts["option"] = f' noslip_iterations="{ITERATIONS}"' if "frictionloss" in friction.attributes else ""
+    parts["of_joint"] = "".join(f' {key}="{value}"' for key, value in friction.attributes.items())
+    parts["tendons"] = tendons and f"  <tendon>\n{tendons}  </tendon>\n"
+    return TEXT.format(model=plain(model.name), version=version(), name=name, step=step, **parts)
 
 
 def friction_of_joint(request: Request) -> JointFriction:
     """Return the friction of a joint, named like the request."""
-    model, name = request.model, request.name
-    component, values = model.component, model.values
-    slots, notes = variations_of(component), []
-    plainly = not (slots or directional(component))
-    if base_of(component).name == "lugre" and plainly and math.isinf(values["v_d"]):
+    component, values, name = request.model.component, request.model.values, request.name
+    slots = variations_of(component)
+    if base_of(component).name == "lugre" and not (slots or directional(component)) and math.isinf(values["v_d"]):
         lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
         attributes = {"motorconst": "0", "resistance": "1", "input": "none", "damping": repr(float(values["sigma_2"])), "lugre": lugre}
-        motor = Xml.Element("dcmotor", {"name": f"{name}_friction", "joint": name} | attributes)
         constant, notes = _constant(name, offset_of(component.variables, values))
-        notes = ("the scene uses the integrator Euler: implicitfast is far less accurate with LuGre", *notes)
-        return JointFriction({}, [], [motor, *constant], values["sigma_0"], None, notes)
+        motor = Xml.Element("dcmotor", {"name": f"{name}_friction", "joint": name} | attributes)
+        return JointFriction({}, [], [motor, *constant], values["sigma_0"], None, (NOTE_OF_LUGRE, *notes))
     elements, deviation = elements_of(request)
-    needed = "MuJoCo 4 or later" if elements.stiffness.size else ""
-    actuators, of_constant = _constant(name, whole_constant(elements))
-    if rises_with_effort(model) and not slots:
-        slots = ("transmitted effort",)
-    frozen = f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range" if slots else ""
+    actuators, notes = _constant(name, elements.whole_constant)
+    slots = slots or ("transmitted effort",) * rises_with_effort(request.model)
+    if slots:
+        notes = (f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range", *notes)
     attributes = {key: repr(float(value)) for key, value in (("frictionloss", elements.dry), ("damping", elements.damping)) if value}
-    notes = (*filter(None, (needed and f"the scene needs {needed}", deviation.text(), frozen)), *of_constant)
-    return JointFriction(attributes, _tendons(name, elements), actuators, float(sum(elements.stiffness)), deviation, notes)
-
-
-def whole_constant(elements: Elements) -> float:
-    """Return the constant force [N or N*m] of elements, with the force that makes them asymmetric."""
-    slipping = sum(k * d for k, d in zip(elements.stiffness, elements.yields, strict=True) if math.isfinite(d))
-    return elements.constant + elements.ratio * (elements.dry + slipping)
+    tendons, stiffness = _tendons(name, elements), float(np.sum(elements.stiffness))
+    needed = ("the scene needs MuJoCo 4 or later",) if tendons else ()
+    return JointFriction(attributes, tendons, actuators, stiffness, deviation, (deviation.text(), *needed, *notes))
 
 
 def _tendons(name: str, elements: Elements) -> list[Xml.Element]:
-    """Return a tendon for each element of a joint."""
+    """Return a tendon for each element of a joint that has a force; a springyield of 0 would mean a spring that never slips."""
     tendons = []
-    for number, (k, d) in enumerate(zip(elements.stiffness.tolist(), elements.yields.tolist(), strict=True)):
-        slips = math.isfinite(d)
-        lengths = {"springlength": repr(elements.ratio * d), "springyield": repr(d)} if slips else {"springlength": "0"}
-        tendon = Xml.Element("fixed", {"name": f"{name}_element_{number}", "stiffness": repr(k)} | lengths)
-        Xml.SubElement(tendon, "joint", joint=name, coef="1")
-        tendons.append(tendon)
+    for k, d in zip(elements.stiffness.tolist(), elements.yields.tolist(), strict=True):
+        if k * d > 0.0:
+            lengths = {"springlength": repr(elements.ratio * d), "springyield": repr(d)} if math.isfinite(d) else {"springlength": "0"}
+            tendons.append(Xml.Element("fixed", {"name": f"{name}_element_{len(tendons)}", "stiffness": repr(k)} | lengths))
+            Xml.SubElement(tendons[-1], "joint", joint=name, coef="1")
     return tendons
 
 
@@ -146,6 +127,6 @@ def _constant(name: str, force: float) -> tuple[list[Xml.Element], tuple[str, ..
     """Return the actuator of a constant friction force [N or N*m], and a note; both empty without this force."""
     if not force:
         return [], ()
-    bias: Mapping[str, str] = {"gainprm": "0", "biastype": "affine", "biasprm": f"{-float(force)!r} 0 0"}
+    bias = {"joint": name, "gainprm": "0", "biastype": "affine", "biasprm": f"{-force!r} 0 0"}
     note = f"the actuator {name}_constant applies a constant force; its control has no effect"
-    return [Xml.Element("general", {"name": f"{name}_constant", "joint": name} | bias)], (note,)
+    return [Xml.Element("general", {"name": f"{name}_constant"} | bias)], (note,)

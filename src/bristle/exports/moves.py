@@ -35,7 +35,7 @@ def moves_for(request: Request) -> tuple[np.ndarray, float, float]:
     distance = turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
     distances = [*(times * distance for times in TIMES), max(SHORTEST * limits.velocity, TIMES[-1] * distance)]
-    return np.concatenate([moves_over(each, limits, dt) for each in distances]), dt, fastest
+    return np.concatenate([moves_over(way, limits, dt) for way in distances]), dt, fastest
 
 
 def moves_over(distance: float, limits: Limits, dt: float) -> np.ndarray:
