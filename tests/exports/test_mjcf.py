@@ -81,6 +81,7 @@ def test_every_model_is_written_with_a_stated_error(name, tmp_path):
     assert next(note for note in result.notes if "error" in note).capitalize() in text
 
 
+@pytest.mark.slow
 def test_stops_and_a_spring_are_written_without_error(tmp_path):
     stops = br.hysteresis.prandtl_ishlinskii(kind="translational", thresholds=[1e-6, 4e-6], weights=[3e6, 1e6], spring=1e5)
     root, notes = scene(br.friction.preisach_contact(kernel=stops, sigma_2=50.0), tmp_path)

@@ -30,9 +30,7 @@ from bristle.identification.parameters import offset_of
 COUNT = 24  # of elements offered to the fit
 EXACT = 1e-6  # an error [%] that rounding explains
 LOPSIDED = 0.999  # largest ratio of asymmetry
-LARGEST = 10.0  # yield deflection over the pre-sliding distance
-SMALLEST = 1e-3  # yield deflection over the largest
-SLOW = 1e-3  # of full speed
+SMALLEST, LARGEST = 0.01, 10.0  # yield deflection over the pre-sliding distance
 DRY = ("coulomb", "viscous", "coulomb_viscous")
 STOPS = ("kernel_weights", "kernel_thresholds", "kernel_spring")
 
@@ -82,11 +80,11 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
     model = unvaried(request.model)
     x, dt, fastest = moves_for(request)
     v, offset = np.diff(x) / dt, offset_of(model.component.variables, model.values)
-    with interpreted():  # compiling would take longer
-        force = force_along(model, v, dt, x[1:])
     try:
-        sides = [steady_force(model, side * SLOW * fastest) - offset for side in (1.0, -1.0)]
-        reach = LARGEST * turning_distance(model, request.axis, fastest)[0]
+        with interpreted():  # compiling would take longer
+            force = force_along(model, v, dt, x[1:])
+        sides = [steady_force(model, side * 1e-3 * fastest) - offset for side in (1.0, -1.0)]
+        distance = turning_distance(model, request.axis, fastest)[0]
     except InputError as error:
         mend = "Use --to c, or identify a model with a level of sliding friction"
         raise InputError("has a force that grows without bound in sliding", path="mjcf", value=model.name, mend=mend) from error
@@ -94,7 +92,7 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
     ratio = float(np.clip(0.5 * sum(sides) / level, -LOPSIDED, LOPSIDED))
     elements = elements_in(model, offset)
     if elements is None:
-        yields = np.empty(0) if is_static(model) else reach * np.geomspace(SMALLEST, 1.0, COUNT)
+        yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
         elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
     error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
     return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level))
@@ -119,20 +117,18 @@ def elements_in(model: Model, offset: float) -> Elements | None:
 
 def elements_force(elements: Elements, x: np.ndarray, dt: float) -> np.ndarray:
     """Return the mean force [N or N*m] of elements over each step along positions [m or rad]."""
-    dry = elements.dry * _dry(np.diff(x), elements.ratio)
+    dry = elements.dry * (np.sign(np.diff(x)) + elements.ratio * (np.diff(x) != 0.0))
     return _columns(x, elements.yields, elements.ratio) @ elements.stiffness + dry + elements.damping * np.diff(x) / dt + elements.constant
 
 
 def _fitted(x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, ratio: float) -> Elements:
     """Return the elements, or without yields the dry friction, and the damping that fit a force along positions best."""
     dx = np.diff(x)
-    fastest = np.max(np.abs(dx)) / dt
-    dry = (0.0 if yields.size else 1.0) * _dry(dx, ratio)[:, None]
+    dry = np.zeros((dx.size, 1)) if yields.size else (np.sign(dx) + ratio * (dx != 0.0))[:, None]
     # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
-    A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / (dt * fastest)])
+    A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / np.max(dx)])
     shares = non_negative(A[dx != 0.0], force[dx != 0.0])
-    used = np.flatnonzero(shares[:-2])
-    return Elements(shares[used] / yields[used], yields[used], ratio, shares[-1] / fastest, shares[-2], 0.0)
+    return Elements(shares[:-2] / yields, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0)
 
 
 def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:
@@ -145,7 +141,3 @@ def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:
         columns[k] = after - 0.5 * (after - z) ** 2 / dx if dx else after
         z = after
     return columns
-
-
-def _dry(dx: np.ndarray, ratio: float) -> np.ndarray:
-    return np.sign(dx) + ratio * (dx != 0.0)
