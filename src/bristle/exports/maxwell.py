@@ -29,7 +29,6 @@ from bristle.identification.parameters import offset_of
 
 COUNT = 24  # of elements offered to the fit
 EXACT = 1e-6  # an error [%] that rounding explains
-LOPSIDED = 0.999  # largest ratio of asymmetry
 SMALLEST, LARGEST = 0.01, 10.0  # yield deflection over the pre-sliding distance
 DRY = ("coulomb", "viscous", "coulomb_viscous")
 STOPS = ("kernel_weights", "kernel_thresholds", "kernel_spring")
@@ -89,7 +88,7 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
         mend = "Use --to c, or identify a model with a level of sliding friction"
         raise InputError("has a force that grows without bound in sliding", path="mjcf", value=model.name, mend=mend) from error
     level = 0.5 * (sides[0] - sides[1]) or np.finfo(float).tiny
-    ratio = float(np.clip(0.5 * sum(sides) / level, -LOPSIDED, LOPSIDED))
+    ratio = float(np.clip(0.5 * sum(sides) / level, -0.999, 0.999))
     elements = elements_in(model, offset)
     if elements is None:
         yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)

@@ -66,7 +66,7 @@ class JointFriction(NamedTuple):
 def write(request: Request) -> Product:
     """Return the scene, with notes on differences of MuJoCo."""
     friction = friction_of_joint(request)
-    error = None if friction.deviation is None else friction.deviation._asdict()
+    error = friction.deviation and friction.deviation._asdict()
     return Product({f"{request.name}.xml": _scene(request, friction)}, friction.notes, error=error)
 
 
@@ -107,9 +107,8 @@ def friction_of_joint(request: Request) -> JointFriction:
     if slots:
         notes = (f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range", *notes)
     attributes = {key: repr(float(value)) for key, value in (("frictionloss", elements.dry), ("damping", elements.damping)) if value}
-    tendons, stiffness = _tendons(name, elements), float(np.sum(elements.stiffness))
-    needed = ("the scene needs MuJoCo 4 or later",) if tendons else ()
-    return JointFriction(attributes, tendons, actuators, stiffness, deviation, (deviation.text(), *needed, *notes))
+    notes = (deviation.text(), *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()), *notes)
+    return JointFriction(attributes, _tendons(name, elements), actuators, float(np.sum(elements.stiffness)), deviation, notes)
 
 
 def _tendons(name: str, elements: Elements) -> list[Xml.Element]:
@@ -127,6 +126,5 @@ def _constant(name: str, force: float) -> tuple[list[Xml.Element], tuple[str, ..
     """Return the actuator of a constant friction force [N or N*m], and a note; both empty without this force."""
     if not force:
         return [], ()
-    bias = {"joint": name, "gainprm": "0", "biastype": "affine", "biasprm": f"{-force!r} 0 0"}
-    note = f"the actuator {name}_constant applies a constant force; its control has no effect"
-    return [Xml.Element("general", {"name": f"{name}_constant"} | bias)], (note,)
+    bias = {"name": f"{name}_constant", "joint": name, "gainprm": "0", "biastype": "affine", "biasprm": f"{-force!r} 0 0"}
+    return [Xml.Element("general", bias)], (f"the actuator {name}_constant applies a constant force; its control has no effect",)

@@ -31,11 +31,10 @@ class Limits(NamedTuple):
 def moves_for(request: Request) -> tuple[np.ndarray, float, float]:
     """Return positions of moves inside and outside pre-sliding and at full speed [m or rad], time step [s] and largest speed."""
     fastest = request.speed or (request.axis and request.axis.velocity_limit) or FASTEST
-    limits = Limits(fastest, fastest / SHORTEST)
     distance = turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
-    distances = [*(times * distance for times in TIMES), max(SHORTEST * limits.velocity, TIMES[-1] * distance)]
-    return np.concatenate([moves_over(way, limits, dt) for way in distances]), dt, fastest
+    distances = [*(times * distance for times in TIMES), max(SHORTEST * fastest, TIMES[-1] * distance)]
+    return np.concatenate([moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]), dt, fastest
 
 
 def moves_over(distance: float, limits: Limits, dt: float) -> np.ndarray:
