@@ -134,7 +134,7 @@ def ours() -> Iterator[Answers]:
 
 
 def mujoco() -> Iterator[Answers]:
-    """Ask MuJoCo: a box on a plane, and a joint with frictionloss, both in several settings."""
+    """Ask MuJoCo: a box on a plane, a joint with frictionloss, both in several settings, and a joint with a tendon that slips."""
     library = importlib.import_module("mujoco")
     settings = {
         "as it comes": "",
@@ -142,21 +142,25 @@ def mujoco() -> Iterator[Answers]:
         "noslip_iterations 20": '<option noslip_iterations="20"/>',
         "implicitfast": '<option integrator="implicitfast"/>',
     }
+
+    def stepped(text: str, v: float, lasts: float, force: Force) -> Moved:
+        model = library.MjModel.from_xml_string(text)
+        data = library.MjData(model)
+        data.qvel[0] = v
+        x, speed = np.empty(round(lasts / DT) + 1), np.empty(round(lasts / DT) + 1)
+        for k in range(x.size):
+            x[k], speed[k] = data.qpos[0], data.qvel[0]
+            data.qfrc_applied[0] = force(k * DT, x[k])
+            library.mj_step(model, data)
+        return x, speed
+
     for name, option in settings.items():
 
         def moved(body: str, v: float, lasts: float, force: Force, option: str = option) -> Moved:
             gravity = f"{GRAVITY * math.sin(SLOPE)} 0 {-GRAVITY * math.cos(SLOPE)}"
             options = f'<option timestep="{DT}" gravity="{gravity}"/>{option}'
             text = f"<mujoco>{options}<worldbody>{body}</worldbody></mujoco>"
-            model = library.MjModel.from_xml_string(text)
-            data = library.MjData(model)
-            data.qvel[0] = v
-            x, speed = np.empty(round(lasts / DT) + 1), np.empty(round(lasts / DT) + 1)
-            for k in range(x.size):
-                x[k], speed[k] = data.qpos[0], data.qvel[0]
-                data.qfrc_applied[0] = force(k * DT, x[k])
-                library.mj_step(model, data)
-            return x, speed
+            return stepped(text, v, lasts, force)
 
         box = (
             f'<geom type="plane" size="50 50 1" friction="{MU}"/><body pos="0 0 0.05"><freejoint/>'
@@ -171,6 +175,13 @@ def mujoco() -> Iterator[Answers]:
 
         slope = creep(moved(box, 0.0, LASTS, lambda t, x: 0.0)[0])
         yield Answers(f"MuJoCo {library.__version__}", name, slope=slope, **asked(run))
+
+    stiffness = 0.1 * M / DT**2
+    tendon = f'<fixed stiffness="{stiffness}" springlength="0" springyield="{F_C / stiffness}"><joint joint="x" coef="1"/></fixed>'
+    body = f'<body><joint name="x" type="slide" axis="1 0 0"/><geom type="sphere" size="0.1" mass="{M}"/></body>'
+    text = f'<mujoco><option timestep="{DT}" gravity="0 0 0"/><worldbody>{body}</worldbody><tendon>{tendon}</tendon></mujoco>'
+    asked_of_tendon = asked(lambda force, v, lasts: stepped(text, v, lasts, force))
+    yield Answers(f"MuJoCo {library.__version__}", "tendon with springyield", **asked_of_tendon)
 
 
 def drake() -> Iterator[Answers]:

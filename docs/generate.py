@@ -712,7 +712,8 @@ def sticking() -> str:
         "`lugre` they absorb the momentum σ_1 z = 10 N·s/m · 10 µm, so that the axis stops 0.1 mm early. Under load, "
         "the axis with `lugre` oscillates and drifts by 1.3 µm ([reason](../theory/which-model-fails-which-certificate.md)). "
         "`preisach_lugre` does not drift and moves by a few nanometres. MuJoCo regularises friction. Its `noslip_iterations` "
-        "remove the creep of a joint. For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
+        "remove the creep of a joint. A tendon with `springyield` does not drift, but its spring oscillates without damping. "
+        "For a contact, elliptic cones reduce creep more. Drake used point contacts with default "
         "settings. The benchmark does not test joints of Drake and Bullet. MuJoCo, Drake and Bullet simulate bodies "
         "and contacts; bristle does not.",
     ]

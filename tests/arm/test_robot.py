@@ -80,14 +80,16 @@ def test_an_identified_urdf_has_the_bodies(pin):
     np.testing.assert_allclose(again.prior, BODIES, atol=1e-9)
 
 
-def test_the_scene_has_a_motor_for_each_joint_and_the_friction_that_mujoco_knows(chain):
+def test_the_scene_has_a_motor_and_friction_for_each_joint(chain):
     from bristle import friction
 
     frictions = {"turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0), "lift": friction.dahl(F_C=3.0, sigma_0=1e3)}
-    text, lacking = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)
-    assert lacking == ["lift"]
+    text, errors = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)
+    assert list(errors) == ["lift"]
+    assert "% rms" in errors["lift"]
     assert '<joint name="turn" type="hinge" axis="0.0 0.0 1.0" armature="0.5" frictionloss="3.0" damping="2.0" />' in text
     assert text.count("<motor ") == 2
+    assert text.count('<joint joint="lift" coef="1" />') == text.count("springyield=") > 2
 
 
 def test_mujoco_computes_the_same_efforts_from_the_scene(chain):

@@ -190,3 +190,12 @@ def test_each_command_tests_the_friction_of_its_model(bristle, place, monkeypatc
     ended = bristle(*command, *(() if command[0] == "models" else ("--out", "written")))
     assert (ended.code, ended.err) == (2, "bristle: own.py: cannot be used\n")
     assert not Path("written").exists()
+
+
+def test_the_summary_of_a_scene_states_its_force_error(bristle, place):
+    Path("dahl.toml").write_text('schema = 1\nkind = "translational"\n\n[friction]\nmodel = "dahl"\nF_C = 20.0\nsigma_0 = 5e6\n')
+    result = bristle("export", "dahl.toml", "--to", "mjcf", "--out", "scene", "--json")
+    error = json.loads(Path("scene/summary.json").read_text())["error"]
+    assert error == result.data["error"]
+    assert 0.1 < error["rms"] < error["largest"] < 40.0
+    assert any(f"{error['rms']:.2f} % rms" in note for note in result.data["notes"])

@@ -7,7 +7,8 @@ import numpy as np
 
 from bristle.arm.robot import Robot
 from bristle.core import InputError, Model
-from bristle.exports.mjcf import friction_of_joint
+from bristle.exports.mjcf import ITERATIONS, JointFriction, friction_of_joint
+from bristle.exports.targets import Request
 
 INERTIAS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
 
@@ -40,13 +41,13 @@ def centred(row: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     return mass, centre, about - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
 
 
-def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: Mapping[str, Model]) -> tuple[str, list[str]]:
-    """Return the scene of an arm with a motor and the friction of each joint, and the joints whose friction MuJoCo lacks."""
+def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: Mapping[str, Model]) -> tuple[str, dict[str, str]]:
+    """Return the scene of an arm with a motor and the friction of each joint, and by joint the error of approximated friction."""
     root = Xml.Element("mujoco", model="arm")
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true")
-    Xml.SubElement(root, "option", timestep="1e-4", integrator="Euler")
+    Xml.SubElement(root, "option", timestep="1e-4", integrator="Euler", noslip_iterations=str(ITERATIONS))
     chain = {0: Xml.SubElement(root, "worldbody")}
-    actuators, lacking = Xml.SubElement(root, "actuator"), list[str]()
+    tendons, actuators, notes = Xml.SubElement(root, "tendon"), Xml.SubElement(root, "actuator"), dict[str, str]()
     model = robot.model
     for body, (name, row, rotor) in enumerate(zip(robot.names, bodies, rotors, strict=True), start=1):
         place, joint = model.jointPlacements[body], model.joints[body]
@@ -58,21 +59,23 @@ def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: M
         slides = bool(np.any(along[:3]))
         attributes = {"name": name, "type": "slide" if slides else "hinge", "axis": _text(along[:3] if slides else along[3:])}
         attributes |= {"armature": repr(float(rotor))}
+        friction = JointFriction({}, [], [])
         try:
-            of_joint, of_actuator = friction_of_joint(frictions[name]) if name in frictions else ({}, {})
-        except InputError:
-            lacking.append(name)
-            of_joint, of_actuator = {}, {}
-        Xml.SubElement(element, "joint", attributes | of_joint)
+            friction = friction_of_joint(Request(frictions[name], name, 1e-4)) if name in frictions else friction
+        except InputError as error:
+            notes[name] = f"no friction, because it {error.message}"
+        if friction.deviation is not None and not friction.deviation.is_none:
+            notes[name] = friction.deviation.text()
+        Xml.SubElement(element, "joint", attributes | friction.attributes)
         mass, centre, about = centred(row)
         full = " ".join(repr(float(about[i, j])) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
         Xml.SubElement(element, "inertial", pos=_text(centre), mass=repr(mass), fullinertia=full)
         Xml.SubElement(actuators, "motor", name=f"{name}_effort", joint=name)
-        if of_actuator:
-            Xml.SubElement(actuators, "dcmotor", {"name": f"{name}_friction", "joint": name} | of_actuator)
+        actuators.extend(friction.actuators)
+        tendons.extend(friction.tendons)
         chain[body] = element
     Xml.indent(root)
-    return Xml.tostring(root, encoding="unicode") + "\n", lacking
+    return Xml.tostring(root, encoding="unicode") + "\n", notes
 
 
 def _text(vector: np.ndarray) -> str:

@@ -40,10 +40,10 @@ class Arm:
             write_whole(place / name, text)
         return self.axes(place)
 
-    def exported(self, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], list[str]]:
-        """Return files for other programs, with the friction of the joints, and the joints whose friction MuJoCo lacks."""
-        scene, lacking = arm_scene(self.robot, self.dynamics.bodies, self.dynamics.rotors, frictions)
-        return {"arm.xml": scene} | ({"arm.urdf": with_inertias(self.robot, self.dynamics.bodies)} if self.robot.urdf else {}), lacking
+    def exported(self, frictions: Mapping[str, Model]) -> tuple[dict[str, str | bytes], dict[str, str]]:
+        """Return files for other programs, with the friction of the joints, and by joint the error of approximated friction."""
+        scene, notes = arm_scene(self.robot, self.dynamics.bodies, self.dynamics.rotors, frictions)
+        return {"arm.xml": scene} | ({"arm.urdf": with_inertias(self.robot, self.dynamics.bodies)} if self.robot.urdf else {}), notes
 
     @cached_property
     def files(self) -> dict[str, bytes]:

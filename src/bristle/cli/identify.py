@@ -314,11 +314,11 @@ def _write_arm(arm: Arm, store: FleetStore) -> None:
 
     places = {name: store.folder / name / "model.toml" for name in arm.tables}
     frictions = {name: read_model(place).friction for name, place in places.items() if place.exists()}
-    contents, lacking = arm.exported(frictions)
+    contents, notes = arm.exported(frictions)
     for name, content in contents.items():
         store.grown.write(name, content)
-    if lacking:
-        complain(f"arm.xml has no friction for {', '.join(lacking)}, because MuJoCo lacks this friction model")
+    for joint, note in notes.items():
+        complain(f"arm.xml, {joint}: {note}")
 
 
 def identification_parts(

@@ -16,44 +16,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import force_along, interpreted, response
-from bristle.engine.contact import steady_force
+from bristle.exports.moves import FASTEST, SHORTEST, TIMES, Limits, limits_within, moves_over, sliding_level, turning_distance
 from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import reversal_distance
 from bristle.references import recorded
-from bristle.references.legs import legs_through
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment, settling
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
-from bristle.simulation.two_masses import screw_of, table_of, whole_inertia
+from bristle.simulation.two_masses import screw_of, table_of
 
 Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
 
-TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the pre-sliding distance
 SERIOUS = 10.0  # An export that is worse from this distance on, or along the motion of the log, is refused
 WORSE = 1.05  # ratio of two errors that count as different
-ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
-SHORTEST = 0.1  # of a move [s]
 TINY = 1e-12  # an error or a ratio below it counts as zero
 MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
-
-
-class Limits(NamedTuple):
-    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis."""
-
-    velocity: float
-    acceleration: float
-    jerk: float = math.inf
 
 
 class Along(NamedTuple):
@@ -245,12 +231,6 @@ def _held(loop: Variant) -> float:
     return offset_of(loop.friction.component.variables, loop.friction.values)
 
 
-def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, bool]:
-    """Return the pre-sliding distance [m or rad], and whether it is an assumption."""
-    distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
-    return (distance, False) if distance else (ASSUMED[model.kind], True)
-
-
 def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
     """Return the effect of an export on a loop; friction without pre-sliding turns over the given distance."""
     loop = replace(loop, friction=with_presliding(loop.friction, distance[0]))
@@ -258,7 +238,7 @@ def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, dist
     begun, along = _at_rest(loop), []
     assert begun.start is not None
     for times in TIMES:
-        x = begun.start.position + _moves(times * distance[0], limits, dt)
+        x = begun.start.position + moves_over(times * distance[0], limits, dt)
         run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
         variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
         results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, 1.1)
@@ -280,7 +260,7 @@ def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[
     truth = with_presliding(model, distance[0])
     along = []
     for times in TIMES:
-        x = _moves(times * distance[0], limits, dt)
+        x = moves_over(times * distance[0], limits, dt)
         v = np.diff(x) / dt
         moving = v != 0.0
         with interpreted():  # compiling would take longer
@@ -291,22 +271,6 @@ def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[
         ]
         along.append(Along(MOVES, times * distance[0], *shares))
     return Effect(tuple(along), model.kind, *distance, False, ahead)
-
-
-def sliding_level(model: Model, fastest: float) -> float:
-    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
-    slow = 1e-3 * fastest
-    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
-
-
-def _moves(distance: float, limits: Limits, dt: float) -> np.ndarray:
-    """Return positions of the moves from 0: forward twice, back twice, forward, back, each with a dwell after it [m or rad]."""
-    jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
-    leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
-    inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
-    dwell, before = np.full(math.ceil(0.2 / dt), distance), np.zeros(math.ceil(0.1 / dt))
-    step = np.concatenate([inside, dwell])
-    return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
 
 
 def _at_rest(loop: Variant) -> Variant:
@@ -321,16 +285,13 @@ def _error(outcome: VariantResult) -> float:
     return math.inf if outcome.status is Status.NOT_FINITE else error.peak_to_peak
 
 
-FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
-
-
 def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
     """Return the effect of the files of a target with the force `drive`, or of the model without it; None without `drive` and loop."""
     friction, loop, axis = request.model, loop_for(request), request.axis
     if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
         return None
     fastest = request.speed or (axis and axis.velocity_limit) or FASTEST
-    limits = _limits_of(friction, request.plant, fastest)
+    limits = limits_within(friction, request.plant, fastest)
     if axis is not None:
         limits = Limits(
             min(limits.velocity, axis.velocity_limit or math.inf),
@@ -354,7 +315,7 @@ def effect_of_law(variant: Variant) -> Effect | None:
     loop = replace(variant, feedforward=replace(fed, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
-    limits = _limits_of(friction, variant.plant, fastest or FASTEST)
+    limits = limits_within(friction, variant.plant, fastest or FASTEST)
     distance = turning_distance(friction, variant.axis, limits.velocity)
     if (screw := screw_of(fed)) is not None:  # the screw turns over with the friction of the table
         force = sliding_level(table_of(fed), screw.arm * limits.velocity)
@@ -390,11 +351,3 @@ def loop_for(request: Request) -> Variant | None:
         )
         variant = next(variant for variant in experiment.variants if variant.name == COMPENSATED)
     return replace(variant, feedforward=replace(variant.feedforward, friction=None))
-
-
-def _limits_of(friction: Model, plant: Model | None, fastest: float) -> Limits:
-    """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
-    mass = 0.0 if plant is None else plant.values.get("M", 0.0)
-    if plant is not None and plant.component.screw is not None:
-        mass = whole_inertia(plant, plant.component.screw(plant.parameters), SHORTEST)
-    return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

@@ -107,11 +107,15 @@ class Product:
         Losses and differences of the target, one sentence each.
     effect : Effect or None
         Effect of the files on the axis, if bristle knows it.
+    error : mapping or None
+        Force error of files that approximate the model: ``rms`` and ``largest`` in % of ``level``, the sliding friction
+        [N or N*m].
     """
 
     files: dict[str, str | bytes]
     notes: tuple[str, ...] = ()
     effect: Effect | None = None
+    error: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

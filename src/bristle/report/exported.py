@@ -29,7 +29,8 @@ class ExportedModel(NamedTuple):
         effect = None if self.product.effect is None else self.product.effect.as_data()
         notes = [*self.product.notes, *self.beside]
         about = {"target": self.target, "model": self.name, "files": list(self.product.files)}
-        return about | {"notes": notes, "effect": effect, "provenance": self.provenance}
+        error = {} if self.product.error is None else {"error": dict(self.product.error)}
+        return about | {"notes": notes, "effect": effect} | error | {"provenance": self.provenance}
 
     def write(self, folder: Results) -> None:
         """Write the files and the summary into a folder of results."""

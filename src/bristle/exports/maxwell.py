@@ -1,0 +1,142 @@
+r"""Friction as a sum of elasto-slip elements (Maxwell slip), and its force error along moves.
+
+.. math:: F = \sum_i k_i z_i + \operatorname{sgn}(v) D + c v + F_0, \qquad
+    -(1 - \rho) d_i \le z_i \le (1 + \rho) d_i
+
+Each element deflects by :math:`z_i` with the motion, until it slips at its yield deflection. The ratio :math:`\rho`
+makes friction asymmetric: elements of equal limits that start deflected by :math:`-\rho d_i` behind the constant force
+:math:`\rho k_i d_i` are identical to it. Maxwell slip and stops in parallel are such a sum. For any other model with
+pre-sliding, stiffness and damping are the non-negative least-squares fit along moves from rest to rest, over 1, 3, 10 and
+30 pre-sliding distances and at full speed. A static model has dry friction D instead of elements.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.least_squares import non_negative
+from bristle.core.typography import number
+from bristle.engine import force_along, interpreted
+from bristle.engine.contact import steady_force
+from bristle.exports.moves import moves_for, turning_distance
+from bristle.exports.targets import Request
+from bristle.friction import base_of, is_static, unvaried
+from bristle.friction.slots import by_direction
+from bristle.identification.parameters import offset_of
+
+COUNT = 24  # of elements offered to the fit
+EXACT = 1e-6  # an error [%] that rounding explains
+SMALLEST, LARGEST = 0.01, 10.0  # yield deflection over the pre-sliding distance
+DRY = ("coulomb", "viscous", "coulomb_viscous")
+STOPS = ("kernel_weights", "kernel_thresholds", "kernel_spring")
+
+
+class Elements(NamedTuple):
+    """Elements in parallel: stiffness [N/m or N*m/rad] and yield deflection [m or rad], inf for a spring that never slips.
+
+    The others are the ratio of asymmetry, the viscous coefficient, the dry friction, and the constant force.
+    """
+
+    stiffness: np.ndarray
+    yields: np.ndarray
+    ratio: float
+    damping: float
+    dry: float
+    constant: float
+
+    @property
+    def whole_constant(self) -> float:
+        """Constant force of a scene: with the force that makes elements of equal limits asymmetric."""
+        slips = np.isfinite(self.yields)
+        return float(self.constant + self.ratio * (self.dry + self.stiffness[slips] @ self.yields[slips]))
+
+
+class Deviation(NamedTuple):
+    """Error of the elements along moves: rms and largest force error in % of the level, the sliding friction [N or N*m]."""
+
+    rms: float
+    largest: float
+    level: float
+
+    @property
+    def is_none(self) -> bool:
+        """Whether rounding explains the error."""
+        return self.largest < EXACT
+
+    def text(self) -> str:
+        """Return the error as a sentence."""
+        if self.is_none:
+            return "the scene has the force of the model: no error along moves inside and outside pre-sliding"
+        rms, largest = (number(share, digits=3) for share in (self.rms, self.largest))
+        return f"force error along moves inside and outside pre-sliding: {rms} % rms, at most {largest} % of the sliding friction"
+
+
+def elements_of(request: Request) -> tuple[Elements, Deviation]:
+    """Return the elements of a friction model, frozen at nominal load and temperature, and their error along moves."""
+    model = unvaried(request.model)
+    x, dt, fastest = moves_for(request)
+    v, offset = np.diff(x) / dt, offset_of(model.component.variables, model.values)
+    try:
+        with interpreted():  # compiling would take longer
+            force = force_along(model, v, dt, x[1:])
+        sides = [steady_force(model, side * 1e-3 * fastest) - offset for side in (1.0, -1.0)]
+        distance = turning_distance(model, request.axis, fastest)[0]
+    except InputError as error:
+        mend = "Use --to c, or identify a model with a level of sliding friction"
+        raise InputError("has a force that grows without bound in sliding", path="mjcf", value=model.name, mend=mend) from error
+    level = 0.5 * (sides[0] - sides[1]) or np.finfo(float).tiny
+    ratio = float(np.clip(0.5 * sum(sides) / level, -0.999, 0.999))
+    elements = elements_in(model, offset)
+    if elements is None:
+        yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
+        elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
+    error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
+    return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level))
+
+
+def elements_in(model: Model, offset: float) -> Elements | None:
+    """Return the elements or the dry friction that a model consists of, with the mean damping; None if it is no such sum."""
+    values, base = model.values, base_of(model.component).name
+    level, damping = ([float(values[key]) for key in by_direction(model.component, name) if key in values] for name in ("F_C", "sigma_2"))
+    damping = float(np.mean(damping or [values[key] for key in by_direction(model.component, "F_v") if key in values] or 0.0))
+    mean = 0.5 * (level[0] + level[-1]) if level else 0.0
+    ratio = 0.5 * (level[0] - level[-1]) / mean if mean else 0.0
+    if base in DRY:
+        return Elements(np.empty(0), np.empty(0), ratio, damping, mean, offset)
+    if base == "maxwell_slip":
+        return Elements(values["k_i"], mean * values["nu_i"] / values["k_i"], ratio, damping, 0.0, offset)
+    if base.startswith("preisach_contact") and STOPS[0] in values and np.min(values[STOPS[0]]) >= 0.0:
+        weights, thresholds, spring = (np.atleast_1d(values[name]) for name in STOPS)
+        return Elements(np.append(weights, spring), np.append(thresholds, math.inf), 0.0, damping, 0.0, offset)
+    return None
+
+
+def elements_force(elements: Elements, x: np.ndarray, dt: float) -> np.ndarray:
+    """Return the mean force [N or N*m] of elements over each step along positions [m or rad]."""
+    dry = elements.dry * (np.sign(np.diff(x)) + elements.ratio * (np.diff(x) != 0.0))
+    return _columns(x, elements.yields, elements.ratio) @ elements.stiffness + dry + elements.damping * np.diff(x) / dt + elements.constant
+
+
+def _fitted(x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, ratio: float) -> Elements:
+    """Return the elements, or without yields the dry friction, and the damping that fit a force along positions best."""
+    dx = np.diff(x)
+    dry = np.zeros((dx.size, 1)) if yields.size else (np.sign(dx) + ratio * (dx != 0.0))[:, None]
+    # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
+    A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / np.max(dx)])
+    shares = non_negative(A[dx != 0.0], force[dx != 0.0])
+    return Elements(shares[:-2] / yields, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0)
+
+
+def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:
+    """Return the mean deflection [m or rad] of each element over each step."""
+    low, high, z = -(1.0 - ratio) * yields, (1.0 + ratio) * yields, np.zeros(yields.size)
+    columns = np.empty((x.size - 1, yields.size))
+    for k, dx in enumerate(np.diff(x).tolist()):
+        after = np.clip(z + dx, low, high)
+        # An element slips over the last part of the step, and the mean lacks its rise there.
+        columns[k] = after - 0.5 * (after - z) ** 2 / dx if dx else after
+        z = after
+    return columns

@@ -1,0 +1,67 @@
+"""The moves along which an export is judged: from rest to rest, inside and outside pre-sliding."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.engine.contact import steady_force
+from bristle.exports.targets import Request
+from bristle.prediction.drive_table import reversal_distance
+from bristle.references.legs import legs_through
+from bristle.simulation.two_masses import whole_inertia
+
+TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the pre-sliding distance
+ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
+SHORTEST = 0.1  # of a move [s]
+SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
+FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
+
+
+class Limits(NamedTuple):
+    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis."""
+
+    velocity: float
+    acceleration: float
+    jerk: float = math.inf
+
+
+def moves_for(request: Request) -> tuple[np.ndarray, float, float]:
+    """Return positions of moves inside and outside pre-sliding and at full speed [m or rad], time step [s] and largest speed."""
+    fastest = request.speed or (request.axis and request.axis.velocity_limit) or FASTEST
+    distance = turning_distance(request.model, request.axis, fastest)[0]
+    dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
+    distances = [*(times * distance for times in TIMES), max(SHORTEST * fastest, TIMES[-1] * distance)]
+    return np.concatenate([moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]), dt, fastest
+
+
+def moves_over(distance: float, limits: Limits, dt: float) -> np.ndarray:
+    """Return positions of the moves from 0: forward twice, back twice, forward, back, each with a dwell after it [m or rad]."""
+    jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
+    leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
+    inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
+    dwell, before = np.full(math.ceil(0.2 / dt), distance), np.zeros(math.ceil(0.1 / dt))
+    step = np.concatenate([inside, dwell])
+    return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
+
+
+def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, bool]:
+    """Return the pre-sliding distance [m or rad], and whether it is an assumption."""
+    distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
+    return (distance, False) if distance else (ASSUMED[model.kind], True)
+
+
+def sliding_level(model: Model, fastest: float) -> float:
+    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
+    slow = 1e-3 * fastest
+    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
+
+
+def limits_within(friction: Model, plant: Model | None, fastest: float) -> Limits:
+    """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
+    mass = 0.0 if plant is None else plant.values.get("M", 0.0)
+    if plant is not None and plant.component.screw is not None:
+        mass = whole_inertia(plant, plant.component.screw(plant.parameters), SHORTEST)
+    return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)
