@@ -109,7 +109,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
 
 
 def _inflation(bands: Bands, fit: Fit, estimation: Estimation, *, linear: bool) -> float:
-    """Return the factor with which bands contain 95 % of held-out rows."""
+    """Return the factor with which bands contain 95 % of held-out rows, at least 1."""
     problem, solution = estimation.resampled
     width, share = half_width(bands, fit.plant, fit.friction, problem.dataset), []
     for fold in problem.folds(BLOCKS)[1]:
@@ -117,7 +117,7 @@ def _inflation(bands: Bands, fit: Fit, estimation: Estimation, *, linear: bool) 
             theta, residual = Refit(solution, fold.fitted, linear).solve(problem, solution.theta)
             rows = problem.effort_residual(solution.space.values(theta), residual)
             share.append(np.abs(rows[fold.of_dataset]) / width[fold.of_dataset])
-    return float(np.quantile(np.concatenate(share), 0.95)) if share else 1.0
+    return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
 def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDynamics) -> tuple[Estimate, Diagnostic | None]:
