@@ -10,8 +10,8 @@ from bristle.report import exported
 from bristle.report.exported import ExportedModel, _loop_beside
 
 
-def written(effect=None, beside=()):
-    product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",))
+def written(effect=None, beside=(), error=None):
+    product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",), error=error)
     return ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
 
 
@@ -25,6 +25,7 @@ def test_export_is_reported_with_files_and_notes():
         "provenance": {"bristle": "0"},
     }
     assert written(Some(as_data=lambda: {"gain": 2.0})).summary["effect"] == {"gain": 2.0}
+    assert written(error={"rms_percent": 3.0}).summary["error"] == {"rms_percent": 3.0}
 
 
 def test_export_writes_files_and_summary():
