@@ -7,10 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bristle import friction
+from bristle.core.contracts import Motion
 from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop, run_open_loop
-from bristle.engine.screwed import Pulled, screw_force
+from bristle.engine.screwed import Memories, Pulled, screw_force, through_screw
 from bristle.plants import ball_screw, inertia
 from bristle.sensors import encoder
 
@@ -178,3 +179,25 @@ def test_a_screw_pulls_by_its_stretch_beyond_the_gap(twist, turned, force):
 
 def test_a_screw_without_a_gap_acts_as_a_spring_at_once():
     assert screw_force(0.3, 0.0, 0.0, Pulled(None, k=10.0, d=2.0, gap=0.0, arm=1.0, v_m=0.0, twist=0.3)) == pytest.approx(3.0)
+
+
+def test_each_side_of_an_export_has_its_own_memory():
+    """The same steps as with one array for both memories, whose sizes and contents differ."""
+    motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[40.0, 10.0], nu_i=[0.5, 0.5])
+    table = friction.maxwell_slip(F_C=40.0, k_i=[4e7, 1e7, 3e6], nu_i=[0.3, 0.3, 0.4])
+    forces = []
+    for exported in (False, True):
+        model = through_screw(screw(d=2e3), motor, table, exported=exported)
+        component, p = model.component, model.parameters
+        sizes = component.memory_sizes(p)
+        arrays = [side.component.new_memory(side.parameters) for side in (motor, table)]
+        memory = Memories(*arrays) if exported else np.concatenate(arrays)
+        assert sizes == (len(arrays[0]), len(arrays[1]))
+        state, x, efforts = component.initial_state(p), 0.0, []
+        for v in 3.0 * np.sin(0.05 * np.arange(400)):
+            force, move = component.trial(state, memory, Motion(v, x), 1e-4, p)
+            state, x = component.commit(state, memory, move, p), x + 1e-4 * v
+            efforts.append(force)
+        forces.append(efforts)
+    assert np.ptp(forces[0]) > 0.02
+    assert forces[0] == forces[1]

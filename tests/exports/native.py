@@ -36,6 +36,32 @@ void run_{name}(const double *x, int count, double dt, double *force)
 }}
 """
 
+RUN_LAW = """
+#include "{name}.h"
+void run_{name}(const {name}_inputs *inputs, int count, double *effort)
+{{
+    static {name} axis;
+    {name}_start(&axis);
+    for (int i = 0; i < count; ++i) {{
+        effort[i] = {name}_effort(&axis, &inputs[i]);
+    }}
+}}
+"""
+
+
+def library_of_laws(folder, texts, callers):
+    """Return exported laws, by name the text of each file, as one library; the caller of each is C."""
+    sources = []
+    for name, files in texts.items():
+        (folder / name).mkdir(exist_ok=True, parents=True)
+        for file, text in {**files, "run.c": callers[name]}.items():
+            (folder / name / file).write_text(text, encoding="ascii")
+        sources += [f"{name}/{name}.c", f"{name}/run.c"]
+    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
+    built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr[:4000]
+    return ctypes.CDLL(str(folder / "laws.so"))
+
 
 def selected_cases(request, *keys):
     """Return the values of some parameters that tests of this file run with: what no test asks for is not compiled."""

@@ -1,6 +1,5 @@
 """Control laws as FMUs: what they are told goes in as in C, and the effort comes out with the bits of C."""
 
-import ctypes
 import subprocess
 import zipfile
 from functools import cache
@@ -9,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.exports.importing import Importer, needs_compiler, needs_fmpy
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
+from tests.exports.native import COMPILER, WARNINGS, differing, library_of_laws
 from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, variant_of
 
 import bristle as br
@@ -59,20 +58,14 @@ def inputs_of(controller, fed):
 @pytest.fixture(scope="module")
 def in_c(tmp_path_factory):
     """The same laws in C, as one library; parameters of one of them are changed where that is asked for."""
-    folder, sources = tmp_path_factory.mktemp("in_c"), []
+    texts, callers = {}, {}
     for name, (controller, fed, _) in LAWS.items():
         tuned = (controller, fed) == TUNED
-        for file, text in law_files(law(controller, fed, tunable=tuned), name, Source()).items():
-            (folder / name).mkdir(exist_ok=True)
-            (folder / name / file).write_text(text, encoding="ascii")
+        texts[name] = law_files(law(controller, fed, tunable=tuned), name, Source())
         changes = CHANGED[TUNED][0].items() if tuned else ()
         lines = " ".join(f"axis.parameters.{field} = {value!r};" for field, value in changes) or "(void)changed;"
-        (folder / name / "run.c").write_text(RUN_CHANGED.format(name=name, lines=lines))
-        sources += [f"{name}/{name}.c", f"{name}/run.c"]
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
-    made = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr[:4000]
-    return ctypes.CDLL(str(folder / "laws.so"))
+        callers[name] = RUN_CHANGED.format(name=name, lines=lines)
+    return library_of_laws(tmp_path_factory.mktemp("in_c"), texts, callers)
 
 
 @pytest.fixture(scope="module")

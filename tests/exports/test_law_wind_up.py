@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.exports.importing import Importer, needs_fmpy
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing
+from tests.exports.native import COMPILER, FLAGS, RUN_LAW, WARNINGS, differing, library_of_laws
 
 import bristle as br
 from bristle.core.errors import InputError
@@ -45,17 +45,6 @@ CASES = {
     "scale": (SLIDING, Feedforward(plant=SCREW, friction=MOTOR), 0, "load"),
     "table": (CASCADE, Feedforward(plant=SCREW, table=DRY, wind_up_time=1e-3), 0, "motor"),
 }
-RUN = """
-#include "{name}.h"
-void run_{name}(const {name}_inputs *inputs, int count, double *effort)
-{{
-    static {name} axis;
-    {name}_start(&axis);
-    for (int i = 0; i < count; ++i) {{
-        effort[i] = {name}_effort(&axis, &inputs[i]);
-    }}
-}}
-"""
 
 
 def variant_of(case):
@@ -89,18 +78,9 @@ def recorded(case):
     return windows(law(case), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured), outcome.command
 
 
-def library(folder, laws, calls=RUN):
-    sources = []
-    for name, each in laws.items():
-        for file, text in law_files(each, name, Source()).items():
-            (folder / name).mkdir(exist_ok=True, parents=True)
-            (folder / name / file).write_text(text, encoding="ascii")
-        (folder / name / "run.c").write_text(calls.format(name=name))
-        sources += [f"{name}/{name}.c", f"{name}/run.c"]
-    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
-    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
-    return ctypes.CDLL(str(folder / "laws.so"))
+def library(folder, laws, calls=RUN_LAW):
+    texts = {name: law_files(each, name, Source()) for name, each in laws.items()}
+    return library_of_laws(folder, texts, {name: calls.format(name=name) for name in laws})
 
 
 @pytest.fixture(scope="module")

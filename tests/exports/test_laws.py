@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing, selected_cases
+from tests.exports.native import COMPILER, FLAGS, RUN_LAW, WARNINGS, differing, library_of_laws, selected_cases
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
@@ -24,17 +24,6 @@ from bristle.simulation import simulate
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65
-RUN = """
-#include "{name}.h"
-void run_{name}(const {name}_inputs *inputs, int count, double *effort)
-{{
-    static {name} axis;
-    {name}_start(&axis);
-    for (int i = 0; i < count; ++i) {{
-        effort[i] = {name}_effort(&axis, &inputs[i]);
-    }}
-}}
-"""
 STIFF = {"sigma_0": 36.066e6, "F_C": 42.725, "F_S": 50.265, "v_S": 397.89e-6}
 LUGRE = br.friction.lugre(**STIFF, sigma_1=52430.0, sigma_2=4737.4)
 CONTACT = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=36.066e6, f_p=81.933)
@@ -122,18 +111,11 @@ def law(controller, fed):
 def exported(request, tmp_path_factory):
     """The laws in one library, with the folder that they are in."""
     folder = tmp_path_factory.mktemp("laws")
-    sources = []
-    for controller, fed in compiled_cases(request):
-        name = f"{controller}_{fed}"
-        for file, text in law_files(law(controller, fed), name, Source()).items():
-            (folder / name).mkdir(exist_ok=True)
-            (folder / name / file).write_text(text, encoding="ascii")
-        (folder / name / "run.c").write_text(RUN.format(name=name))
-        sources += [f"{name}/{name}.c", f"{name}/run.c"]
-    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
-    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
-    return folder, ctypes.CDLL(str(folder / "laws.so"))
+    texts = {
+        f"{controller}_{fed}": law_files(law(controller, fed), f"{controller}_{fed}", Source())
+        for controller, fed in compiled_cases(request)
+    }
+    return folder, library_of_laws(folder, texts, {name: RUN_LAW.format(name=name) for name in texts})
 
 
 def recorded(variant):
@@ -341,24 +323,17 @@ def changed_variant(controller, fed):
 @pytest.fixture(scope="module")
 def otherwise(tmp_path_factory):
     """Laws with parameters that may be changed, in double and in single precision: C as a library, and blocks."""
-    folder, sources, texts = tmp_path_factory.mktemp("otherwise"), [], {}
+    folder, files, callers, blocks = tmp_path_factory.mktemp("otherwise"), {}, {}, {}
     for controller, fed in CHANGED:
         for single in (False, True):
             name = f"{controller}_{fed}_{'single' if single else 'double'}"
             law = law_of(variant_of(controller, fed), tunable=True, single=single)
-            (folder / name).mkdir()
-            for file, text in law_files(law, name, Source()).items():
-                (folder / name / file).write_text(text, encoding="ascii")
+            files[name], written = law_files(law, name, Source()), st_law_files(law, name, Source())
             end = "f" if single else ""
             lines = [f"axis.parameters.{field} = {value!r}{end};" for field, value in CHANGED[controller, fed][0].items()]
-            (folder / name / "run.c").write_text(RUN_CHANGED.format(name=name, lines=" ".join(lines)))
-            sources += [f"{name}/{name}.c", f"{name}/run.c"]
-            blocks = st_law_files(law, name, Source())
-            texts[name] = [blocks[f"{name}{part}.st"] for part in ("", "_selftest")]
-    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
-    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr[:4000]
-    return folder, ctypes.CDLL(str(folder / "laws.so")), texts
+            callers[name] = RUN_CHANGED.format(name=name, lines=" ".join(lines))
+            blocks[name] = [written[f"{name}{part}.st"] for part in ("", "_selftest")]
+    return folder, library_of_laws(folder, files, callers), blocks
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, differing, walk
+from tests.exports.native import COMPILER, FLAGS, RUN_LAW, differing, walk
 from tests.exports.test_fmu_law import inputs_of
-from tests.exports.test_laws import CASES, RUN, replayed, variant_of
+from tests.exports.test_laws import CASES, replayed, variant_of
 
 import bristle as br
 from bristle.engine import force_along, interpreted
@@ -170,7 +170,7 @@ def test_a_law_is_identical_to_the_law_in_c(tmp_path, controller, fed, single):
     result = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
     for file, text in law_files(law, "axis_x", Source()).items():
         (tmp_path / file).write_text(text, encoding="ascii")
-    (tmp_path / "run.c").write_text(RUN.format(name="axis_x"))
+    (tmp_path / "run.c").write_text(RUN_LAW.format(name="axis_x"))
     line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "axis_x.c", "-o", "law.so", "-lm"]
     subprocess.run(line, cwd=tmp_path, check=True)
     assert differing(result, replayed(ctypes.CDLL(str(tmp_path / "law.so")), "axis_x", rows)) == 0

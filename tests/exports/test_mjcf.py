@@ -133,6 +133,27 @@ def walk(count):
     return x - x[0]
 
 
+@pytest.mark.parametrize("levels", [(20.0, 20.0), (25.0, 15.0)])
+def test_a_scene_read_by_its_definition_is_friction_that_differs_by_direction(levels, tmp_path):
+    """A tendon pulls by its stiffness from its rest length, which moves so that its stretch never exceeds the yield."""
+    k, share = np.array([6e6, 1e6]), np.array([0.4, 0.6])
+    friction = br.friction.find("maxwell_slip+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1], k_i=k, nu_i=share)
+    root, _ = scene(friction, tmp_path)
+    springs = [[float(part.get(key)) for key in ("stiffness", "springlength", "springyield")] for part in root.iterfind("tendon/fixed")]
+    stiffness, length, most = np.array(springs).T
+    constant = sum(-float(part.get("biasprm").split()[0]) for part in root.iterfind("actuator/general"))
+    z, force, plain = np.zeros(k.size), [constant - stiffness @ length], [0.0]
+    at = 0.0
+    for dx in np.diff(walk(2000)):
+        at += dx
+        z = np.clip(z + k * dx, -levels[1] * share, levels[0] * share)
+        length += np.sign(at - length) * np.maximum(np.abs(at - length) - most, 0.0)
+        force.append(constant + stiffness @ (at - length))
+        plain.append(z.sum())
+    assert np.ptp(plain) == pytest.approx(sum(levels))
+    np.testing.assert_allclose(force, plain, atol=1e-9)
+
+
 @needs_mujoco
 @pytest.mark.parametrize("levels", [(20.0, 20.0), (25.0, 15.0)])
 def test_maxwell_slip_in_mujoco_equals_plain_elements(levels, tmp_path):

@@ -15,10 +15,10 @@ from bristle.core.errors import InputError
 from bristle.engine.motion import along
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
-from bristle.identification.lost_motion import lost_motion, stretched
+from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
 from bristle.identification.quantities import Quantity
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
-from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses
+from bristle.identification.two_masses import TwoMasses, _doubt, _side_logs, apart, two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate
@@ -309,12 +309,12 @@ def test_friction_of_the_motor_in_simulations_contains_that_of_the_nut(masses):
     assert without.motor_friction.name == bearings.name
 
 
-@pytest.mark.parametrize(("alike", "cause"), [(True, "it rarely acts against it"), (False, "is too small")])
-def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, alike, cause):
+@pytest.mark.parametrize(("masked", "cause"), [(True, "rarely acts against the motion"), (False, "is too small")])
+def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, masked, cause):
     def texts_with(half_width, value=0.0):
         nut = {"value": value, "half_width": half_width}
         quantities = tuple(item._replace(**nut) if item.name == "nut" else item for item in masses.quantities)
-        changed = SimpleNamespace(two_masses=replace(masses, quantities=quantities, nut_is_alike=alike))
+        changed = SimpleNamespace(two_masses=replace(masses, quantities=quantities, nut_is_masked=masked))
         return [line.text for line in two_masses_lines(changed)], two_masses_table(changed)
 
     lines, table = texts_with(0.3)
@@ -324,6 +324,22 @@ def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, alike, caus
     for clear in (texts_with(0.3, value=0.4), texts_with(0.001)):
         assert not any("does not separate" in text for text in clear[0])
     assert any(text.startswith("friction of the bearings and of the unloaded nut: stribeck") for text in texts_with(0.3, value=0.4)[0])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_log_of_the_motor_has_neither_the_force_of_the_coupling_nor_that_of_the_nut(side):
+    """A stroke at constant speed with a constant twist: the nut opposes the motion, whatever the force."""
+    t = DT * np.arange(4000)
+    motor, force = side * 0.01 * t, 40.0
+    columns = {"time": t, "position": motor, "effort": 70.0 + t}
+    log = br.Log.from_columns(columns)
+    twist = force / 4e6 * np.where(t < 2.0, 1.0, -1.0)
+    log = replace(log, further={"load_position": replace(log.position, values=motor - twist)})
+    masses = Masses(np.zeros(9), np.zeros(9), 4e6, 0.0)
+    lost = LostMotion(0.0, 0.0, 0.0, 4e6, 0.0, 0.0, nut=0.2, nut_error=0.01, nut_reach=1e-5)
+    of_motor, of_load = (each.effort.values[[1500, 3500]] for each in _side_logs(log, masses, lost))
+    assert of_load == pytest.approx([force, -force])
+    assert of_motor == pytest.approx([71.5 - force - side * 8.0, 73.5 + force - side * 8.0])
 
 
 @pytest.mark.parametrize(("softer", "wider"), [(0.02, 0.0), (0.0, 4e-6)])

@@ -57,7 +57,7 @@ class Server:
         self._start = self.plc.restart if as_new else self.plc.reboot
         self.clock, self.step, self.lost, self.longest = 5.0, 1e-3, 0, 10_000
         self._fresh.clear()
-        assert self._fresh.wait(5.0)
+        assert self._fresh.wait(20.0)
 
     async def _serve(self) -> None:
         server = asyncua.Server()

@@ -64,7 +64,7 @@ def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: M
             friction = friction_of_joint(Request(frictions[name], name, 1e-4)) if name in frictions else friction
         except InputError as error:
             notes[name] = f"no friction, because it {error.message}"
-        if friction.deviation is not None and not friction.deviation.is_none:
+        if friction.deviation is not None and not friction.deviation.is_exact:
             notes[name] = friction.deviation.text()
         Xml.SubElement(element, "joint", attributes | friction.attributes)
         mass, centre, about = centred(row)

@@ -62,13 +62,13 @@ class Deviation(NamedTuple):
     level: float
 
     @property
-    def is_none(self) -> bool:
+    def is_exact(self) -> bool:
         """Whether rounding explains the error."""
         return self.largest < EXACT
 
     def text(self) -> str:
         """Return the error as a sentence."""
-        if self.is_none:
+        if self.is_exact:
             return "the scene has the force of the model: no error along moves inside and outside pre-sliding"
         rms, largest = (number(share, digits=3) for share in (self.rms, self.largest))
         return f"force error along moves inside and outside pre-sliding: {rms} % rms, at most {largest} % of the sliding friction"

@@ -64,7 +64,7 @@ class LostMotion(NamedTuple):
     gain: float
     nut: float = 0.0
     nut_error: float = math.inf
-    nut_is_alike: bool = False
+    nut_is_masked: bool = False
     nut_reach: float = math.inf
     hysteresis: Hysteresis | None = None
 
@@ -188,9 +188,13 @@ class _Rows:
     def _fitted(self, play: float, centre: float, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the stiffness and, for a `count` of 2, its product with the friction of the nut; the residual; and the pulls."""
         pulls = self._pulls(play, centre, count)
-        scale = np.maximum(np.linalg.norm(pulls, axis=0), np.finfo(float).tiny)
-        factors = non_negative(pulls / scale, self._force) / scale
+        factors = self._factors(pulls)
         return factors, self._force - pulls @ factors, pulls
+
+    def _factors(self, columns: np.ndarray) -> np.ndarray:
+        """Return the non-negative factors of columns of different units that explain the force."""
+        scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+        return np.asarray(non_negative(columns / scale, self._force) / scale)
 
     def _cost(self, place: np.ndarray, count: int) -> float:
         residual = self._fitted(abs(float(place[0])), float(place[1]), count)[1]
@@ -227,7 +231,7 @@ class _Rows:
             hysteresis=self._hysteresis(without, 1, span),
             nut=with_nut.nut,
             nut_error=with_nut.nut_error,
-            nut_is_alike=with_nut.nut_is_alike,
+            nut_is_masked=with_nut.nut_is_masked,
         )
 
     def _hysteresis(self, lost: LostMotion, count: int, span: float) -> Hysteresis | None:
@@ -240,8 +244,7 @@ class _Rows:
             parts.append(self._decimated(record, np.stack([element(stretch, record.dt, reach) for reach in reaches])))
         elements = apart_from(self._basis, np.concatenate(parts, axis=1).T)
         columns = np.concatenate([pulls, elements], axis=1)
-        scale = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-        factors = non_negative(columns / scale, self._force) / scale
+        factors = self._factors(columns)
         residual, forces = self._force - columns @ factors, factors[count:]
         if float(before @ before) <= (1.0 + CLEAR) * float(residual @ residual):
             return None

@@ -105,7 +105,7 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
     of_response = ((coupling.antiresonance_half_width, coupling.antiresonance), (coupling.resonance_half_width, coupling.resonance))
     antiresonance, resonance = map(min, of_fit, of_response)  # the more precise estimate of both
     total = float(masses.values[M_1] + masses.values[M_2])
-    return Elastic(
+    return coupling._replace(
         antiresonance=antiresonance[1],
         antiresonance_half_width=antiresonance[0],
         resonance=resonance[1],
@@ -114,8 +114,6 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
         inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
         mass=total,
         mass_half_width=half_width(total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))),
-        delay=coupling.delay,
-        delay_half_width=coupling.delay_half_width,
         masses=masses,
     )
 

@@ -358,5 +358,5 @@ class MassFit:
         """Return the residuals of unit variance, and those of the prior."""
         white = np.linalg.cholesky(self.noise(point) + self.left)
         residual = np.linalg.solve(white, self.equations(point) @ root)
-        beside = (self.of_prior(point) - self.prior.values) / self.prior.errors if self.prior.values.size else []
-        return np.concatenate([residual.real.ravel(), residual.imag.ravel(), beside])
+        of_prior = (self.of_prior(point) - self.prior.values) / self.prior.errors if self.prior.values.size else []
+        return np.concatenate([residual.real.ravel(), residual.imag.ravel(), of_prior])

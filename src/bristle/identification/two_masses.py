@@ -43,11 +43,11 @@ if TYPE_CHECKING:
 
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
+JUDGED = ("motor", "load", "stiffness")
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
 CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
-NUT = 5  # of the quantities
 MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
 
 
@@ -70,8 +70,8 @@ class TwoMasses:
         Delay of the effort [s].
     arm : float
         Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
-    nut_is_alike : bool
-        Whether friction of a nut is uncertain because it resembles other forces, and not because the force of the coupling is small.
+    nut_is_masked : bool
+        Whether other forces mask the friction of a nut, and the force of the coupling is not too small to show it.
     """
 
     quantities: tuple[Quantity, ...]
@@ -79,7 +79,7 @@ class TwoMasses:
     load: Identification | None
     delay: float
     arm: float = 1.0
-    nut_is_alike: bool = False
+    nut_is_masked: bool = False
 
     @property
     def nut_is_separable(self) -> bool:
@@ -193,13 +193,14 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
             return (
                 f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
             )
-    doubt = _doubt(quantities[2], quantities[4], forces[1])
-    doubts = math.hypot(doubt, quantities[NUT].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
+    quantity = {quantity.name: quantity for quantity in quantities}
+    doubt = _doubt(quantity["stiffness"], quantity["play"], forces[1])
+    doubts = math.hypot(doubt, quantity["nut"].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
     widened = [
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force, doubt in zip(results, forces, doubts, strict=True)
     ]
-    return TwoMasses(quantities, widened[0], widened[1], masses.delay, _arm(pairs), lost.nut_is_alike)
+    return TwoMasses(quantities, widened[0], widened[1], masses.delay, _arm(pairs), lost.nut_is_masked)
 
 
 def with_two_masses(
@@ -215,8 +216,11 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
         return result
     if isinstance(coupling.masses, str):
         return _with(result, coupling.masses)
-    *quantities, hertz = quantities_of(coupling.masses, None, pairs[0][0].kind, 0.0)
-    quantities = (*quantities, hertz._replace(value=coupling.antiresonance, half_width=coupling.antiresonance_half_width))
+    hertz = {"value": coupling.antiresonance, "half_width": coupling.antiresonance_half_width}
+    quantities = tuple(
+        quantity._replace(**hertz) if quantity.name == "antiresonance" else quantity
+        for quantity in quantities_of(coupling.masses, None, pairs[0][0].kind, 0.0)
+    )
     if unsure := _unsure(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
@@ -230,7 +234,8 @@ def _with(result: Identification, found: TwoMasses | str) -> Identification:
 
 def _unsure(quantities: Sequence[Quantity]) -> str:
     """Return the reason why masses and stiffness are not well known; empty if they are."""
-    widest = max(quantities[:3], key=lambda quantity: quantity.half_width / quantity.value)
+    judged = [quantity for quantity in quantities if quantity.name in JUDGED]
+    widest = max(judged, key=lambda quantity: quantity.half_width / quantity.value)
     percent = 100.0 * widest.half_width / widest.value
     return "" if percent < 100.0 * MOST_ERROR else f"the log determines the {widest.meaning} only within {percent:.0f} %"
 

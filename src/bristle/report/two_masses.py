@@ -124,7 +124,7 @@ def _remark(masses: Any) -> str:
         return ALL_AT_THE_MOTOR
     if masses.nut_is_separable:
         return ""
-    cause = "is alike with the motion: it rarely acts against it" if masses.nut_is_alike else "is too small"
+    cause = "rarely acts against the motion" if masses.nut_is_masked else "is too small"
     share = short_text(100.0 * masses.by_name["nut"].half_width)
     return (
         f"The log does not separate friction of the nut from that of the bearings, because the force of the coupling {cause}. "
