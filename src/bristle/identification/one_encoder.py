@@ -46,7 +46,8 @@ CUT = Cut(longest=8.0, shortest=0.4, taper=1.0, slowest=3.0, of_rate=0.25)
 HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
 OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
 DAMPED, RUBS = 0.03, 0.1  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
-ALIKE = 0.15  # largest relative difference of the antiresonance of the fit from that of the response
+ALIKE = 0.2  # largest relative difference of antiresonance and resonance of the fit from those of the response
+CONTRADICTED = 20.0  # standard errors of the response, from which the fit differs without it as prior knowledge
 
 
 class OneEncoder(MassFit):
@@ -95,15 +96,18 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
     spectra = spectra_of(_records([log for log, _ in pairs], kappa, damping), step, cut=CUT)
     if spectra is None:
         return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
-    fit = OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex))
-    solved = fit.solution(np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0]))
+    start = np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0])
+    free, fit = (OneEncoder(spectra, known, np.zeros((spectra.frequency.size, 1, 1), complex)) for known in (Prior(), prior))
+    differs = np.abs(_frequencies(free.nearest(start)) - frequencies)
+    contradicted = bool(np.max(differs / prior.errors) > CONTRADICTED and np.max(differs) < math.log1p(ALIKE))
+    solved = (free if contradicted else fit).solution(start)
     masses, fitted = solved.masses, _frequencies(solved.point)
-    if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not abs(fitted[0] - frequencies[0]) < math.log1p(ALIKE):
-        return coupling._replace(masses=f"the fit of both masses has another antiresonance than the frequency response. {EXCITE}")
+    if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not np.max(np.abs(fitted - frequencies)) < math.log1p(ALIKE):
+        return coupling._replace(masses=f"the fit of both masses has other frequencies than the frequency response. {EXCITE}")
     hertz, ratio = np.exp(fitted) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
     of_fit = zip(half_width(hertz, hertz * solved.error(_frequencies)).tolist(), hertz.tolist(), strict=True)
     of_response = ((coupling.antiresonance_half_width, coupling.antiresonance), (coupling.resonance_half_width, coupling.resonance))
-    antiresonance, resonance = map(min, of_fit, of_response)  # the more precise estimate of both
+    antiresonance, resonance = of_fit if contradicted else map(min, of_fit, of_response)  # the more precise estimate of both
     total = float(masses.values[M_1] + masses.values[M_2])
     return coupling._replace(
         antiresonance=antiresonance[1],
