@@ -8,6 +8,7 @@ import pytest
 from benchmarks.two_mass import columns_of, drive_of
 
 import bristle as br
+from bristle.core import with_unit
 from bristle.core.axis import Axis
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify
@@ -114,6 +115,11 @@ def test_report_terminal_and_files_state_one_friction(elastic, tmp_path):
     assert ALL_AT_THE_MOTOR in str(table.caption)
     assert not any(str(row[0]).startswith("Friction") for row in table.rows)
     assert two_masses_lines(result)[-1].text == ALL_AT_THE_MOTOR
+    damping = result.two_masses.by_name["damping"]
+    assert 0.0 < damping.value < damping.half_width  # only an upper bound
+    bound = f"below {with_unit(damping.value + damping.half_width, damping.unit)}"
+    assert ("Damping", bound, "–") in [tuple(map(str, row[1:])) for row in table.rows]
+    assert f"damping {bound}" in [line.text for line in two_masses_lines(result)]
     with results_folder(tmp_path / "out") as folder:
         write_two_masses(folder, result, {})
     assert not (tmp_path / "out" / TABLE_FILE).exists()

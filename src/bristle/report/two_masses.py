@@ -50,7 +50,7 @@ def two_masses_table(identification: Identification) -> Table | None:
     masses = identification.two_masses
     if masses is None:
         return None
-    rows = [("", capital(item.meaning), _value(item), _width(item.half_width, item.value)) for item in masses.quantities]
+    rows = [("", capital(item.meaning), _value(item), _behind(item).strip(" %") or "–") for item in masses.quantities]
     for name, side in _sides(masses).items():
         fit = side.best
         for estimate in fit.estimates:
@@ -133,7 +133,8 @@ def _remark(masses: Any) -> str:
 
 
 def _value(item: Any) -> str:
-    return with_unit(item.value, item.unit) if item.value else f"below {with_unit(item.half_width, item.unit)}"
+    shown = item.half_width < item.value
+    return with_unit(item.value, item.unit) if shown else f"below {with_unit(item.value + item.half_width, item.unit)}"
 
 
 def _width(half: float, value: float) -> str:
@@ -141,4 +142,4 @@ def _width(half: float, value: float) -> str:
 
 
 def _behind(item: Any) -> str:
-    return f" {_width(item.half_width, item.value)} %" if item.value else ""
+    return f" {_width(item.half_width, item.value)} %" if item.half_width < item.value else ""
