@@ -230,3 +230,16 @@ def test_an_axis_file_in_another_notation_is_written_anew():
     written = axis_text(changed)
     assert read_axis(written) == changed
     assert (changed.offset, changed.mass) == (-19.0, 3.0)
+
+
+def test_a_line_that_the_other_lines_make_superfluous_is_left_out():
+    motion = swinging()
+    noise = 0.5 * np.random.default_rng(3).normal(size=motion.time.size)
+    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * (motion.position + 0.3 * motion.position**3) + noise
+    axis = Axis(kind="rotational", seeks_delay=False, offset=1.5, resolution=1e-6)
+    log = log_of(motion, effort, step=1e-6, kind="rotational")
+    alone = br.identify(log, "coulomb_viscous", axis=axis, draws=0, settings={"lines_gain": 1.0})
+    assert {line.key for line in proposed_lines(alone.best, axis)} == {"gravity", "spring"}
+    result = br.identify(log, "coulomb_viscous", axis=axis, draws=0)
+    assert [line.key for line in result.second_pass.lines] == ["spring"]
+    assert result.parameters["spring_3"].value == pytest.approx(0.3 * WEIGHT, rel=0.03)

@@ -104,24 +104,37 @@ def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, 
 
 
 def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float) -> tuple[Passed, SecondPass | None]:
-    """Return a pass, or one with the lines that its best model proposes if the held-out error falls by this share."""
+    """Return a pass, or one with the lines that its best model proposes, each for a reason that lowers the held-out error by this share."""
     best, axis = first.fits[0], pairs[0][1] or Axis(kind=pairs[0][0].kind)
-    lines, before, after = proposed_lines(best, axis), _held_out(best), math.inf
+    lines, before = proposed_lines(best, axis), _held_out(best)
     if not lines or before == math.inf or first.unfinished or first.interrupted:
         return first, None
-    # All models are fitted again: with a known force, another model may be the best.
-    again, reason = first, PROPOSED if any(line.key == "offset" for line in lines) else STATED
+
+    def tried(lines: Sequence[ProposedLine]) -> tuple[Passed, float]:
+        # All models are fitted again: with a known force, another model may be the best.
+        reason = PROPOSED if any(line.key == "offset" for line in lines) else STATED
+        try:
+            again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], reason)
+        except InputError:  # no model can be fitted with these lines
+            return first, math.inf
+        if again.unfinished or again.interrupted:
+            raise KeyboardInterrupt
+        return again, _held_out(again.fits[0])
+
     try:
-        again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], reason)
-        after = _held_out(again.fits[0])
+        again, after = tried(lines)
+        taken = after < (1.0 - gain) * before
+        for reason in dict.fromkeys(line.reason for line in lines):
+            others = tuple(line for line in lines if line.reason != reason)
+            if not taken or not others:
+                break
+            without, error = tried(others)
+            if after >= (1.0 - gain) * error:
+                lines, again, after = others, without, error
     except KeyboardInterrupt:
         return first._replace(unfinished=INTERRUPTED), None
-    except InputError:  # no model can be fitted with these lines
-        after = math.inf
-    if again.unfinished or again.interrupted:
-        return first._replace(unfinished=INTERRUPTED), None
-    second = SecondPass(lines, before, after, after < (1.0 - gain) * before)
-    better = again if second.taken else first
+    second = SecondPass(lines, before, after, taken)
+    better = again if taken else first
     return better._replace(fits=[_noted(better.fits[0], second, axis), *better.fits[1:]]), second
 
 
