@@ -135,13 +135,25 @@ def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(elas
     alone = replace(result, two_masses=None)
     assert with_masses_of(alone, pairs, None) is alone
     assert with_masses_of(alone, pairs, response).left_out["the plant with two masses"] == "a reason"
+    texts = [line.text for line in two_masses_lines(with_masses_of(alone, pairs, response))]
+    assert texts[0] == "not determined: a reason"
+    assert [text.split()[0] for text in texts[1:]] == ["antiresonance", "resonance"]
     errors = np.array([0.3, 0.1, 1e-6, 1e-4, *np.zeros(6)])
     values = np.array([3.0, 5.0, *POINT[2:]])
     for factor, refused in ((0.1, False), (1.0, True)):
         masses = Masses(values, factor * errors, 5.0 / 4e-4, 1.0)
-        again = with_masses_of(alone, pairs, response._replace(masses=masses))
+        again = with_masses_of(alone, pairs, response._replace(masses=masses, mass_half_width=100.0))
         assert (again.two_masses is None) == refused
         assert ("mass of the motor only within 40 %" in again.left_out.get("the plant with two masses", "")) == refused
+
+
+def test_masses_whose_sum_is_not_that_of_the_axis_are_refused(elastic):
+    _, result = elastic
+    coupling = found_in(742)[3]
+    for share in (1.0, 0.8):
+        again = with_masses_of(replace(result, two_masses=None), [(result.log, None)], coupling._replace(mass=share * coupling.mass))
+        assert (again.two_masses is None) == (share < 1.0)
+        assert ("the recorded effort may have passed a filter" in again.left_out.get("the plant with two masses", "")) == (share < 1.0)
 
 
 @pytest.mark.parametrize("names", [("antiresonance", "resonance"), ("resonance",)])

@@ -24,6 +24,7 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
+from bristle.core.typography import with_unit
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
 from bristle.identification.elasticity import Elastic, step_of
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
+PLANT = "the plant with two masses"  # in the parts of a result that are left out
 JUDGED = ("motor", "load", "stiffness")
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
@@ -223,12 +225,17 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
     )
     if unsure := _unsure(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
+    total, mass = coupling.mass, result.best.parameters["M"]
+    low, high = mass.ends or (-math.inf, math.inf)
+    if not low - coupling.mass_half_width < total < high + coupling.mass_half_width:
+        sums = f"the fit of both masses has the sum {with_unit(total, mass.unit)}, but the axis has {with_unit(mass.value, mass.unit)}"
+        return _with(result, f"{sums}: the recorded effort may have passed a filter")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
 
 
 def _with(result: Identification, found: TwoMasses | str) -> Identification:
     if isinstance(found, str):
-        return replace(result, left_out={**result.left_out, "the plant with two masses": found})
+        return replace(result, left_out={**result.left_out, PLANT: found})
     return replace(result, two_masses=found)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core import with_unit
 from bristle.files import write_model
+from bristle.identification.two_masses import PLANT
 from bristle.report.brief import Line
 from bristle.report.table import Table, capital, short_text
 
@@ -66,16 +67,25 @@ def two_masses_table(identification: Identification) -> Table | None:
 
 
 def two_masses_lines(identification: Identification) -> list[Line]:
-    """Return masses, coupling and friction levels for the terminal; empty if the log does not show both masses."""
+    """Return masses, coupling and friction levels for the terminal, or why the log does not show them; empty for a rigid axis."""
     masses = identification.two_masses
     if masses is None:
-        return []
+        return _without(identification.left_out.get(PLANT, ""), identification.treatment)
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
     for name, side in _sides(masses).items():
         fit, levels = side.best, side.best.levels
         parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
         texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
     texts += filter(None, [_remark(masses)])
+    return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
+
+
+def _without(reason: str, facts: Mapping[str, Any]) -> list[Line]:
+    """Return why a log does not show both masses, and the frequencies that it shows."""
+    texts = [f"not determined: {reason}"] if reason else []
+    for name in ("antiresonance", "resonance"):
+        if reason and name in facts:
+            texts.append(f"{name} {with_unit(facts[name], 'Hz')} {_width(facts[f'{name}_half_width'], facts[name])} %")
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
 
 
