@@ -19,7 +19,7 @@ from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, next_steps, why_only_similar
-from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, feedforward_text, judged, misfit, next_measurements
+from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, feedforward_text, judged, misfit, next_measurements, ruling_of
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
@@ -292,3 +292,16 @@ def test_a_log_to_measure_again_may_give_a_feedforward(actual):
     assert judged(fit, USUAL).level == "measure_again"
     line = next(line for line in brief(again, None, None) if line.label == "Feedforward")
     assert line.text == feedforward_text(fit) == "safe to try at gain 0.25"
+
+
+def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
+    bad = SimpleNamespace(best=doubted(actual.best, Diagnostic("sign_reversed", severity="error")), settings=USUAL)
+    good = SimpleNamespace(best=actual.best, settings=USUAL)
+    sides = {"motor": good, "load": good}
+    whole = SimpleNamespace(**vars(bad), two_masses=SimpleNamespace(load=good, sides=sides))
+    assert ruling_of(whole) == judged(good.best, USUAL)
+    sides["load"] = bad
+    assert ruling_of(whole).level == "measure_again"
+    assert ruling_of(whole).reasons == (f"friction of the load: {SENTENCES['sign_reversed'].means}",)
+    whole.two_masses.load = None  # one encoder
+    assert ruling_of(whole) == judged(bad.best, USUAL)

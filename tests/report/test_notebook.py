@@ -88,7 +88,7 @@ def test_an_identification_shows_verdict_gain_warnings_and_report(found, monkeyp
     assert html.count("<svg") == 1
     monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ("a <b>doubt</b>",))
     for module in ("brief", "judgement"):
-        monkeypatch.setattr(f"bristle.report.{module}.judged", lambda *a: Ruling("measure_again", "Measure again", ("<i>why</i>",)))
+        monkeypatch.setattr(f"bristle.report.{module}.ruling_of", lambda *a: Ruling("measure_again", "Measure again", ("<i>why</i>",)))
     html = found._repr_html_()
     assert '<span class="pill measure_again">Measure again</span>' in html
     assert "a &lt;b&gt;doubt&lt;/b&gt;" in html

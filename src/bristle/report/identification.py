@@ -15,7 +15,7 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, feedforward_text, is_one_sided, judged, misfit, next_measurements
+from bristle.report.judgement import WRITTEN_BY, feedforward_text, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
@@ -75,7 +75,7 @@ def identification_report(
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
         simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
     log_name = log.source.name.strip("<>") + (f" and {len(identification.further_logs)} more" if identification.further_logs else "")
-    ruling = judged(fit, identification.settings, following)
+    ruling = ruling_of(identification, following)
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
     distance = 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))

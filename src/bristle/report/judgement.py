@@ -157,9 +157,24 @@ def is_one_sided(fit: Fit) -> bool:
     return levels is not None and None in (levels.forward, levels.backward)
 
 
+def ruling_of(identification: Identification, following: Following | None = None) -> Ruling:
+    """Return the verdict on the best model of a log; with two encoders, on the friction of motor and load."""
+    masses = identification.two_masses
+    if masses is None or masses.load is None:
+        return judged(identification.best, identification.settings, following)
+    rulings = {name: judged(side.best, side.settings) for name, side in masses.sides.items()}
+    reasons = [f"friction of the {name}: {reason}" for name, ruling in rulings.items() for reason in ruling.reasons]
+    levels = [ruling.level for ruling in rulings.values()]
+    if following is not None and following.contradiction is not None:
+        reasons.append(SENTENCES[following.contradiction.code].means)
+        levels.append("with_care")
+    level = max(levels, key=list(LEVELS).index)
+    return Ruling(level, LEVELS[level], tuple(reasons))
+
+
 def level_of(identification: Identification) -> str:
-    """Return the level of the verdict on the best model of a log."""
-    return judged(identification.best, identification.settings).level
+    """Return the level of the verdict on a log."""
+    return ruling_of(identification).level
 
 
 def _error(fit: Fit) -> float:

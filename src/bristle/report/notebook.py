@@ -92,7 +92,7 @@ def _of_identification(identified: Any) -> list[str]:
     from bristle.report.brief import brief  # with matplotlib, which a model does without
     from bristle.report.cards import cards_of
     from bristle.report.compensation import gain_of
-    from bristle.report.judgement import LEVELS, feedforward_text, judged
+    from bristle.report.judgement import LEVELS, feedforward_text, ruling_of
     from bristle.report.messages import second_pass_of, warnings_of
     from bristle.report.page import Ruling, macro, worded
 
@@ -101,7 +101,7 @@ def _of_identification(identified: Any) -> list[str]:
         level = identified.summary["verdict"]["level"]
         ruling = Ruling(level, LEVELS[level], tuple(identified.summary["verdict"]["reasons"]))
     else:
-        ruling = judged(fit, identified.settings, outcome.following)
+        ruling = ruling_of(identified, outcome.following)
         lines = brief(identified, outcome.simulation, outcome.following, identified.axis)[:-2]
     gain = lines[next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :]
 

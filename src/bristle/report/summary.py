@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core import Axis, unit_of
 from bristle.prediction import drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
-from bristle.report.judgement import judged
+from bristle.report.judgement import ruling_of
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
 from bristle.report.prediction import prediction_as_data
@@ -39,7 +39,7 @@ def identification_summary(
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
-    doubt, ruling = None if following is None else following.contradiction, judged(best, identification.settings, following)
+    doubt, ruling = None if following is None else following.contradiction, ruling_of(identification, following)
     return {
         "model": best.name,
         "kind": kind,

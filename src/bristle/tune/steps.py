@@ -15,7 +15,7 @@ from bristle.logs import Log
 from bristle.prediction import first_gain
 from bristle.report.compared import compare
 from bristle.report.identified import identify
-from bristle.report.judgement import judged
+from bristle.report.judgement import ruling_of
 from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording, SavingMachine
 from bristle.tune.run import MODEL, REFINED, REST, RESULTS, Run, cycles_of, rms
 
@@ -178,7 +178,7 @@ def _identified(run: Run, record: str, folder: str) -> dict[str, Any]:
     run.tell("identifying")
     result = identify(run.log(record), run.options.models, axis=run.axis, draws=run.options.draws).finished
     second = result.second_pass
-    ruling = judged(result.best, result.settings)
+    ruling = ruling_of(result)
     result.save(run.folder / folder, force=True)
     run.note(f"{folder}/{MODEL}")
     return {
