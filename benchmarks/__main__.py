@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.actuators import actuators
 from benchmarks.bootstrap import bootstrap
 from benchmarks.cluster import cluster
 from benchmarks.composite import composite
@@ -184,6 +185,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         demo,
         paper,
         lanes,
+        actuators,
         stick_slip,
         open_loop,
         exported,

@@ -20,7 +20,7 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
 CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex", ".typed"}
-CARRIED |= {".comp", ".hal"}  # of LinuxCNC
+CARRIED |= {".comp", ".hal", ".jinja"}  # of LinuxCNC; Python for robot simulators
 LICENCES = """
 import json
 from importlib.metadata import distributions

@@ -5,8 +5,9 @@ the caller owns an array of it. NVRTC compiles the file without further headers.
 """
 
 import ctypes
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 from bristle.core.errors import InputError
 from bristle.exports.c import CFiles
@@ -38,28 +39,34 @@ class CudaFiles(CFiles):
 
     printer = CudaPrinter
     fixed = (HELD,)
+    device: ClassVar[str] = "__device__ "
+    templates: ClassVar[Mapping[str, str]] = {"{}.cu": "cuda/source.cu", "README.md": "cuda/README.md"}
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
+        facts, name = self.lane_facts(), self.request.name
+        files = {file.format(name): rendered(template, facts) for file, template in self.templates.items()}
+        return with_rights(files, self.request.source)
+
+    def lane_facts(self) -> dict[str, Any]:
+        """Return the facts of the templates, with the layout of a lane."""
         subject, request, columns = self.subject, self.request, []
         if request.tunable:
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
         # The layout of a lane in C.
-        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[CudaPrinter(subject.unit).integer]
+        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[self.printer(subject.unit).integer]
         lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
         for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
             lane += [(name, ctypes.c_double * count)] if count else []
-        facts = self.facts() | {
-            "device": "__device__ ",
-            "inline": CudaPrinter.inline,
+        return self.facts() | {
+            "device": self.device,
+            "inline": self.printer.inline,
             "output": "output" if subject.is_operator else "force",
             "columns": len(columns),
             "columns_named": [f"`{name}`" for name in columns],
             "bytes": ctypes.sizeof(_structure(lane)),
         }
-        files = {f"{request.name}.cu": rendered("cuda/source.cu", facts), "README.md": rendered("cuda/README.md", facts)}
-        return with_rights(files, request.source)
 
 
 def write(request: Request) -> Product:
