@@ -155,9 +155,10 @@ def _replaced(p: Any, tuned: Tunable, places: dict[str, int], values: list[float
 
 def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     """Return the settled step of a friction model with tangents; an infinite parameter that cannot change has none."""
-    component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
     if subject.is_operator:
-        raise InputError("is a hysteresis operator, and bristle exports derivatives of friction only", path=subject.model.name)
+        reason = "is a hysteresis operator, and bristle exports derivatives of friction only"
+        raise InputError(reason, path=subject.model.name, mend="Omit derivatives")
+    component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
     moving = {path for path, name in tuned.places.items() if tunable or np.all(np.isfinite(tuned.values[name]))}
 
     def of_parameters(kind: Type, path: tuple[str, ...] = ()) -> Activity:
