@@ -104,7 +104,6 @@ def directions_of(model, x, count=3, seed=5):
 
 def in_python(model, x, parameters, d_x, run=force_with_derivatives, around=None):
     """Return force and derivatives of bristle after the first sample."""
-    model = with_rest(model, "held")
     v, moved = np.diff(x) / DT, (np.diff(d_x, axis=0) / DT, d_x[1:])
     tail = {name: signal[1:] for name, signal in (around or {}).items()}
     between = {"motion_tangents": moved, "around": tail}
@@ -122,7 +121,7 @@ def around_of(model, count):
 
 
 def example(name, slots):
-    return example_of(with_slots(MODELS[name], slots) if slots else MODELS[name])
+    return with_rest(example_of(with_slots(MODELS[name], slots) if slots else MODELS[name]), "held")
 
 
 QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("stribeck", ()), ("efficiency", ())]

@@ -4,13 +4,14 @@ The derived function is printed like every other function of the model (`bristle
 """
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import force_with_derivatives
@@ -122,7 +123,8 @@ class DerivedStep:
         packed = pack(_replaced(model.parameters, self.tuned, self.places, values, self.entering["p"]))
         tangents, still = np.column_stack((packed, 0.0 * packed)), np.zeros(v.size)
         moved = np.column_stack((still, v)), np.column_stack((still, x[1:]))
-        with interpreted(), np.errstate(invalid="ignore"):
+        with interpreted(), np.errstate(invalid="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)  # the walk fills any memory
             _, slopes = force_with_derivatives(model, tangents, v, dt, x[1:], motion_tangents=moved)
         return {"directions_of_test": [repr(value) for value in values], "hash_d": f"0x{hash_of([0.0, 0.0, *(slopes + 0.0).ravel()]):016X}"}
 
