@@ -248,27 +248,24 @@ def test_an_operator_has_no_derivatives(tmp_path):
 
 
 @pytest.mark.slow
-def test_derivatives_of_every_model_along_a_long_walk(tmp_path, capsys):
-    models, x = {name: example(name, SLOTS) for name in MODELS}, walk(100_000, seed=31)
+@pytest.mark.parametrize("name", MODELS)
+def test_derivatives_along_a_long_walk_agree_with_python_and_complex_steps(name, tmp_path, capsys):
+    plain, x, first = example(name, SLOTS), walk(100_000, seed=31), slice(0, 500)
     # Away from a shortcut of a power, complex steps see the exponent, too.
-    for name, model in models.items():
-        exponents = {key: OFF * value for key, value in model.values.items() if key.removesuffix("_pos").removesuffix("_neg") in EXPONENTS}
-        models[name] = model.with_values(**exponents)
-    library = Library(models, tmp_path)
-    for name, model in models.items():
-        parameters, d_x = directions_of(model, x)
-        around = around_of(model, x.size)
-        force, slopes = library.along(name, x, parameters, d_x, around=around)
-        expected_force, expected = in_python(model, x, parameters, d_x, around=around)
-        assert np.isfinite(slopes).all()
-        assert differing(force[1:], expected_force) == 0
-        near = np.max(np.abs(slopes[1:] - expected) / np.abs(expected).max(axis=0))
-        first = slice(0, 500)
-        _, complex_steps = in_python(
-            model, x[first], parameters, d_x[first], force_by_complex_steps, {key: signal[first] for key, signal in around.items()}
-        )
-        steps = np.abs(slopes[1:500] - complex_steps) / np.abs(complex_steps).max(axis=0)
-        with capsys.disabled():
-            print(f"{name}: {near:.1e} from Python, {np.max(steps):.1e} from complex steps, {np.sum(steps > 1e-8)} above 1e-8")
-        assert near <= 1e-12
-        assert np.max(steps) <= 1e-8
+    powers = {key: OFF * value for key, value in plain.values.items() if key.removesuffix("_pos").removesuffix("_neg") in EXPONENTS}
+    model = plain.with_values(**powers)
+    parameters, d_x = directions_of(model, x)
+    around = around_of(model, x.size)
+    force, slopes = Library({name: model}, tmp_path).along(name, x, parameters, d_x, around=around)
+    expected_force, expected = in_python(model, x, parameters, d_x, around=around)
+    assert np.isfinite(slopes).all()
+    assert differing(force[1:], expected_force) == 0
+    error = np.max(np.abs(slopes[1:] - expected) / np.abs(expected).max(axis=0))
+    begin = {key: signal[first] for key, signal in around.items()}
+    _, complex_steps = in_python(model, x[first], parameters, d_x[first], force_by_complex_steps, begin)
+    of_steps = np.abs(slopes[1:500] - complex_steps) / np.abs(complex_steps).max(axis=0)
+    in_motion = np.diff(x[first]) != 0.0  # at rest the derivative by the velocity is one-sided
+    with capsys.disabled():
+        print(f"{name}: {error:.1e} from Python, {of_steps[in_motion].max():.1e} from complex steps")
+    assert error <= 1e-12
+    assert of_steps[in_motion].max() <= 1e-8

@@ -36,7 +36,7 @@ def forces(step, initial, x, p, count, *around):
     return casadi.vertcat(*out)
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("case", [("lugre", ()), ("maxwell_slip", ("load",)), ("elastoplastic", ()), ("maxwell_stribeck", SLOTS)], ids=str)
 def test_jacobian_and_gradient_through_steps_are_those_of_bristle(tmp_path, case):
     model, places = example(*case), walk(STEPS + 1, seed=12)
@@ -61,6 +61,7 @@ def test_jacobian_and_gradient_through_steps_are_those_of_bristle(tmp_path, case
     np.testing.assert_allclose(np.array(gradient).ravel(), expected_gradient, rtol=1e-9, atol=1e-10 * np.abs(expected_gradient).max())
 
 
+@pytest.mark.slow
 def test_a_model_with_stored_turning_points_has_finite_derivatives(tmp_path):
     model, places = example("preisach_lugre", ()).with_values(capacity=8), walk(20, seed=12)
     step, initial = functions(model, tmp_path / "out", name="knee")

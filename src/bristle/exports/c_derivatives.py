@@ -52,13 +52,13 @@ class DerivedStep:
 
     def facts(self, printer: Printer, *, tunable: bool) -> dict[str, Any]:
         """Return the facts of the templates."""
-        state, kind, count = self.subject.state, self.tuned.kind, len(list(self.tuned.numbers()))
-        told = [(name, within, self.tuned.variables[name]) for name, within, _ in self.tuned.numbers()]
-        names = [name + ("" if within is None else f"[{within}]") for name, within, _ in told]
+        state, tuned, numbers = self.subject.state, self.tuned, list(self.tuned.numbers())
+        names = [name + ("" if within is None else f"[{within}]") for name, within, _ in numbers]
+        meanings = [meaning_of(tuned.variables[name], tuned.kind) for name, *_ in numbers]
         return {
             "derived": True,
-            "directions": count,
-            "d_parameters": [f"{k}: {name}, {meaning_of(told[k][2], kind)}" for k, name in enumerate(names)],
+            "directions": len(numbers),
+            "d_parameters": [f"{k}: {name}, {meaning}" for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))],
             "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
             "step_d": self._call(printer, tunable=tunable),
