@@ -14,6 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
+from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
 from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import with_rest
@@ -50,7 +51,7 @@ class Library:
         self.models, sources, includes = models, [], []
         for name, model in models.items():
             br.export(model, "c", folder / name, name=name, derivatives=True, **options)
-            signals = [line.field for line in model.component.surroundings]
+            signals = subject_of(model).signals
             heads, at = "".join(f"const double *{s}, " for s in signals), "".join(f"{s}[i], NULL, " for s in signals)
             run = RUN.format(name=name, change=change, guard=name.upper(), dt=DT, signals=heads, at=at)
             (folder / f"run_{name}.c").write_text(run)
@@ -64,7 +65,7 @@ class Library:
     def along(self, name, x, parameters, d_x, d_dt=None, around=None):
         """Return the force of each sample and its derivatives; `parameters` has shape (direction, number)."""
         force, slopes = np.empty(x.size), np.empty(d_x.shape)
-        signals = [(around or {})[line.field] for line in self.models[name].component.surroundings]
+        signals = [(around or {})[signal] for signal in subject_of(self.models[name]).signals]
         arrays = [np.ascontiguousarray(a, dtype=float) for a in (parameters, d_x)]
         optional = [None if d_dt is None else np.ascontiguousarray(d_dt)]
         handed = [a if a is None else a.ctypes for a in (*arrays, *optional, *map(np.ascontiguousarray, signals), force, slopes)]

@@ -22,8 +22,8 @@ from bristle.exports.printing import wrapped
 from bristle.exports.subject import Subject, hash_of, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.translation.build import Builder
-from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active, tangent_of, type_of_tangent
-from bristle.translation.directional import DIRECTIONAL
+from bristle.translation.derivative import Activity, activity_of, is_active, tangent_of, type_of_tangent
+from bristle.translation.directional import derived_in
 from bristle.translation.scope import defined
 from bristle.translation.tree import REAL, Array, Struct, Type
 
@@ -173,10 +173,7 @@ def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     step = builder.function(defined("step", STEP, {"trial": component.trial, "commit": component.commit, "__name__": "step"}), types)
     of_motion = tuple(name in ("v", "x", *subject.signals) for name, _ in subject.motion.fields)
     entering = [activity_of(subject.state), True, of_motion, True, of_parameters(subject.parameters)]
-    derivatives = Derivatives(scope={"__name__": "derived", "math": math} | {rule.__name__: rule for rule in DIRECTIONAL}, portable=True)
-    derived = derivatives.of(step, entering)
-    tangents = [type_of_tangent(kind, part) for kind, part in zip(types, entering, strict=True) if is_active(part)]
-    function = builder.function(derivatives.scope[derived.name], [*types, *tangents])
+    derived, function = derived_in(builder, step, entering)
     places = tuned.places if tunable else ()
     settled = settled_subject(replace(subject, unit=builder.unit, trial=trial, commit=commit, derived=function), places)
     return DerivedStep(settled, tuned, dict(zip(ARGUMENTS, entering, strict=True)), derived.result)
