@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from tests.engine.test_derivatives import EXPONENTS, OFF, SLOTS
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing, selected_cases, walk
+from tests.exports.test_names import TEXT
 from tests.translation.complex_step import force_by_complex_steps
 
 import bristle as br
@@ -16,6 +17,7 @@ from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
+from bristle.files.user_model import load_code
 from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import with_rest
 from bristle.testing import example_of
@@ -175,6 +177,16 @@ def test_the_self_test_compares_derivatives(tmp_path, tunable):
     wrong = source.read_text().replace("d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position")
     source.write_text(wrong)
     assert "derivatives differ" in ran().stdout
+
+
+@pytest.mark.parametrize("name", ["d", "slopes", "at"])
+def test_names_of_a_model_and_of_its_export_are_apart(tmp_path, name):
+    (tmp_path / "odd.py").write_text(TEXT, encoding="utf-8")
+    br.export(example_of(load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
+    line = [COMPILER, "-O1", *FLAGS, *WARNINGS]
+    made = [*line, f"{name}.c", f"{name}_selftest.c", "-o", "program", "-lm"], [*line, "-c", f"{name}_casadi.c"], ["./program"]
+    for command in made:
+        assert subprocess.run(command, cwd=tmp_path / "out", check=False).returncode == 0
 
 
 REFUSED = """

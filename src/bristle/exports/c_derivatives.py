@@ -16,7 +16,7 @@ from bristle.core.packing import pack
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.c_code import Printer
-from bristle.exports.c_parts import CONSTANT
+from bristle.exports.c_parts import CONSTANT, place_of
 from bristle.exports.described import meaning_of
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import Subject, hash_of, settled_subject
@@ -53,7 +53,7 @@ class DerivedStep:
     def facts(self, printer: Printer, *, tunable: bool) -> dict[str, Any]:
         """Return the facts of the templates."""
         state, tuned, numbers = self.subject.state, self.tuned, list(self.tuned.numbers())
-        names = [name + ("" if within is None else f"[{within}]") for name, within, _ in numbers]
+        names = [place_of(name, within, printer) for name, within, _ in numbers]
         meanings = [meaning_of(tuned.variables[name], tuned.kind) for name, *_ in numbers]
         return {
             "derived": True,

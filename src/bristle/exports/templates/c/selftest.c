@@ -39,11 +39,11 @@
         force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
         hash = hashed(hash, force);
 {% include "c/missed.c" %}{% if derived %}        const double d_x[2] = {0.0, x};
-        double d_force[2];
-        if ({{ name }}_force_d(&axis_d, d, 2U, x, d_x, dt, NULL, {% for value in usual_signals %}{{ value }}, NULL, {% endfor %}d_force) != force) {
+        double slopes[2];
+        if ({{ name }}_force_d(&axis_d, d, 2U, x, d_x, dt, NULL, {% for value in usual_signals %}{{ value }}, NULL, {% endfor %}slopes) != force) {
             return fails("the force with derivatives differs");
         }
-        hash_d = hashed(hashed(hash_d, d_force[0] + 0.0), d_force[1] + 0.0); /* zeros without a sign */
+        hash_d = hashed(hashed(hash_d, slopes[0] + 0.0), slopes[1] + 0.0); /* zeros without a sign */
 {% endif %}        if (k == COUNT / 2U) {
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
