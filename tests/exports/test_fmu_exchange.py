@@ -264,3 +264,46 @@ def test_the_guide_lists_every_model_in_its_group():
         lugre, composite = (example_of(with_slots(MODELS[name], [slot])) for name in ("lugre", "preisach_lugre"))
         assert (f"`+{slot}`" in of_all) == (why_not(lugre) != ""), slot
         assert (slot == "asymmetry") == (why_not(composite) == ""), slot
+
+
+@pytest.mark.parametrize("mass", [False, True])
+@pytest.mark.parametrize("name", EXCHANGED)
+def test_directional_derivatives_are_those_of_differences(opened, name, mass):
+    unit = opened(name, mass=mass, exchanged=True)
+    unit.start(v=0.012)
+    able = unit.described.modelExchange
+    assert able.providesDirectionalDerivative if unit.fmi == 2 else able.providesAdjointDerivatives
+    begin(unit)
+    knowns = ["x", "v", "z", "effort"] if mass else ["z", "v"]
+    unknowns = ["force", *(["der(x)", "der(v)"] if mass else []), "der(z)", *(["margin"] if "margin" in unit.places else [])]
+    of_states = ["x", "v", "z"] if mass else ["z"]
+    base = {"x": 1e-6, "v": 0.012, "z": 2e-6, "effort": 3.0}
+    sizes = {"x": 1e-6, "v": 1e-3, "z": 1e-7, "effort": 1.0}
+
+    def at(**changed):
+        values = base | changed
+        put(unit, *(values[state] for state in of_states))
+        unit.set(**{known: values[known] for known in knowns if known not in of_states})
+        return np.array(unit.get(*unknowns))
+
+    def places(names):
+        return [unit.places[each] for each in names]
+
+    jacobian, differences = np.zeros((2, len(knowns), len(unknowns)))
+    for k, known in enumerate(knowns):
+        nudge = 1e-4 * sizes[known]
+        differences[k] = (at(**{known: base[known] + nudge}) - at(**{known: base[known] - nudge})) / (2.0 * nudge)
+        at()
+        jacobian[k] = unit.unit.getDirectionalDerivative(places(unknowns), places([known]), [1.0])
+    scale = np.array([[sizes[known]] for known in knowns])
+    assert np.all(np.abs(differences).max(axis=0) > 0.0)
+    assert np.all(np.abs(scale * (jacobian - differences)) <= 1e-6 * np.abs(scale * differences).max(axis=0))
+    seed = [0.5 * known for known in range(1, len(knowns) + 1)]
+    mixed = unit.unit.getDirectionalDerivative(places(unknowns), places(knowns), seed)
+    np.testing.assert_allclose(mixed, np.array(seed) @ jacobian, rtol=1e-12)
+    if unit.fmi == 3:
+        weights = [1.0 / (k + 1.0) for k in range(len(unknowns))]
+        adjoint = unit.unit.getAdjointDerivative(places(unknowns), places(knowns), weights, len(knowns))
+        np.testing.assert_allclose(adjoint, np.array(jacobian) @ weights, rtol=1e-12)
+    with pytest.raises(Exception, match="DirectionalDerivative"):
+        unit.unit.getDirectionalDerivative(places(["time"]), places(knowns[:1]), [1.0])

@@ -62,6 +62,7 @@ def export(
     step: Step = None,
     tunable: Annotated[bool, typer.Option("--tunable", help="Make parameters changeable at run time.")] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Use single precision.")] = False,
+    derivatives: Annotated[bool, typer.Option("--derivatives", help="Also write the derivatives of the force.")] = False,
     axis: AxisFile = None,
     speed: Speed = None,
     points: Points = 20,
@@ -88,7 +89,7 @@ def export(
         raise InputError("needs either a model or a law", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
     if step == "":
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
-    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest}
+    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest, "derivatives": derivatives}
     refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
     if law is None:
@@ -136,6 +137,7 @@ def told_of(target: Target) -> str:
     able = {
         "--tunable": target.tunable,
         "--float32": target.single,
+        "--derivatives": target.derivatives,
         "--log": target.compares,
         "--law": target.write_law is not None,
         "hysteresis operators": target.operators,

@@ -18,9 +18,11 @@ from typing import Any, ClassVar, get_type_hints
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.variable import Variable, variables_of
 from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
+from bristle.exports.c_derivatives import DerivedStep, derived_step
 from bristle.exports.c_parts import CONSTANT, Fields, array_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
 from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
@@ -58,6 +60,8 @@ class CFiles:
     printer: ClassVar[type[Printer]] = Printer
     fixed: ClassVar[tuple[str, ...]] = ()
     """Parameters that cannot change at run time."""
+    derived: DerivedStep | None = None
+    templates: ClassVar[Mapping[str, str]] = FILES
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -65,8 +69,8 @@ class CFiles:
         walk = subjects.walk_of(subject, request.dt)
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
-        walked = selftest_facts(walk, forces, single=request.single)
-        return written_files(FILES, request.name, self.facts(), walked, request.source)
+        walked = selftest_facts(walk, forces, single=request.single) | (self.derived.selftest_facts(x, request.dt) if self.derived else {})
+        return written_files(self.templates, request.name, self.facts(), walked, request.source)
 
     def new_printer(self) -> Printer:
         """Return a printer of the functions and types of the subject."""
@@ -95,6 +99,7 @@ class CFiles:
             | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, scalar)}
             | {"signals": [printer.names.variable(name) for name in subject.signals], "step": self._step(printer), "data": data}
             | {"told_signals": [meaning_of(meanings[name], kind) for name in subject.signals], "steps": self.steps}
+            | (self.derived.facts(printer, tunable=request.tunable) if self.derived else {"derived": False})
         )
 
     def _step(self, printer: Printer) -> list[str]:
@@ -172,6 +177,11 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
 def write(request: Request) -> Product:
     """Return the source, in double or single precision."""
     subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
+    if request.derivatives:
+        if request.single:
+            raise InputError("does not support derivatives in single precision", path="c", mend="Omit --float32 or --derivatives")
+        derived = derived_step(subject, tunable=request.tunable)
+        return Product(dict(CFiles(derived.subject, request, derived=derived).files()))
     places = tunable_of(subject.model).places if request.tunable else ()
     files = CFiles(subjects.settled_subject(subject, places, single=request.single), request).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())

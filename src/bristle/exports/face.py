@@ -9,6 +9,7 @@ from typing import Any
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
+from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
@@ -51,6 +52,7 @@ class Exported:
     step=PERIOD,
     tunable=FLAG,
     float32=FLAG,
+    derivatives=FLAG,
     force=FLAG,
     accept_harm=FLAG,
     points=whole(2, 1000),
@@ -70,6 +72,7 @@ def export(
     step: Amount = STEP,
     tunable: bool = False,
     float32: bool = False,
+    derivatives: bool = False,
     axis: Axis | None = None,
     speed: Amount = 0.0,
     points: int = POINTS,
@@ -102,6 +105,8 @@ def export(
         Whether parameters can be changed at run time.
     float32 : bool
         Whether numbers are of single precision. They then differ from those of bristle by rounding.
+    derivatives : bool
+        Whether the files also compute the derivatives of the force.
     axis : Axis, optional
         The axis, which defines the units of a table; SI without it.
     speed : float or str
@@ -151,10 +156,13 @@ def export(
     target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
+            if derivatives:
+                raise InputError("applies to a model only", path="derivatives", mend="Omit derivatives")
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
+            others |= {"derivatives": derivatives}
             request = Request(model, label, float(step), origin, tunable, float32, mass=float(mass), plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():

@@ -180,10 +180,11 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
         | {"stepping": _called(content.entry, content, handed), "exchange": None}
     )
     if exchange is not None:
-        kernels = {name: _called(getattr(exchange, name), content, handed) for name in ("flowing", "begun", "arrived")}
+        kernels = {name: _called(getattr(exchange, name), content, handed) for name in ("flowing", "begun", "arrived", "changing")}
         facts["exchange"] = (
             {"states": ports.states, "rates": ports.in_role(RATE), "margins": ports.in_role(MARGIN), "held": exchange.held}
             | {"nominals": [number(variable.nominal) for variable in exchange.varying.values()], "most": _numbers(exchange.held or (0,))}
+            | {"result": printer.named(exchange.changing.result, "result")}
             | kernels
         )
     return facts
@@ -197,7 +198,7 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     """Return the parameters in C, and the text of each argument for them."""
     texts, handed = [], {}
     exchange = content.exchange
-    entries = [content.entry, *(() if exchange is None else exchange[:3])]
+    entries = [content.entry, *(() if exchange is None else exchange[:4])]
     needed = {parameter.name for entry in entries for parameter in entry.parameters}
     for argument, (values, kind) in content.values.items():
         if argument not in needed:
@@ -231,6 +232,9 @@ def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> lis
             arguments.append(f"now->{name}")
         elif name in content.memory_at:
             arguments.append(f"now->memory + {content.memory_at[name]}" if content.memory_at[name] else "now->memory")
+        elif name.startswith("tangent__"):
+            array, place = name in ("tangent__varying", "tangent__slope"), name.removeprefix("tangent__")
+            arguments.append(f"d_{place}" if array else f"seed[{content.ports.place(place)}]")
         elif name in ("slope", "dt"):
             arguments.append("STEP" if name == "dt" else name)
         elif name in handed:

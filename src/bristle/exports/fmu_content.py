@@ -194,7 +194,7 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
         guidance = "set x and v before the start, and provide the effort; the FMU includes gravity and cogging of the plant"
         if plant.component.screw is not None:
             guidance = "set x and x_table alike before the start, and provide the effort; x and v are those of the motor"
-    unit = pruned(builder.unit, [core.entry, *(exchange[:3] if exchange else ())])
+    unit = pruned(builder.unit, [core.entry, *(exchange[:4] if exchange else ())])
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
     layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
     notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)

@@ -75,7 +75,9 @@ def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
     able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
     source = [element("SourceFiles", element("File", name=f"{setting.name}.c"))] if second else []
     without = {"completedIntegratorStepNotNeeded": "true"} if second else {"needsCompletedIntegratorStep": "false"}
-    kinds = {"ModelExchange": without | able} if exchanged else {}
+    derived = {"providesDirectionalDerivative": "true"} if second else {}
+    derived |= {} if second else {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+    kinds = {"ModelExchange": without | able | derived} if exchanged else {}
     fixed = {} if second else {"fixedInternalStepSize": repr(setting.step)}
     kinds["CoSimulation"] = {"canHandleVariableCommunicationStepSize": "true"} | able | fixed
     return [element(tag, *source, modelIdentifier=setting.name, **facts) for tag, facts in kinds.items()]

@@ -19,6 +19,8 @@ from bristle.engine.motion import FARTHER, SLOW
 from bristle.exports.cycle import Core, loaded, stored
 from bristle.exports.subject import Subject, capacity_of, piece_of
 from bristle.translation.build import Builder
+from bristle.translation.derivative import nowhere
+from bristle.translation.directional import derived_in
 from bristle.translation.scope import defined
 from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
@@ -31,11 +33,12 @@ WINDOW, FAST = 1e-6, 1e3
 
 
 class Exchange(NamedTuple):
-    """A model in continuous time as functions of the tree: rates between events, start of a piece, commit."""
+    """A model in continuous time as functions of the tree: rates between events, start of a piece, commit, rates with tangents."""
 
     flowing: Function
     begun: Function
     arrived: Function
+    changing: Function
     varying: dict[str, Variable]  # states for an importer
     held: tuple[int, ...]  # constant between events: the number of values of an integer, or 0 for a real number
 
@@ -116,10 +119,13 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
 
     inputs, parameters = (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
     along = inputs if plant is None else []
+    rates = built("flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",))
+    entering = [part.name in ("varying", "slope", *inputs) or nowhere(part.type) for part in rates.parameters]
     return Exchange(
-        built("flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",)),
+        rates,
         built("begun", [*begun, *stores], ["lasting", "memory", "varying", "held", *along, "p"], ("varying", "held")),
         built("arrived", arrived, ["lasting", "memory", "varying", "p"], ("lasting", "memory")),
+        derived_in(builder, rates, entering)[1],
         dict(zip(varied, variables, strict=True)),
         tuple(held),
     )

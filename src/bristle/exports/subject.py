@@ -36,6 +36,8 @@ class Subject:
     move: Struct
     parameters: Struct
     memories: Mapping[str, int]
+    derived: Function | None = None
+    """The step with its tangent in one direction, if the export has derivatives."""
 
     @property
     def memory_size(self) -> int:
@@ -128,13 +130,14 @@ def _memory_type(memories: Mapping[str, int], *, writable: bool = False) -> Type
 
 def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
     """Return the subject without the branches that its parameters rule out, except parameters at some paths."""
-    roots = [subject.trial, subject.commit] if subject.commits else [subject.trial]
+    roots = [subject.trial, *([subject.commit] if subject.commits else []), *([subject.derived] if subject.derived else [])]
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
     # The name of the parameters in a kernel.
     arguments = ((subject.trial, TRIAL[subject.is_operator]), (subject.commit, COMMIT))
-    named = {function.source.__code__.co_varnames[names.index("p")] for function, names in arguments}
+    named = {function.source.__code__.co_varnames[names.index("p")] for function, names in arguments} | {"p"}
     unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
-    return replace(subject, unit=unit, trial=written[0], commit=written[1] if subject.commits else subject.commit)
+    commit, derived = written[1] if subject.commits else subject.commit, written[-1] if subject.derived else None
+    return replace(subject, unit=unit, trial=written[0], commit=commit, derived=derived)
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:

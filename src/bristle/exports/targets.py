@@ -44,6 +44,8 @@ class Request:
         Whether parameters can be changed at run time.
     single : bool
         Whether numbers are of single precision.
+    derivatives : bool
+        Whether the files also compute derivatives.
     axis : Axis or None
         The axis; its columns define the units of a table.
     speed : float
@@ -86,6 +88,7 @@ class Request:
     loop: Variant | None = None
     mode: str = "torque"
     table: Model | None = None
+    derivatives: bool = False
 
     @property
     def sampled(self) -> Model:
@@ -140,6 +143,8 @@ class Target:
         Whether the target supports parameters that change at run time.
     single : bool
         Whether the target supports single precision.
+    derivatives : bool
+        Whether the target supports derivatives of friction.
     operators : bool
         Whether the target supports hysteresis operators.
     compares : bool
@@ -164,6 +169,7 @@ class Target:
     write_law: Callable[[Law, str, Source], dict[str, str | bytes] | Product] | None = None
     tunable: bool = False
     single: bool = False
+    derivatives: bool = False
     operators: bool = False
     compares: bool = False
     rest: str = ""
@@ -234,15 +240,17 @@ _FMU = (
 _WASM = "a WebAssembly module and the script that loads it, for a browser or node"
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
 _WARP = "friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab"
+_CASADI = "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
 _OF_FMU = "write=fmu.write write_law=fmu.write_law"
 _ALL = "pushes tunable single operators"
 _LISTED = (
-    _target("c", "C", "held", _ALL, "write=c.write write_law=c.law_files", _C),
+    _target("c", "C", "held", f"{_ALL} derivatives", "write=c.write write_law=c.law_files", _C),
     _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
     _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
     _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write write_law=hal.hal_law_files", _HAL),
     _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
     _target("warp", "Warp", "", "", "write=warp.write", _WARP),
+    _target("casadi", "CasADi", "held", "", "write=casadi.write", _CASADI),
     _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
     _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),
     _target("ax8000", "Beckhoff AX8000", "", "pushes", "write=ax8000.write reads=ax8000.reads", _AX8000),

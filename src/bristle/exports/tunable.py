@@ -103,8 +103,8 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
         yield name, place, compared or [(">=", -math.inf), ("<=", math.inf)]
 
 
-def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
-    """Return the variable parameters of a model: its real numbers, except those named in `fixed_names`."""
+def tunable_of(model: Model, fixed_names: Container[str] = (), *, mend: str = "Omit --tunable") -> Tunable:
+    """Return the variable parameters of a model: its real numbers, except those named in `fixed_names`; `mend` ends a refusal."""
     component = model.component
     values = {
         name: value if isinstance(value, np.ndarray) else float(value)
@@ -126,10 +126,7 @@ def tunable_of(model: Model, fixed_names: Container[str] = ()) -> Tunable:
     lost += [".".join(path) for path, value in usual if path not in places and keys[path] != np.asarray(value).tobytes()]
     if lost:
         raise InputError(
-            "converts these parameters at the start, so they cannot change at run time",
-            path=model.name,
-            value=", ".join(lost),
-            mend="Omit --tunable",
+            "converts these parameters at the start, so they cannot change at run time", path=model.name, value=", ".join(lost), mend=mend
         )
     return Tunable(model.kind, component.variables, values, places)
 

@@ -87,8 +87,8 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     """Return the files of a model for a target."""
     target = target_named(to)
     operator = request.model.name if request.model.component.family == "hysteresis" else ""
-    demands = {"tunable": request.tunable, "single": request.single, "rest": request.rest, "compares": request.log is not None}
-    _refuse_beyond(target, **demands, operators=operator)
+    demands = {"tunable": request.tunable, "single": request.single, "derivatives": request.derivatives, "rest": request.rest}
+    _refuse_beyond(target, **demands, compares=request.log is not None, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
     request, effect = _with_rule(target, request)
@@ -168,6 +168,7 @@ def _unseen(request: Request) -> tuple[str, ...]:
 ABILITIES = {
     "tunable": ("does not support parameters that change at run time", "Omit tunable"),
     "single": ("does not support single precision", "Omit float32"),
+    "derivatives": ("does not support derivatives", "Omit derivatives"),
     "rest": ("does not evaluate the model sample by sample, so it has no rule at rest", "Omit rest"),
     "compares": ("is not a table, so bristle cannot compare it with the model along a log", "Omit the log"),
     "operators": ("does not support hysteresis operators", ""),

@@ -23,11 +23,13 @@ class Translation(Expressions):
     def __init__(self, builder: Builder, kernel: Callable[..., Any], types: Sequence[Type]) -> None:
         super().__init__(builder, kernel)
         self._argument_types, self._result, self._changed, self._count = tuple(types), None, False, 0
+        self._used = set[str]()
 
     def function(self, name: str) -> tree.Function:
         """Return the kernel as a function of this name."""
         definition = definition_of(self.kernel)
         names = [argument.arg for argument in definition.args.args]
+        self._used = {node.id for node in ast.walk(definition) if isinstance(node, ast.Name)}
         self.types = dict(zip(names, self._argument_types, strict=True))
         if node := _counter_outside(definition):
             raise self.refuse(node, f"the loop variable {node.id} is read outside its loop")
@@ -172,6 +174,8 @@ class Translation(Expressions):
 
     def _held(self, kind: Type, node: ast.AST) -> tree.Variable:
         self._count += 1
+        while f"held_{self._count}" in self._used:
+            self._count += 1
         return self._variable(f"held_{self._count}", kind, node)
 
 

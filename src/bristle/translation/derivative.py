@@ -24,7 +24,7 @@ from bristle.translation import tree
 from bristle.translation.python_text import PythonText, part_of
 from bristle.translation.scope import defined, free_name
 from bristle.translation.slopes import SLOPES
-from bristle.translation.tree import REAL, VOID, Array, Struct, Type
+from bristle.translation.tree import REAL, VOID, Array, Struct, Type, tuple_of
 
 Activity = bool | tuple["Activity", ...]
 """Whether a value has a tangent; for a tuple, field by field."""
@@ -41,6 +41,14 @@ def activity_of(kind: Type) -> Activity:
 def is_active(activity: Activity) -> bool:
     """Return whether any part has a tangent."""
     return any(map(is_active, activity)) if isinstance(activity, tuple) else activity
+
+
+def type_of_tangent(kind: Type, activity: Activity) -> Type:
+    """Return the type of a tangent in one direction."""
+    if not isinstance(kind, Struct) or not isinstance(activity, tuple):
+        return kind
+    pairs = zip(kind.fields, activity, strict=True)
+    return tuple_of([type_of_tangent(part, inner) for (_, part), inner in pairs if is_active(inner)])
 
 
 def joined(first: Activity, second: Activity) -> Activity:
@@ -72,6 +80,8 @@ class Derivatives:
     apart: frozenset[Callable[..., Any]] = frozenset()
     rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)
     scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {rule.__name__: rule for rule in TANGENTS})
+    portable: bool = False
+    """Whether the scope has tangents in one direction, so that other targets support the derived functions."""
     _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
 
     def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
@@ -136,8 +146,11 @@ class Rules(PythonText):
         arguments = [*names, *(tangent_of(name) for name in names if is_active(self.entering[name]))]
         name = free_name(f"with_tangent_{self.function.name}", self.scope)
         text = f"def {name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
-        mark = kernel(inline=is_absorbed(source) and source not in self.all.apart, portable=False)
-        self.scope[name] = mark(defined(name, text, self.scope))
+        function: Any = defined(name, text, self.scope)
+        if self.all.portable:
+            function.is_portable = True
+        else:
+            kernel(inline=is_absorbed(source) and source not in self.all.apart, portable=False)(function)
         return Derived(name, activities, self.result, self.does)
 
     def _enter(self) -> None:

@@ -64,8 +64,8 @@ def global_value(function: Callable[..., Any], name: str) -> Any:
 
 
 def is_kernel(value: Any) -> bool:
-    """Return whether this is a kernel."""
-    return inspect.isfunction(value) and value in _kernel_set(len(kernels()))
+    """Return whether this is a kernel, or derived from one for other targets."""
+    return inspect.isfunction(value) and (value in _kernel_set(len(kernels())) or hasattr(value, "is_portable"))
 
 
 @cache

@@ -36,7 +36,7 @@ RULES = {
     mathematics.expm1: "y + 1.0 if x <= EXP_MAX else 0.0",
     mathematics.tanh: "1.0 - y * y",
     mathematics.log: "1.0 / x if NORMAL_MIN <= x <= LARGEST else 0.0",
-    mathematics.log1p: "1.0 / (1.0 + x) if NORMAL_MIN <= 1.0 + x <= LARGEST else 0.0",
+    mathematics.log1p: "1.0 / (1.0 + x) if 1.0 + x >= NORMAL_MIN and 1.0 + x <= LARGEST else 0.0",
     mathematics.sin: "cos(x) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0",
     mathematics.cos: "-sin(x)",
     mantissa: "y / x if x > 0.0 else 0.0",

@@ -39,7 +39,7 @@ double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in
 #define {{ guard }}_POSITION_UNIT ({{ drive.position.si }}) /* {{ drive.unit_x }} for 1 {{ drive.position.unit }} */
 {% for each in drive.efforts %}#define {{ guard }}_{{ each.macro }} ({{ each.si }}) /* {{ drive.unit_force }} for 1 {{ each.unit }} */
 {% endfor %}double {{ name }}_command({{ name }} *axis, double position, double dt);
-{% endif %}
+{% endif %}{% if derived %}{% include "c/derivatives.h" %}{% endif %}
 /* Write the state of the contact into {{ guard }}_SAVED bytes, in the same format on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
 

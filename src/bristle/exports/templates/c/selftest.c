@@ -14,6 +14,17 @@
     static {{ name }} axis, copy;
     static unsigned char saved[{{ guard }}_SAVED];
 {% if not operator %}    const double dt = {{ dt }};
+{% endif %}{% if derived %}    /* Two directions: all parameters change, and the walk grows. */
+    static const double change[{{ guard }}_PARAMETERS] = { {{- directions_of_test | join(', ') -}} };
+    static {{ name }} axis_d;
+    static {{ name }}_tangent d[2];
+    uint64_t hash_d = UINT64_C(0xCBF29CE484222325);
+    {{ name }}_start(&axis_d);
+    {{ name }}_start_d(&d[0]);
+    {{ name }}_start_d(&d[1]);
+    for (unsigned i = 0; i < {{ guard }}_PARAMETERS; ++i) {
+        d[0].parameters[i] = change[i];
+    }
 {% endif %}{% include "c/expected.c" %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
     uint32_t bits = {{ seed }}U;
     double x = 0.0, force = 0.0;
@@ -27,7 +38,13 @@
         }
         force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
         hash = hashed(hash, force);
-{% include "c/missed.c" %}        if (k == COUNT / 2U) {
+{% include "c/missed.c" %}{% if derived %}        const double d_x[2] = {0.0, x};
+        double slopes[2];
+        if ({{ name }}_force_d(&axis_d, d, 2U, x, d_x, dt, NULL, {% for value in usual_signals %}{{ value }}, NULL, {% endfor %}slopes) != force) {
+            return fails("the force with derivatives differs");
+        }
+        hash_d = hashed(hashed(hash_d, slopes[0] + 0.0), slopes[1] + 0.0); /* zeros without a sign */
+{% endif %}        if (k == COUNT / 2U) {
             {{ name }}_save(&axis, saved);
             {{ name }}_start(&copy);
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
@@ -39,7 +56,10 @@
     }
     printf("{{ name }}: hash %08lx%08lx, last force %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), force);
-{% include "c/judged.c" %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
+{% include "c/judged.c" %}{% if derived %}    if (hash_d != UINT64_C({{ hash_d }})) {
+        return fails("derivatives differ");
+    }
+{% endif %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
         return fails("a position that is not a number is accepted");
     }
     saved[sizeof saved / 2U] ^= 4U;

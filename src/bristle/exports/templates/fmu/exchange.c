@@ -80,3 +80,37 @@ static const char *moved(Situation *now, const double *states, size_t count)
     return NULL;
 }
 
+/* Write the change of all variables that depend on the states and the inputs, in the direction of a change of these. */
+static void changing(Situation *now, const double *seed, double *change)
+{
+    double slope[VARYING + 2U], d_varying[VARYING], d_slope[VARYING + 2U] = {0.0};
+    ready(now);
+    for (size_t i = 0; i < VARYING; ++i) {
+        d_varying[i] = seed[states_at[i]];
+    }
+{% for line in exchange.changing[:-1] %}    {{ line }}
+{% endfor %}    const {{ exchange.result }} = {{ exchange.changing[-1] }}
+    for (size_t i = 0; i < VARYING; ++i) {
+        change[states_at[i]] = d_varying[i];
+        change[rates_at[i]] = d_slope[i];
+    }
+{% for place in exchange.margins %}    change[{{ place }}] = d_slope[VARYING + {{ loop.index0 }}U];
+{% endfor %}    change[{{ output_at }}] = result.part_1;
+}
+
+/* Return whether derivatives exist of all unknowns by all knowns. */
+static bool have_derivatives(const Situation *now, const unsigned *unknowns, size_t unknown_count,
+                             const unsigned *knowns, size_t known_count)
+{
+    bool good = now->exchanged != 0U && now->phase != CREATED;
+    for (size_t i = 0; good && i < unknown_count; ++i) {
+        const unsigned role = unknowns[i] < VARIABLES ? roles[unknowns[i]] : A_TIME;
+        good = role == AN_OUTPUT || role == A_START || role == A_STATE || role == A_RATE || role == A_MARGIN;
+    }
+    for (size_t i = 0; good && i < known_count; ++i) {
+        const unsigned role = knowns[i] < VARIABLES ? roles[knowns[i]] : A_TIME;
+        good = role == AN_INPUT || role == A_START || role == A_STATE;
+    }
+    return good;
+}
+

@@ -146,3 +146,43 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventI
     return fmi3OK;
 }
 {% endif %}
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
+                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],{% if fmi == 3 %} size_t nSeed,{% endif %}
+
+                                        fmi3Float64 sensitivity[]{% if fmi == 3 %}, size_t nSensitivity{% endif %})
+{
+    Situation *now = &((Instance *)instance)->now;
+    double direction[VARIABLES] = {0.0}, change[VARIABLES] = {0.0};
+    if (!have_derivatives(now, unknowns, nUnknowns, knowns, nKnowns){% if fmi == 3 %} || nSeed != nKnowns || nSensitivity != nUnknowns{% endif %}) {
+        return answer(instance, "derivatives exist in model exchange, by inputs and states");
+    }
+    for (size_t i = 0; i < nKnowns; ++i) {
+        direction[knowns[i]] += seed[i];
+    }
+    changing(now, direction, change);
+    for (size_t i = 0; i < nUnknowns; ++i) {
+        sensitivity[i] = change[unknowns[i]];
+    }
+    return fmi3OK;
+}
+{% if fmi == 3 %}
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
+                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
+                                    fmi3Float64 sensitivity[], size_t nSensitivity)
+{
+    Situation *now = &((Instance *)instance)->now;
+    if (!have_derivatives(now, unknowns, nUnknowns, knowns, nKnowns) || nSeed != nUnknowns || nSensitivity != nKnowns) {
+        return answer(instance, "derivatives exist in model exchange, by inputs and states");
+    }
+    for (size_t k = 0; k < nKnowns; ++k) {
+        double direction[VARIABLES] = {0.0}, change[VARIABLES] = {0.0};
+        direction[knowns[k]] = 1.0;
+        changing(now, direction, change);
+        sensitivity[k] = 0.0;
+        for (size_t i = 0; i < nUnknowns; ++i) {
+            sensitivity[k] += seed[i] * change[unknowns[i]];
+        }
+    }
+    return fmi3OK;
+}
+{% endif %}
