@@ -246,7 +246,7 @@ def test_report_and_terminal_state_masses_and_friction_of_either_side(masses):
     texts = [line.text for line in two_masses_lines(identification)]
     assert texts[0] == "motor 2 kg ± 2.00 %"
     assert two_masses_table(SimpleNamespace(two_masses=None)) is None
-    assert two_masses_lines(SimpleNamespace(two_masses=None, left_out={}, treatment={})) == []
+    assert two_masses_lines(SimpleNamespace(two_masses=None, reason_for_one_mass="", treatment={})) == []
 
 
 def test_play_that_is_not_clear_is_stated_as_a_bound(masses):

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters with unreliable intervals."""
 CONSTANT_HELD = ("held_levels", "held_constant", "held_taken")
+TWO_MASSES = "the plant with two masses"  # in the parts of a result that are left out
 LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force above both is reported
 LACKING = ("structure", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
@@ -316,6 +317,11 @@ class Identification:
     settings: Settings = DEFAULT
     second_pass: SecondPass | None = None
     two_masses: TwoMasses | None = None
+
+    @property
+    def reason_for_one_mass(self) -> str:
+        """The reason why an elastic axis, or two encoders, do not show both masses; empty if they do, and for a rigid axis."""
+        return self.left_out.get(TWO_MASSES, "")
 
     @property
     def notes(self) -> tuple[str, ...]:

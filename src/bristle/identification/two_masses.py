@@ -31,6 +31,7 @@ from bristle.identification.elasticity import Elastic, step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.quantities import Quantity, quantities_of
+from bristle.identification.result import TWO_MASSES
 from bristle.identification.two_encoders import EXCITE, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
-PLANT = "the plant with two masses"  # in the parts of a result that are left out
 JUDGED = ("motor", "load", "stiffness")
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
@@ -225,9 +225,9 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
     )
     if unsure := _unsure(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
-    total, mass = coupling.mass, result.best.parameters["M"]
-    low, high = mass.ends or (-math.inf, math.inf)
-    if not low - coupling.mass_half_width < total < high + coupling.mass_half_width:
+    total, mass = coupling.mass, result.best.inertia
+    ends = None if mass is None else mass.ends
+    if mass and ends and not ends[0] - coupling.mass_half_width < total < ends[1] + coupling.mass_half_width:
         sums = f"the fit of both masses has the sum {with_unit(total, mass.unit)}, but the axis has {with_unit(mass.value, mass.unit)}"
         return _with(result, f"{sums}: the recorded effort may have passed a filter")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
@@ -235,7 +235,7 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
 
 def _with(result: Identification, found: TwoMasses | str) -> Identification:
     if isinstance(found, str):
-        return replace(result, left_out={**result.left_out, PLANT: found})
+        return replace(result, left_out={**result.left_out, TWO_MASSES: found})
     return replace(result, two_masses=found)
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core import with_unit
 from bristle.files import write_model
-from bristle.identification.two_masses import PLANT
 from bristle.report.brief import Line
 from bristle.report.table import Table, capital, short_text
 
@@ -70,7 +69,7 @@ def two_masses_lines(identification: Identification) -> list[Line]:
     """Return masses, coupling and friction levels for the terminal, or why the log does not show them; empty for a rigid axis."""
     masses = identification.two_masses
     if masses is None:
-        return _without(identification.left_out.get(PLANT, ""), identification.treatment)
+        return _without(identification.reason_for_one_mass, identification.treatment)
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
     for name, side in _sides(masses).items():
         fit, levels = side.best, side.best.levels
