@@ -1,12 +1,14 @@
 """Quantities of a plant with two masses, with their 95 % intervals."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.lost_motion import Hysteresis, LostMotion
 from bristle.identification.two_encoders import DAMPING, FACTOR, KAPPA, M_1, M_2, Masses, half_width
+
+MASS: Mapping[Kind, str] = {"translational": "mass", "rotational": "moment of inertia"}
 
 
 class Quantity(NamedTuple):
@@ -19,8 +21,8 @@ class Quantity(NamedTuple):
     meaning: str
 
 
-def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: float) -> tuple[Quantity, ...]:
-    """Return values with intervals and units; without play if the lost motion is unknown."""
+def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: float, *, measured: bool = False) -> tuple[Quantity, ...]:
+    """Return values with intervals and units; without play if the lost motion is unknown. A `measured` motor is a screw behind a sensor."""
     value, error = masses.values.tolist(), masses.errors.tolist()
     damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
     hertz = 0.5 / math.pi / math.sqrt(value[KAPPA])
@@ -36,10 +38,14 @@ def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: flo
         ]
         if lost.hysteresis is not None:
             of_lost_motion += _of_hysteresis(lost.hysteresis, half_width(masses.stiffness, masses.stiffness_error), kind)
-    mass, quantity = unit["mass"], "moment of inertia" if kind == "rotational" else "mass"
+    mass, half = unit["mass"], half_width(value[M_1], error[M_1])
+    motor = Quantity("motor", value[M_1], half, mass, f"{MASS[kind]} of the motor")
+    if measured:
+        size, half = (value[M_1], half) if value[M_1] > half else (0.0, value[M_1] + half)
+        motor = Quantity("screw", size, half, mass, f"{MASS[kind]} between sensor and coupling")
     return (
-        Quantity("motor", value[M_1], half_width(value[M_1], error[M_1]), mass, f"{quantity} of the motor"),
-        Quantity("load", value[M_2], half_width(value[M_2], error[M_2]), mass, f"{quantity} of the load"),
+        motor,
+        Quantity("load", value[M_2], half_width(value[M_2], error[M_2]), mass, f"{MASS[kind]} of the load"),
         Quantity("stiffness", masses.stiffness, half_width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
         Quantity("damping", masses.damping, half_width(masses.damping, damping_error), unit["force*time/length"], "damping"),
         *of_lost_motion,
