@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.files import read_axis, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import Hysteresis, LostMotion
-from bristle.identification.side_logs import behind_sensor, effort_delay, motor_side, side_logs
+from bristle.identification.side_logs import behind_sensor, effort_delay, side_logs, without_sensor
 from bristle.identification.two_encoders import Masses
 from bristle.identification.two_masses import apart, two_masses
 from bristle.report.two_masses import two_masses_lines, two_masses_table, write_two_masses
@@ -37,7 +37,7 @@ def test_the_log_of_the_motor_has_the_effort_that_the_sensor_does_not_measure():
     log, of_motor = sensed(delay=3)
     delay = effort_delay([log], 0.0)
     assert delay == pytest.approx(3.0 * DT, abs=0.05 * DT)
-    effort = motor_side(log, 0.0, delay).effort.values
+    effort = without_sensor(log, 0.0, delay).effort.values
     assert effort[50:-50] == pytest.approx(of_motor[50:-50], abs=0.05)
 
 
@@ -95,8 +95,8 @@ def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
     assert found.load.best.parameters["F_C"].value == pytest.approx(1.2, rel=0.05)
     assert not found.is_elastic
     result = SimpleNamespace(two_masses=found, log=log)
-    assert any(line.text.startswith("The load is rigid behind the sensor") for line in two_masses_lines(result))
-    assert "the encoder of the motor and the sensor in the coupling" in two_masses_table(result).caption
+    assert any(line.text.startswith("Without a second encoder, the load is rigid behind the sensor") for line in two_masses_lines(result))
+    assert "from the sensor in the coupling" in two_masses_table(result).caption
     with results_folder(tmp_path / "out") as folder:
         folder.write("note.txt", "no plant")
         write_two_masses(folder, result, {})

@@ -278,7 +278,7 @@ class _Rows:
         by_mass = float(pull @ self._acceleration) / max(float(pull @ pull), np.finfo(float).tiny)
         stiffness, error = float(factors[0]), math.hypot(float(errors[0]), by_mass * float(self.masses.errors[M_1]))
         play_error = float(errors[-2]) if has_play else math.inf
-        least = max(stiffness, np.finfo(float).tiny)
+        least = max(stiffness, float(np.finfo(float).tiny))
         if count == 1:
             return LostMotion(found.play, play_error, centre, stiffness, error, gain)
         # The error if the nut resembled neither friction of the bearings nor the force of the coupling.

@@ -65,12 +65,12 @@ def behind_sensor(log: Log) -> Log:
 
 
 def effort_delay(logs: Sequence[Log], sensor_delay: float) -> float:
-    """Return the delay [s] at which mass and friction of the motor explain most of the effort that a sensor does not measure."""
+    """Return the delay [s] at which mass and friction explain most of the effort, without that behind a sensor."""
     delays = np.arange(-EARLY, LATE, DELAY_STEP)
     squares = np.zeros(delays.size)
     for log, part in ((each, part) for each in logs for part in each.segments):
         dt = log.sample_time
-        x, effort, sensor = (low_passed(signal[part], min(CUTOFF / dt, HIGHEST), dt) for signal in _of_motor(log))
+        x, effort, sensor = (low_passed(signal[part], min(CUTOFF / dt, HIGHEST), dt) for signal in _signals(log))
         speed = derivative(x, dt)
         top = max(float(np.quantile(np.abs(speed), 0.99)), TINY)
         side = np.tanh(speed / (SIGN * top))
@@ -83,14 +83,16 @@ def effort_delay(logs: Sequence[Log], sensor_delay: float) -> float:
     return float(delays[best]) + (DELAY_STEP * min(max(-0.5 * slope / bend, -1.0), 1.0) if bend > 0.0 else 0.0)
 
 
-def _of_motor(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _signals(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return position, effort, and the effort of a sensor, 0 without a sensor."""
     assert log.effort is not None
-    return log.position.values, log.effort.values, log.further[COUPLING_EFFORT].values
+    sensor = log.further.get(COUPLING_EFFORT)
+    return log.position.values, log.effort.values, np.zeros(len(log)) if sensor is None else sensor.values
 
 
-def motor_side(log: Log, sensor_delay: float, delay: float) -> Log:
-    """Return the log of the motor in front of a sensor, given the delays of sensor and effort [s]."""
-    _, effort, sensor = _of_motor(log)
+def without_sensor(log: Log, sensor_delay: float, delay: float) -> Log:
+    """Return the log without the effort behind a sensor, given the delays of sensor and effort [s]."""
+    _, effort, sensor = _signals(log)
     moved = np.zeros(len(log))
     for part in log.segments:
         moved[part] = ahead(effort[part], delay / log.sample_time) - ahead(sensor[part], sensor_delay / log.sample_time)

@@ -31,7 +31,7 @@ from bristle.identification.elasticity import Elastic, step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.quantities import MASS, Quantity, quantities_of
-from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, motor_side, records_of, rms, side_logs
+from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, records_of, rms, side_logs, without_sensor
 from bristle.identification.two_encoders import EXCITE, SPARE, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.log import Log
 from bristle.plants import ball_screw
@@ -48,7 +48,10 @@ JUDGED = ("motor", "load", "stiffness")
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
 CHECK_SENSOR = "Check unit and sign of the sensor, and the constant of the effort"
-NO_SCALE = "a log without a second encoder shows no deflection of the coupling"
+NO_SCALE = (
+    "Without a second encoder, the load is rigid behind the sensor: its inertia and friction hold below the antiresonance, and contain "
+    "friction of the nut"
+)
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,8 @@ class TwoMasses:
         Whether a sensor of torque or force separates both sides. Friction of the load side is then all friction behind the
         sensor, without that of a nut that the log shows.
     rigid : str
-        Reason why the log of a sensor does not show the deflection of the coupling, so that the load is rigid behind the
-        sensor; empty if it does.
+        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does. Without a second
+        encoder the load is then rigid.
     """
 
     quantities: tuple[Quantity, ...]
@@ -185,17 +188,17 @@ def two_masses(
     if isinstance(parted, str):
         if not measured:
             return parted
-        parted = _rigid(logs, seen, parted)
+        parted = _by_sensor(pairs, logs, seen, parted)
     delay, sides = parted.delay, parted.sides
     if measured:
         delay = effort_delay([log for log, _ in pairs], parted.delay)
-        sides = [(motor_side(log, parted.delay, delay), load) for (log, _), (_, load) in zip(pairs, sides, strict=True)]
+        sides = [(without_sensor(log, parted.delay, delay), load) for (log, _), (_, load) in zip(pairs, sides, strict=True)]
     axes = [
         replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
         for _, axis in pairs
     ]
     reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
-    cutoffs = None, seen.one_mass if parted.rigid and seen is not None else None  # a rigid load: below its antiresonance
+    cutoffs = None, seen.one_mass if parted.rigid is NO_SCALE and seen is not None else None  # a rigid load: below its antiresonance
     results = [
         fitted([side[place] for side in sides], axis=[replace(axis, cutoff=cutoff) for axis in axes], progress=report)
         for place, (report, cutoff) in enumerate(zip(reports, cutoffs, strict=True))
@@ -230,12 +233,19 @@ class _Parted(NamedTuple):
     rigid: str = ""
 
 
-def _rigid(logs: Sequence[Log], seen: Elastic | None, reason: str) -> _Parted:
-    """Return the load as a rigid mass behind a sensor; a coupling that the motor has `seen` corrects its position."""
-    quantities = _quantities_seen(seen, logs[0].kind)
-    softness = (2.0 * math.pi * seen.antiresonance) ** -2 / seen.load if seen is not None and reason is NO_SCALE else 0.0
-    sides = [(log, alone(log, log.effort.values, load=True, softness=softness)) for log in logs if log.effort is not None]
-    return _Parted(sides, tuple(each for each in quantities if each.name not in JUDGED[:2]), rigid=reason)
+def _by_sensor(pairs: Pairs, logs: Sequence[Log], seen: Elastic | None, reason: str) -> _Parted:
+    """Return both sides of a sensor whose log does not show the deflection of the coupling for some `reason`."""
+    kind, efforts = pairs[0][0].kind, [log.effort.values for log in logs if log.effort is not None]
+    if reason is NO_SCALE:  # a rigid load; a coupling that the motor has seen corrects its position
+        softness = (2.0 * math.pi * seen.antiresonance) ** -2 / seen.load if seen is not None else 0.0
+        loads = [alone(log, effort, load=True, softness=softness) for log, effort in zip(logs, efforts, strict=True)]
+        delay, quantities = 0.0, _quantities_seen(seen, kind)
+    else:
+        loads = [alone(log, effort, load=True) for log, effort in zip(logs, efforts, strict=True)]
+        delay, quantities, reason = effort_delay(loads, 0.0), (), f"The log does not show the coupling: {reason}"
+        loads = [without_sensor(load, 0.0, delay) for load in loads]
+    known = tuple(each for each in quantities if each.name not in JUDGED[:2])
+    return _Parted(list(zip(logs, loads, strict=True)), known, delay, rigid=reason)
 
 
 def _elastic(logs: Sequence[Log], step: float, kind: Kind, *, measured: bool) -> _Parted | str:

@@ -16,10 +16,6 @@ if TYPE_CHECKING:
     from bristle.identification import Identification
 
 ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
-RIGID = (
-    "The load is rigid behind the sensor. Its inertia and friction hold below the antiresonance, and contain those of the nut. "
-    "bristle does not separate them"
-)
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
 SUM_FILE = "two_masses_sum.toml"
 FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
@@ -63,8 +59,7 @@ def two_masses_table(identification: Identification) -> Table | None:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             side_of = f"friction of the {name}: {fit.name}"
             rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    source = "the encoder of the motor" if masses.load is None or masses.rigid else "both encoders"
-    source = f"{source} and the sensor in the coupling" if masses.measured else source
+    source = "the sensor in the coupling" if masses.measured else "the encoder of the motor" if masses.load is None else "both encoders"
     caption = f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
     caption = f"{caption}. {remark}" if (remark := _remark(masses)) else caption
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
@@ -128,7 +123,7 @@ def _remark(masses: Any) -> str:
     if masses.load is None:
         return ALL_AT_THE_MOTOR
     if masses.rigid:
-        return f"{RIGID}: {masses.rigid}"
+        return str(masses.rigid)
     if masses.nut_is_separable:
         return ""
     cause = "rarely acts against the motion" if masses.nut_is_masked else "is too small"
