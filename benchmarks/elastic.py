@@ -152,8 +152,8 @@ def found(seed: int, record: str = "two") -> Found | str:
     if record == "no_scale":  # one rigid mass behind the sensor
         truths["load"] += drive.screw
     values = {name: both.by_name[name] for name in truths if name in both.by_name}
-    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items()}
-    widths = {name: 100.0 * item.half_width / (item.value or np.inf) for name, item in values.items()}
+    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items() if np.isfinite(item.half_width)}
+    widths = {name: 100.0 * item.half_width / (item.value or np.inf) for name, item in values.items() if np.isfinite(item.half_width)}
     for (side, of_side), friction in zip(both.sides.items(), drive.friction, strict=True):
         name, level = f"{side} friction", of_side.best.parameters["F_C"]
         if level.status == "identified" and level.ends is not None:

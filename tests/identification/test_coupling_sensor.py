@@ -94,6 +94,9 @@ def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
     assert found.motor.best.parameters["F_C"].value == pytest.approx(1.8, rel=0.05)
     assert found.load.best.parameters["F_C"].value == pytest.approx(1.2, rel=0.05)
     assert not found.is_elastic
+    assert found.as_data()["quantities"]["load"]["half_width"] is None  # unknown without the motion of the load
+    low, high = found.load.best.parameters["F_C"].ends
+    assert high - low > 0.29 * 1.2
     result = SimpleNamespace(two_masses=found, log=log)
     assert any(line.text.startswith("Without a second encoder, the load is rigid behind the sensor") for line in two_masses_lines(result))
     assert "from the sensor in the coupling" in two_masses_table(result).caption

@@ -24,6 +24,7 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
+from bristle.core.tabular import plain
 from bristle.core.variable import Kind
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     Pairs = Sequence[tuple[Log, Axis | None]]
 
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
+RIGID_LEVEL = 0.15  # smallest relative half-width of friction of a load without an encoder
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 JUDGED = ("motor", "load", "stiffness")
 MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
@@ -79,8 +81,7 @@ class TwoMasses:
         Whether a sensor of torque or force separates both sides. Friction of the load side is then all friction behind the
         sensor, without that of a nut that the log shows.
     rigid : str
-        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does. Without a second
-        encoder the load is then rigid.
+        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does.
     """
 
     quantities: tuple[Quantity, ...]
@@ -156,7 +157,7 @@ class TwoMasses:
     def as_data(self) -> dict[str, Any]:
         """Return quantities and friction as plain data."""
         sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
-        numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
+        numbers = {quantity.name: plain(quantity) for quantity in self.quantities}
         return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
 
 
@@ -176,11 +177,11 @@ def _all_have(name: str, pairs: Pairs) -> bool:
 
 
 def two_masses(
-    pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None, seen: Elastic | None = None
+    pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None, coupling: Elastic | None = None
 ) -> TwoMasses | str:
     """Return both masses and the friction of both sides, or the reason why the logs do not show them.
 
-    Without a second encoder, a sensor in the coupling shows both sides of an axis, whose coupling the motor may have `seen`.
+    Without a second encoder, a sensor shows both sides; `coupling` is that of the encoder of the motor.
     """
     step, kind, measured = max(step_of(log, axis) for log, axis in pairs), pairs[0][0].kind, _all_have(COUPLING_EFFORT, pairs)
     logs = [behind_sensor(log) if measured else log for log, _ in pairs]
@@ -188,7 +189,7 @@ def two_masses(
     if isinstance(parted, str):
         if not measured:
             return parted
-        parted = _by_sensor(pairs, logs, seen, parted)
+        parted = _by_sensor(pairs, logs, coupling, parted)
     delay, sides = parted.delay, parted.sides
     if measured:
         delay = effort_delay([log for log, _ in pairs], parted.delay)
@@ -198,7 +199,10 @@ def two_masses(
         for _, axis in pairs
     ]
     reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
-    cutoffs = None, seen.one_mass if parted.rigid is NO_SCALE and seen is not None else None  # a rigid load: below its antiresonance
+    cutoffs = (
+        None,
+        coupling.one_mass if parted.rigid is NO_SCALE and coupling is not None else None,
+    )  # a rigid load: below its antiresonance
     results = [
         fitted([side[place] for side in sides], axis=[replace(axis, cutoff=cutoff) for axis in axes], progress=report)
         for place, (report, cutoff) in enumerate(zip(reports, cutoffs, strict=True))
@@ -214,7 +218,9 @@ def two_masses(
     doubts = _doubts(quantity, forces[1], nut=parted.nut_is_clear, measured=measured)
     if measured:
         of_fits = [_mass_of(result, name, kind) for result, name in zip(results, ("motor", "load"), strict=True)]
-        quantity = {each.name: each for each in of_fits} | quantity
+        if parted.rigid is NO_SCALE:  # errors by the motion of the load are unknown
+            doubts, of_fits[1] = (0.0, RIGID_LEVEL * forces[1]), of_fits[1]._replace(half_width=math.inf)
+        quantity = {item.name: item for item in of_fits} | quantity
     widened = [
         replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
         for result, force, doubt in zip(results, forces, doubts, strict=True)
@@ -233,19 +239,19 @@ class _Parted(NamedTuple):
     rigid: str = ""
 
 
-def _by_sensor(pairs: Pairs, logs: Sequence[Log], seen: Elastic | None, reason: str) -> _Parted:
+def _by_sensor(pairs: Pairs, logs: Sequence[Log], coupling: Elastic | None, reason: str) -> _Parted:
     """Return both sides of a sensor whose log does not show the deflection of the coupling for some `reason`."""
     kind, efforts = pairs[0][0].kind, [log.effort.values for log in logs if log.effort is not None]
-    if reason is NO_SCALE:  # a rigid load; a coupling that the motor has seen corrects its position
-        softness = (2.0 * math.pi * seen.antiresonance) ** -2 / seen.load if seen is not None else 0.0
+    if reason is NO_SCALE:  # a rigid load; the coupling corrects its position
+        softness = (2.0 * math.pi * coupling.antiresonance) ** -2 / coupling.load if coupling is not None else 0.0
         loads = [alone(log, effort, load=True, softness=softness) for log, effort in zip(logs, efforts, strict=True)]
-        delay, quantities = 0.0, _quantities_seen(seen, kind)
+        delay, quantities = 0.0, _quantities_of(coupling, kind)
     else:
         loads = [alone(log, effort, load=True) for log, effort in zip(logs, efforts, strict=True)]
         delay, quantities, reason = effort_delay(loads, 0.0), (), f"The log does not show the coupling: {reason}"
-        loads = [without_sensor(load, 0.0, delay) for load in loads]
-    known = tuple(each for each in quantities if each.name not in JUDGED[:2])
-    return _Parted(list(zip(logs, loads, strict=True)), known, delay, rigid=reason)
+        loads = [without_sensor(log, 0.0, delay) for log in loads]
+    quantities = tuple(quantity for quantity in quantities if quantity.name not in JUDGED[:2])
+    return _Parted(list(zip(logs, loads, strict=True)), quantities, delay, rigid=reason)
 
 
 def _elastic(logs: Sequence[Log], step: float, kind: Kind, *, measured: bool) -> _Parted | str:
@@ -281,25 +287,25 @@ def _mass_of(result: Identification, name: str, kind: Kind) -> Quantity:
 
 
 def with_two_masses(
-    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None, seen: Elastic | None
+    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None, coupling: Elastic | None
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
-    return _with(result, two_masses(pairs, fitted, progress, seen))
+    return _with(result, two_masses(pairs, fitted, progress, coupling))
 
 
 def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
-    """Return a result with both masses of a coupling seen by one encoder, or with the reason why the logs do not show them."""
+    """Return a result with both masses of a coupling coupling by one encoder, or with the reason why the logs do not show them."""
     if coupling is None:
         return result
     if isinstance(coupling.masses, str):
         return _with(result, coupling.masses)
-    quantities = _quantities_seen(coupling, pairs[0][0].kind)
+    quantities = _quantities_of(coupling, pairs[0][0].kind)
     if unsure := _unsure(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
 
 
-def _quantities_seen(coupling: Elastic | None, kind: Kind) -> tuple[Quantity, ...]:
+def _quantities_of(coupling: Elastic | None, kind: Kind) -> tuple[Quantity, ...]:
     """Return the quantities of a coupling that one encoder shows; empty without its masses."""
     if coupling is None or isinstance(coupling.masses, str):
         return ()

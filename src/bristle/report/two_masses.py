@@ -144,4 +144,4 @@ def _width(half: float, value: float) -> str:
 
 
 def _behind(item: Any) -> str:
-    return f" {_width(item.half_width, item.value)} %" if item.value else ""
+    return f" {_width(item.half_width, item.value)} %" if item.value and math.isfinite(item.half_width) else ""
