@@ -7,6 +7,9 @@ the apparent antiresonance depends on the amplitude. ``python -m benchmarks.elas
 The log of the motor alone shows both masses, too, and friction of both sides together.
 
 ``python -m benchmarks.elastic two [FIRST COUNT]`` identifies both masses from logs with a second encoder at the load.
+
+``python -m benchmarks.elastic sensor [FIRST COUNT]`` has a torque sensor between motor and screw, too, a nut with friction
+in half of the drives, and a screw with mass in half. ``python -m benchmarks.elastic no_scale`` omits the second encoder.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -22,7 +26,7 @@ import numpy as np
 
 import bristle as br
 from benchmarks.coverage import Share
-from benchmarks.two_mass import Drive, columns_of, drive_of, log_of
+from benchmarks.two_mass import Drive, columns_of, drive_of, log_of, of_the_motor
 from bristle.core.cores import core_count
 from bristle.identification.two_masses import two_masses
 
@@ -30,6 +34,7 @@ __all__ = ["Found", "Tried", "elastic", "found", "tried", "two"]
 
 FIRST, COUNT = 500, 60
 NARROWEST, WIDEST = 92.0, 98.0  # % of the intervals that hold the true value
+RECORDS = {"two": "two encoders", "sensor": "two encoders and a sensor", "no_scale": "one encoder and a sensor"}
 CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = 3.0, 1.0, 5.0  # % of the frequencies, of the sum of the masses, of the stiffness
 
 
@@ -118,42 +123,64 @@ class Found(NamedTuple):
     widths: dict[str, float]
 
 
-def found(seed: int) -> Found | str:
-    """Identify both masses of one drive from the log of both encoders."""
-    drive, axis = drive_of(seed), br.Axis(resolution=drive_of(seed).step)
-    columns: Any = log_of(drive)
+def with_sensor(seed: int, *, has_nut: bool) -> Drive:
+    """Draw a drive with a torque sensor between motor and screw; friction of a nut needs a scale to differ from a heavier load."""
+    draw, drive = np.random.default_rng([55, seed]), drive_of(seed)
+    level = sum(side[1] for side in drive.friction)
+    screw, nut = (float(draw.choice([0.0, draw.uniform(*ends)])) for ends in ((0.05, 0.4), (0.05, 0.3)))
+    return replace(drive, sensor=level * draw.uniform(0.002, 0.02), screw=drive.motor * screw, nut=nut if has_nut else 0.0)
+
+
+def found(seed: int, record: str = "two") -> Found | str:
+    """Identify both masses of one drive from the log of both encoders, of a sensor, too, or of a sensor and one encoder."""
+    drive = drive_of(seed) if record == "two" else with_sensor(seed, has_nut=record == "sensor")
+    axis = br.Axis(resolution=drive.step)
+    columns: Any = of_the_motor(log_of(drive)) if record == "no_scale" else log_of(drive)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         log = br.Log.from_columns(columns)
-        both = two_masses([(log, axis)], partial(br.identify, model="lugre", blocks=0, draws=0))
+        if record == "no_scale":
+            result = br.identify(log, "lugre", axis=axis, blocks=0, draws=0)
+            both = result.two_masses or result.left_out["the plant with two masses"]
+        else:
+            both = two_masses([(log, axis)], partial(br.identify, model="lugre", blocks=0, draws=0))
     if isinstance(both, str):
         return both
     truths = _truths(drive) | ({"play": drive.gap} if both.play_is_clear else {})
-    values = {name: both.by_name[name] for name in truths}
-    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items()}
-    widths = {name: 100.0 * item.half_width / item.value for name, item in values.items()}
+    if record != "two":
+        truths |= {"motor": drive.motor - drive.screw, "screw": drive.screw, "nut": drive.nut}
+    if record == "no_scale":  # one rigid mass behind the sensor
+        truths["load"] += drive.screw
+    values = {name: both.by_name[name] for name in truths if name in both.by_name}
+    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items() if np.isfinite(item.half_width)}
+    widths = {name: 100.0 * item.half_width / (item.value or np.inf) for name, item in values.items() if np.isfinite(item.half_width)}
     for (side, of_side), friction in zip(both.sides.items(), drive.friction, strict=True):
         name, level = f"{side} friction", of_side.best.parameters["F_C"]
         if level.status == "identified" and level.ends is not None:
             inside[name] = level.ends[0] < friction[1] < level.ends[1]
             widths[name] = 50.0 * (level.ends[1] - level.ends[0]) / level.value
     mass = values["motor"].value + values["load"].value
-    return Found(inside, 100.0 * (values["stiffness"].value / drive.stiffness - 1.0), 100.0 * (mass / drive.total - 1.0), widths)
+    mass += values["screw"].value if "screw" in values else 0.0
+    stiffness = values["stiffness"].value if "stiffness" in values else np.nan
+    return Found(inside, 100.0 * (stiffness / drive.stiffness - 1.0), 100.0 * (mass / drive.total - 1.0), widths)
 
 
-def two(first: int = 0, count: int = COUNT) -> Iterator[Share]:
-    """Yield the shares of intervals that hold the truth, and of close values, for logs with two encoders."""
+def two(first: int = 0, count: int = COUNT, record: str = "two") -> Iterator[Share]:
+    """Yield the shares of intervals that hold the truth, and of close values, for logs with two encoders or a sensor."""
     seeds = list(range(first, first + count))
     with ProcessPoolExecutor(core_count()) as pool:
-        results = list(pool.map(found, seeds))
+        results = list(pool.map(found, seeds, [record] * count))
     for seed, one in zip(seeds, results, strict=True):
         print("two", seed, one, file=sys.stderr)
     shown = [one for one in results if isinstance(one, Found)]
-    yield _share("log with two encoders, two masses reported", [isinstance(one, Found) for one in results])
+    yield _share(f"log with {RECORDS[record]}, two masses reported", [isinstance(one, Found) for one in results])
     yield _share("true value in the 95 % interval", [held for one in shown for held in one.inside.values()], least=92.0, most=98.0)
-    for name in ("motor", "load", "stiffness", "damping", "play", "motor friction", "load friction"):
-        yield _share(f"the same, {name}", [one.inside[name] for one in shown if name in one.inside])
-    yield _share("stiffness within 5 %", [abs(one.stiffness) < CLOSE_STIFFNESS for one in shown], least=95.0)
+    for name in ("motor", "load", "stiffness", "damping", "play", "screw", "nut", "motor friction", "load friction"):
+        if having := [one for one in shown if name in one.inside]:
+            median = float(np.median([one.widths[name] for one in having]))
+            yield _share(f"the same, {name}, median ± {median:.1f} %", [one.inside[name] for one in having])
+    stiff = [one for one in shown if not np.isnan(one.stiffness)]
+    yield _share("stiffness within 5 %", [abs(one.stiffness) < CLOSE_STIFFNESS for one in stiff], least=95.0)
     yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in shown], least=95.0)
 
 
@@ -166,6 +193,7 @@ def _share(name: str, holds: list[bool], least: float = 0.0, most: float = 100.0
 
 
 if __name__ == "__main__":
-    of_two = sys.argv[1:2] == ["two"]
-    for share in (two if of_two else elastic)(*map(int, sys.argv[1 + of_two :])):
+    record = next((name for name in RECORDS if sys.argv[1:2] == [name]), "")
+    numbers = map(int, sys.argv[1 + bool(record) :])
+    for share in two(*numbers, record=record) if record else elastic(*numbers):
         print(share.row())

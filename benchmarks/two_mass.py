@@ -3,7 +3,8 @@
 A motor of inertia `motor` pulls a load through a spring and a damper, with play in a third of the logs. Friction acts on
 both sides: Coulomb with a Stribeck curve, Dahl, LuGre, or Maxwell slip. A cascade of controllers (position P, velocity PI)
 acts on the encoder of the motor after a delay, and the current follows with a lag. A rigid axis is a single mass with the
-same loop, the same motion and the same friction.
+same loop, the same motion and the same friction. A sensor of force can sit between motor and nut. It measures the force of
+the coupling, friction of the nut, and the force on the screw, a part of the motor's mass that moves behind the sensor.
 """
 
 from __future__ import annotations
@@ -42,6 +43,8 @@ class Drive:
     seed: int
     nut: float = 0.0  # friction of the motor per force of the coupling
     hysteresis: tuple[float, float] = (0.0, 0.0)  # of the coupling: an element of a share of its stiffness, which slips after a distance
+    sensor: float = 0.0  # noise of a sensor of force, 0 without a sensor
+    screw: float = 0.0  # part of the motor's mass behind the sensor
 
     @property
     def total(self) -> float:
@@ -114,8 +117,8 @@ def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.ra
     gains = (pace / 5.0, drive.motor * pace * (1.0 if drive.load else 0.4), drive.motor * pace * pace / 6.0)
     spring = 2.0 * drive.damping * drive.load * 2.0 * math.pi * drive.antiresonance
     frictions, loop = [np.array(side) for side in drive.friction], (drive.delay, drive.lag, drive.step)
-    masses = np.array([drive.motor, drive.load, drive.stiffness, spring, drive.gap, drive.nut, *drive.hysteresis])
-    motor, load, effort = _run(wanted, injected, dt, masses, frictions[0], frictions[1], np.array(gains), loop)
+    masses = np.array([drive.motor, drive.load, drive.stiffness, spring, drive.gap, drive.nut, *drive.hysteresis, drive.screw])
+    motor, load, effort, force = _run(wanted, injected, dt, masses, frictions[0], frictions[1], np.array(gains), loop)
     if not np.ptp(motor) < 3.0 * np.ptp(wanted):
         raise ArithmeticError(f"the loop of drive {drive.seed} is unstable")
     late = np.concatenate([effort[:1].repeat(drive.late), effort[: effort.size - drive.late]])
@@ -125,6 +128,8 @@ def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.ra
         "effort": late + draw.normal(0.0, drive.noise, late.size),
         "load_position": np.round(load / drive.step) * drive.step,
     }
+    if drive.sensor:
+        log["coupling_effort"] = force + np.random.default_rng([78, drive.seed]).normal(0.0, drive.sensor, force.size)
     return log | ({"reference": wanted} if drive.with_reference else {})
 
 
@@ -233,14 +238,14 @@ def _friction(kind, p, state, v, push, mass, h):
 
 @numba.njit(cache=True)  # type: ignore[misc]
 def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
-    m_1, m_2, k, d, gap, nut, element, reach = masses
+    m_1, m_2, k, d, gap, nut, element, reach, screw = masses
     delay, lag, step = loop
     count, inner = wanted.size, round(dt / 25e-6)
     h = dt / inner
     x, v, y, w, current, whole, before, smooth, side = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     s_1, s_2 = np.zeros(4), np.zeros(4)
     queue, wound = np.zeros(delay + 1), 0.0
-    motor, load, effort = np.empty(count), np.empty(count), np.empty(count)
+    motor, load, effort, force = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     for n in range(count):
         seen = round(x / step) * step
         smooth += 0.6 * ((seen - before) / dt - smooth)
@@ -252,7 +257,7 @@ def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
             queue[i] = queue[i + 1]
         queue[delay] = gains[1] * error + gains[2] * whole + injected[n]
         motor[n], load[n] = x, y
-        total = 0.0
+        total, passed, begun = 0.0, 0.0, v
         for _ in range(inner):
             current += h / lag * (queue[0] - current)
             total += current
@@ -268,6 +273,7 @@ def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
                 spring += element * k * wound
             side += (math.copysign(1.0, v) - side) * (1.0 - math.exp(-h * abs(v) / NUT_TURNS))
             push = current - spring - nut * abs(spring) * side
+            passed += spring + nut * abs(spring) * side
             v += h / m_1 * (push - _friction(int(p_1[0]), p_1, s_1, v, push, m_1, h))
             x += h * v
             if m_2 > 0.0:
@@ -276,4 +282,5 @@ def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
             else:
                 y = x
         effort[n] = total / inner
-    return motor, load, effort
+        force[n] = passed / inner + screw * (v - begun) / dt
+    return motor, load, effort, force

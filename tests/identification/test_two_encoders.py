@@ -17,8 +17,9 @@ from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
 from bristle.identification.quantities import Quantity
+from bristle.identification.side_logs import side_logs
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
-from bristle.identification.two_masses import TwoMasses, _doubt, _side_logs, apart, two_masses
+from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate
@@ -337,7 +338,7 @@ def test_the_log_of_the_motor_has_neither_the_force_of_the_coupling_nor_that_of_
     log = replace(log, further={"load_position": replace(log.position, values=motor - twist)})
     masses = Masses(np.zeros(9), np.zeros(9), 4e6, 0.0)
     lost = LostMotion(0.0, 0.0, 0.0, 4e6, 0.0, 0.0, nut=0.2, nut_error=0.01, nut_reach=1e-5)
-    of_motor, of_load = (each.effort.values[[1500, 3500]] for each in _side_logs(log, masses, lost))
+    of_motor, of_load = (each.effort.values[[1500, 3500]] for each in side_logs(log, masses, lost))
     assert of_load == pytest.approx([force, -force])
     assert of_motor == pytest.approx([71.5 - force - side * 8.0, 73.5 + force - side * 8.0])
 

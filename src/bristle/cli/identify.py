@@ -209,7 +209,7 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
 
     if out is None:
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
-    has_table = outcome.identification.two_masses is not None
+    has_table = (masses := outcome.identification.two_masses) is not None and masses.is_elastic
     further = f", {TWO_MASSES}" if has_table else ""
     results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)

@@ -16,8 +16,9 @@ CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "veloc
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
 """Allowed columns: a channel, or the following error, which gives the reference together with the position."""
-LOAD_ENCODER = "load_position"
-"""Further channel of a second encoder, at the load behind an elastic coupling."""
+LOAD_ENCODER, COUPLING_EFFORT = "load_position", "coupling_effort"
+OF_COUPLING = {LOAD_ENCODER: "length", COUPLING_EFFORT: "force"}
+"""Further channel of an elastic coupling -> quantity: second encoder at the load, sensor of torque or force behind the motor."""
 
 _NUMBER = amount(Variable("1", "factor"))
 _COEFFICIENT = optional(_NUMBER)

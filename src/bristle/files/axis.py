@@ -107,7 +107,7 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     fields = raw | {
         "name": file.name,
         "kind": file.kind,
-        "columns": columns | surroundings_of(file),
+        "columns": columns | surroundings_of(file, drive),
         "injected": tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
         "sample_time": 1.0 / rate if rate else file.timing.sample_time,
         "delay": 0.0 if seeks_delay else raw["delay"],

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from bristle.core import units
-from bristle.core.axis import COLUMNS, Column
+from bristle.core.axis import COLUMNS, COUPLING_EFFORT, Column
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.motion import Side, Transmission
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
@@ -149,10 +150,10 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
     return {**data, "kind": KINDS[0] if entry_at("transmission", "lead") is not None else KINDS[1]}
 
 
-def surroundings_of(file: AxisFile) -> dict[str, Column]:
-    """Return the columns of load, temperature and further channels in an axis file."""
-    entries = (file.columns.model_extra or {}).items()
-    return {name: _load(entry, file) if name == "load" else _further(name, entry) for name, entry in entries}
+def surroundings_of(file: AxisFile, drive: Drive) -> dict[str, Column]:
+    """Return the columns of load, temperature, a sensor in the coupling and further channels in an axis file."""
+    special = {"load": partial(_load, file=file), COUPLING_EFFORT: partial(_sensor, drive=drive)}
+    return {name: special.get(name, partial(_further, name))(entry) for name, entry in (file.columns.model_extra or {}).items()}
 
 
 def refuse_misspelt(columns: object) -> None:
@@ -175,6 +176,15 @@ def _load(entry: ColumnEntry, file: AxisFile) -> Column:
     if entry.unit is not None:
         units.factor(entry.unit, "N", path="columns.load.unit")
     return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)
+
+
+def _sensor(entry: ColumnEntry, drive: Drive) -> Column:
+    """Return the column of a sensor of torque or force, which no drive constant converts."""
+    unit, path = entry.unit or unit_of("force", drive.transmission.kind), f"columns.{COUPLING_EFFORT}.unit"
+    if units.like(unit, EFFORTS, path=path) is None:
+        raise InputError("is not a unit of torque or force", path=path, value=unit, allowed="N or N*m, or a multiple")
+    scale = drive.effort(unit, entry.side, path)
+    return Column(entry.column, entry.unit or "", scale.base, entry.sign * scale.factor, entry.optional)
 
 
 def _further(name: str, entry: ColumnEntry) -> Column:

@@ -94,6 +94,11 @@ class Elastic(NamedTuple):
         return dict(list(self._asdict().items())[:6])
 
     @property
+    def load(self) -> float:
+        """Mass of the load [kg or kg*m^2]."""
+        return self.mass * self.inertia_ratio / (1.0 + self.inertia_ratio)
+
+    @property
     def one_mass(self) -> float:
         """Highest frequency [Hz] at which the axis is one mass."""
         share = self.inertia_ratio / (1.0 + self.inertia_ratio)

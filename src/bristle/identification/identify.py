@@ -199,7 +199,7 @@ def identify(
     result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
     again = partial(identify, model=model, free=free, draws=draws, settings=settings)
     result = result if of_load else with_masses_of(result, pairs, better.context.coupling)
-    return with_two_masses(result, of_load, again, total) if of_load and not unfinished else result
+    return with_two_masses(result, of_load, again, total, better.context.coupling) if of_load and not unfinished else result
 
 
 def _passed(

@@ -51,6 +51,11 @@ class Hysteresis(NamedTuple):
     large: float
     small: float
     loss: float
+    elements: tuple[tuple[float, float], ...] = ()  # force and distance of each
+
+    def pull(self, stretch: np.ndarray, dt: float) -> np.ndarray:
+        """Return the force of the coupling without damping along its stretch, shape (sample,)."""
+        return self.large * stretch + sum(force * element(stretch, dt, reach) for force, reach in self.elements)
 
 
 class LostMotion(NamedTuple):
@@ -251,7 +256,8 @@ class _Rows:
         width, large = 2.0 * float(forces.sum()), float(factors[0])
         errors = _errors(np.column_stack([pulls, elements @ forces / width]), residual)
         loss = 4.0 * float(forces @ np.maximum(0.5 * (span - play) - np.array(reaches), 0.0))
-        return Hysteresis(width, float(errors[-1]), large, large + float(np.sum(forces / np.array(reaches))), loss)
+        held = tuple(zip(forces.tolist(), reaches, strict=True))
+        return Hysteresis(width, float(errors[-1]), large, large + float(np.sum(forces / np.array(reaches))), loss, held)
 
     def _estimated(self, count: int, middle: float, span: float) -> LostMotion:
         """Return the estimate with friction of the nut (`count` is 2) or without it (1)."""
@@ -272,7 +278,7 @@ class _Rows:
         by_mass = float(pull @ self._acceleration) / max(float(pull @ pull), np.finfo(float).tiny)
         stiffness, error = float(factors[0]), math.hypot(float(errors[0]), by_mass * float(self.masses.errors[M_1]))
         play_error = float(errors[-2]) if has_play else math.inf
-        least = max(stiffness, np.finfo(float).tiny)
+        least = max(stiffness, float(np.finfo(float).tiny))
         if count == 1:
             return LostMotion(found.play, play_error, centre, stiffness, error, gain)
         # The error if the nut resembled neither friction of the bearings nor the force of the coupling.

@@ -14,27 +14,29 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import LOAD_ENCODER, Axis
+from bristle.core.axis import COUPLING_EFFORT, LOAD_ENCODER, OF_COUPLING, Axis
 from bristle.core.contracts import Model
 from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
+from bristle.core.tabular import plain
 from bristle.core.typography import with_unit
+from bristle.core.variable import Kind
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
 from bristle.identification.elasticity import Elastic, step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.parameters import Role, names_of
-from bristle.identification.quantities import Quantity, quantities_of
+from bristle.identification.quantities import JUDGED, MASS, Quantity, quantities_of, quantities_of_response, unsure_of
 from bristle.identification.result import TWO_MASSES
-from bristle.identification.two_encoders import EXCITE, UNKNOWN, Masses, Prior, Record, masses_of
-from bristle.logs.filters import ahead, derivative, low_passed
-from bristle.logs.log import Channel, Log
+from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, records_of, rms, side_logs, without_sensor
+from bristle.identification.two_encoders import EXCITE, SPARE, UNKNOWN, Masses, Prior, Record, masses_of
+from bristle.logs.log import Log
 from bristle.plants import ball_screw
 
 if TYPE_CHECKING:
@@ -44,13 +46,14 @@ if TYPE_CHECKING:
     Pairs = Sequence[tuple[Log, Axis | None]]
 
 SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
+RIGID_LEVEL = 0.15  # smallest relative half-width of friction of a load without an encoder
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
-JUDGED = ("motor", "load", "stiffness")
-MOST_ERROR = 0.25  # relative half-width of a mass or of the stiffness above which a log does not show two masses
-ALIKE = 0.05  # allowed difference of the strokes of motor and load, as a share
-CUTOFF, HIGHEST = 0.2, 200.0  # of the sampling frequency; Hz: for the rate of the coupling
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
-MOSTLY = 0.8  # of the squared twist: share by which one signal is its likely cause
+CHECK_SENSOR = "Check unit and sign of the sensor, and the constant of the effort"
+NO_SCALE = (
+    "Without a second encoder, the load is rigid behind the sensor: its inertia and friction hold below the antiresonance, and contain "
+    "friction of the nut"
+)
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,11 @@ class TwoMasses:
         Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
     nut_is_masked : bool
         Whether other forces mask the friction of a nut, and the force of the coupling is not too small to show it.
+    measured : bool
+        Whether a sensor of torque or force separates both sides. Friction of the load side is then all friction behind the
+        sensor, without that of a nut that the log shows.
+    rigid : str
+        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does.
     """
 
     quantities: tuple[Quantity, ...]
@@ -82,11 +90,18 @@ class TwoMasses:
     delay: float
     arm: float = 1.0
     nut_is_masked: bool = False
+    measured: bool = False
+    rigid: str = ""
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether the log shows the stiffness of the coupling."""
+        return "stiffness" in self.by_name
 
     @property
     def nut_is_separable(self) -> bool:
         """Whether the log separates friction of the nut from bearings, load and stiffness."""
-        if self.load is None:
+        if self.load is None or "nut" not in self.by_name:
             return False
         nut, stiffness = self.by_name["nut"], self.by_name["stiffness"]
         return nut.value > 0.0 or nut.half_width < stiffness.half_width / stiffness.value
@@ -115,7 +130,7 @@ class TwoMasses:
     def plant(self) -> Model:
         """The plant for simulations, a `ball_screw`; without a lead the motor turns by 1 rad per unit of travel."""
         value = {name: quantity.value for name, quantity in self.by_name.items()}
-        J, lead = value["motor"] * self.arm**2, 2.0 * math.pi * self.arm
+        J, lead = (value["motor"] + value.get("screw", 0.0)) * self.arm**2, 2.0 * math.pi * self.arm
         return ball_screw(
             kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
         )
@@ -142,33 +157,112 @@ class TwoMasses:
     def as_data(self) -> dict[str, Any]:
         """Return quantities and friction as plain data."""
         sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
-        numbers = {quantity.name: quantity._asdict() for quantity in self.quantities}
+        numbers = {quantity.name: plain(quantity) for quantity in self.quantities}
         return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
 
 
 def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
-    """Return logs without the second encoder, and the pairs if each log has one."""
-    has_encoder = [LOAD_ENCODER in log.further for log, _ in pairs]
-    if not any(has_encoder):
+    """Return logs without second encoder and sensor in the coupling, and the pairs if each log has the same of them."""
+    if not any(name in log.further for log, _ in pairs for name in OF_COUPLING):
         return list(pairs), ()
-    alone = [
-        (replace(log, further={name: channel for name, channel in log.further.items() if name != LOAD_ENCODER}), axis)
+    apart = [
+        (replace(log, further={name: channel for name, channel in log.further.items() if name not in OF_COUPLING}), axis)
         for log, axis in pairs
     ]
-    return alone, pairs if all(has_encoder) else ()
+    return apart, pairs if any(_all_have(name, pairs) for name in OF_COUPLING) else ()
 
 
-def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None) -> TwoMasses | str:
-    """Return both masses and the friction of both sides, or the reason why the logs do not show them."""
-    step = max(step_of(log, axis) for log, axis in pairs)
-    records = [record for log, _ in pairs for record in _records(log)]
+def _all_have(name: str, pairs: Pairs) -> bool:
+    return all(name in log.further for log, _ in pairs)
+
+
+def two_masses(
+    pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None, coupling: Elastic | None = None
+) -> TwoMasses | str:
+    """Return both masses and the friction of both sides, or the reason why the logs do not show them.
+
+    Without a second encoder, a sensor shows both sides; `coupling` is that of the encoder of the motor.
+    """
+    step, kind, measured = max(step_of(log, axis) for log, axis in pairs), pairs[0][0].kind, _all_have(COUPLING_EFFORT, pairs)
+    logs = [behind_sensor(log) if measured else log for log, _ in pairs]
+    parted = _elastic(logs, step, kind, measured=measured) if _all_have(LOAD_ENCODER, pairs) else NO_SCALE
+    if isinstance(parted, str):
+        if not measured:
+            return parted
+        parted = _by_sensor(pairs, logs, coupling, parted)
+    delay, sides = parted.delay, parted.sides
+    if measured:
+        delay = effort_delay([log for log, _ in pairs], parted.delay)
+        sides = [(without_sensor(log, parted.delay, delay), load) for (log, _), (_, load) in zip(pairs, sides, strict=True)]
+    axes = [
+        replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
+        for _, axis in pairs
+    ]
+    reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
+    cutoffs = (
+        None,
+        coupling.one_mass if parted.rigid is NO_SCALE and coupling is not None else None,
+    )  # a rigid load: below its antiresonance
+    results = [
+        fitted([side[place] for side in sides], axis=[replace(axis, cutoff=cutoff) for axis in axes], progress=report)
+        for place, (report, cutoff) in enumerate(zip(reports, cutoffs, strict=True))
+    ]
+    forces = [rms(result.best.traces.friction) for result in results]
+    left = [rms(result.best.traces.residual) for result in results]
+    for name, force, rest in zip(("motor", "load"), forces, left, strict=True):
+        if rest > max(MOST_LEFT * force, OF_BOTH * math.hypot(*forces)):
+            explained = 100.0 * (1.0 - (rest / force) ** 2)
+            cure = advice([record for log in logs for record in records_of(log)]) if not parted.rigid else CHECK_SENSOR
+            return f"friction explains only {explained:.0f} % of the squared force on the {name}. {cure}"
+    quantity = {quantity.name: quantity for quantity in parted.quantities}
+    doubts = _doubts(quantity, forces[1], nut=parted.nut_is_clear, measured=measured)
+    if measured:
+        of_fits = [_mass_of(result, name, kind) for result, name in zip(results, ("motor", "load"), strict=True)]
+        if parted.rigid is NO_SCALE:  # errors by the motion of the load are unknown
+            doubts, of_fits[1] = (0.0, RIGID_LEVEL * forces[1]), of_fits[1]._replace(half_width=math.inf)
+        quantity = {item.name: item for item in of_fits} | quantity
+    widened = [
+        replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
+        for result, force, doubt in zip(results, forces, doubts, strict=True)
+    ]
+    return TwoMasses(tuple(quantity.values()), widened[0], widened[1], delay, _arm(pairs), parted.nut_is_masked, measured, parted.rigid)
+
+
+class _Parted(NamedTuple):
+    """Logs of motor and load, quantities of the coupling, delay of the effort, whether friction of a nut shows, and `rigid`."""
+
+    sides: list[tuple[Log, Log]]
+    quantities: tuple[Quantity, ...]
+    delay: float = 0.0
+    nut_is_clear: bool = False
+    nut_is_masked: bool = False
+    rigid: str = ""
+
+
+def _by_sensor(pairs: Pairs, logs: Sequence[Log], coupling: Elastic | None, reason: str) -> _Parted:
+    """Return both sides of a sensor whose log does not show the deflection of the coupling for some `reason`."""
+    kind, efforts = pairs[0][0].kind, [log.effort.values for log in logs if log.effort is not None]
+    if reason is NO_SCALE:  # a rigid load; the coupling corrects its position
+        softness = (2.0 * math.pi * coupling.antiresonance) ** -2 / coupling.load if coupling is not None else 0.0
+        loads = [alone(log, effort, load=True, softness=softness) for log, effort in zip(logs, efforts, strict=True)]
+        delay, quantities = 0.0, quantities_of_response(coupling, kind)
+    else:
+        loads = [alone(log, effort, load=True) for log, effort in zip(logs, efforts, strict=True)]
+        delay, quantities, reason = effort_delay(loads, 0.0), (), f"The log does not show the coupling: {reason}"
+        loads = [without_sensor(log, 0.0, delay) for log in loads]
+    quantities = tuple(quantity for quantity in quantities if quantity.name not in JUDGED[:2])
+    return _Parted(list(zip(logs, loads, strict=True)), quantities, delay, rigid=reason)
+
+
+def _elastic(logs: Sequence[Log], step: float, kind: Kind, *, measured: bool) -> _Parted | str:
+    """Return both sides of the coupling between two encoders, or the reason why the logs do not show it."""
+    records = [record for log in logs for record in records_of(log)]
     try:
         masses = masses_of(records, step)
     except InputError as error:
-        return f"{error}. {_advice(records)}"
+        return f"{error}. {advice(records)}"
     if masses is None:
         return "the log shows no twist in strokes in one direction. Record strokes at several speeds with a higher acceleration"
-    kind = pairs[0][0].kind
     lost = lost_motion(records, step, masses, kind)
     if lost.clear or lost.nut_is_clear:
         masses = _refined(masses, records, step, lost, UNKNOWN._replace(nut=lost.nut_as_known[0]))
@@ -176,54 +270,38 @@ def two_masses(pairs: Pairs, fitted: Callable[..., Identification], progress: Pr
     values, errors = [lost.stiffness], [math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness)]
     prior = Prior(np.array(values), np.array(errors), *lost.nut_as_known)
     masses = _refined(masses, records, step, lost, prior)
-    quantities = quantities_of(masses, lost, kind, step)
+    quantities = quantities_of(masses, lost, kind, step, measured=measured)
     if masses.damping <= 0.0:
-        return f"the fit of both masses gives a negative damping. {_advice(records)}"
-    if unsure := _unsure(quantities):
-        return f"{unsure}. {_advice(records)}"
-    sides = [_side_logs(log, masses, lost) for log, _ in pairs]
-    axes = [
-        replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
-        for _, axis in pairs
-    ]
-    reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
-    results = [fitted([side[place] for side in sides], axis=axes, progress=report) for place, report in enumerate(reports)]
-    forces = [_rms(result.best.traces.friction) for result in results]
-    left = [_rms(result.best.traces.residual) for result in results]
-    for name, force, rest in zip(("motor", "load"), forces, left, strict=True):
-        if rest > max(MOST_LEFT * force, OF_BOTH * math.hypot(*forces)):
-            return (
-                f"friction explains only {100.0 * (1.0 - (rest / force) ** 2):.0f} % of the squared force on the {name}. {_advice(records)}"
-            )
-    quantity = {quantity.name: quantity for quantity in quantities}
-    doubt = _doubt(quantity["stiffness"], quantity["play"], forces[1])
-    doubts = math.hypot(doubt, quantity["nut"].half_width * forces[1]) if lost.nut_is_clear else doubt, doubt
-    widened = [
-        replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
-        for result, force, doubt in zip(results, forces, doubts, strict=True)
-    ]
-    return TwoMasses(quantities, widened[0], widened[1], masses.delay, _arm(pairs), lost.nut_is_masked)
+        return f"the fit of both masses gives a negative damping. {advice(records)}"
+    if unsure := unsure_of(quantities):
+        return f"{unsure}. {advice(records)}"
+    sides = [side_logs(log, masses, lost, measured=measured) for log in logs]
+    return _Parted(sides, quantities, masses.delay, lost.nut_is_clear, lost.nut_is_masked)
+
+
+def _mass_of(result: Identification, name: str, kind: Kind) -> Quantity:
+    """Return the mass of the fit of a side as a quantity."""
+    mass = result.best.inertia
+    assert mass is not None
+    half = math.inf if mass.ends is None else math.hypot(0.5 * (mass.ends[1] - mass.ends[0]), SPARE * mass.value)
+    return Quantity(name, mass.value, half, mass.unit, f"{MASS[kind]} of the {name}")
 
 
 def with_two_masses(
-    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None
+    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None, coupling: Elastic | None
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
-    return _with(result, two_masses(pairs, fitted, progress))
+    return _with(result, two_masses(pairs, fitted, progress, coupling))
 
 
 def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
-    """Return a result with both masses of a coupling seen by one encoder, or with the reason why the logs do not show them."""
+    """Return a result with both masses of a coupling coupling by one encoder, or with the reason why the logs do not show them."""
     if coupling is None:
         return result
     if isinstance(coupling.masses, str):
         return _with(result, coupling.masses)
-    hertz = {"value": coupling.antiresonance, "half_width": coupling.antiresonance_half_width}
-    quantities = tuple(
-        quantity._replace(**hertz) if quantity.name == "antiresonance" else quantity
-        for quantity in quantities_of(coupling.masses, None, pairs[0][0].kind, 0.0)
-    )
-    if unsure := _unsure(quantities):
+    quantities = quantities_of_response(coupling, pairs[0][0].kind)
+    if unsure := unsure_of(quantities):
         return _with(result, f"{unsure}. {EXCITE}")
     total, mass = coupling.mass, result.best.inertia
     ends = None if mass is None else mass.ends
@@ -239,42 +317,24 @@ def _with(result: Identification, found: TwoMasses | str) -> Identification:
     return replace(result, two_masses=found)
 
 
-def _unsure(quantities: Sequence[Quantity]) -> str:
-    """Return the reason why masses and stiffness are not well known; empty if they are."""
-    judged = [quantity for quantity in quantities if quantity.name in JUDGED]
-    widest = max(judged, key=lambda quantity: quantity.half_width / quantity.value)
-    percent = 100.0 * widest.half_width / widest.value
-    return "" if percent < 100.0 * MOST_ERROR else f"the log determines the {widest.meaning} only within {percent:.0f} %"
-
-
 def _arm(pairs: Pairs) -> float:
     """Return the movement of the axis per radian of the motor; 1 if unknown, and on a rotational axis."""
     log, axis = pairs[0]
     return axis.arm if axis is not None and axis.arm is not None and log.kind == "translational" else 1.0
 
 
-def _records(log: Log) -> list[Record]:
-    """Return the stretches of a log without a gap; both encoders begin at the same place."""
-    assert log.effort is not None
-    records = []
-    for part in log.segments:
-        motor, load = log.position.values[part], log.further[LOAD_ENCODER].values[part]
-        strokes = motor - motor.mean(), load - load.mean()
-        ratio = float(strokes[0] @ strokes[1]) / max(float(strokes[0] @ strokes[0]), TINY)
-        if abs(ratio - 1.0) > ALIKE:
-            mend = "Check unit and sign of both columns, side, gear_ratio and lead"
-            raise InputError(
-                "moves otherwise than the motor", path=f"columns.{LOAD_ENCODER}", value=f"{ratio:.3g} times as far", allowed="1", mend=mend
-            )
-        twist = motor - load
-        low, high = np.quantile(twist, [0.005, 0.995]).tolist()
-        records.append(Record(motor, load + 0.5 * (low + high), log.effort.values[part], log.sample_time))
-    return records
+def _doubts(quantity: Mapping[str, Quantity], force: float, *, nut: bool, measured: bool) -> tuple[float, float]:
+    """Return the half-widths of the forces on motor and load, by the errors of stiffness, play, hysteresis and nut."""
+    of_nut, loop = quantity["nut"].half_width * force if nut else 0.0, quantity.get("hysteresis")
+    if measured:
+        return 0.0, of_nut
+    doubt = _doubt(quantity["large_stiffness" if loop else "stiffness"], quantity["play"], force, loop.half_width if loop else 0.0)
+    return math.hypot(doubt, of_nut) if nut else doubt, doubt
 
 
-def _doubt(stiffness: Quantity, play: Quantity, force: float) -> float:
-    """Return the half-width of a force of the coupling, by the errors of its stiffness and its play."""
-    return math.hypot(force * stiffness.half_width / stiffness.value, 0.5 * stiffness.value * play.half_width)
+def _doubt(stiffness: Quantity, play: Quantity, force: float, width: float = 0.0) -> float:
+    """Return the half-width of a force of the coupling, by the errors of its stiffness, its play and the width of its hysteresis."""
+    return math.hypot(force * stiffness.half_width / stiffness.value, 0.5 * stiffness.value * play.half_width, 0.5 * width)
 
 
 def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior) -> Masses:
@@ -283,54 +343,6 @@ def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostM
         return masses_of(records, step, lost.dead, prior) or masses
     except InputError:
         return masses
-
-
-def _rms(signal: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(signal**2)))
-
-
-def _advice(records: Sequence[Record]) -> str:
-    """Return the likely cause why a log does not show two masses, from the signal that explains most of the twist, and its cure."""
-    longest = max(records, key=lambda record: record.motor.size)
-    size, dt = longest.motor.size, longest.dt
-    twist, place = longest.motor - longest.load, longest.motor - longest.motor.mean()
-    time = dt * np.arange(size)
-    signals = np.stack([place, time - time.mean(), np.gradient(low_passed(place, min(CUTOFF / dt, HIGHEST), dt), dt)])
-    centred = twist - twist.mean()
-    slopes = signals @ centred / np.maximum(np.sum(signals**2, axis=1), TINY)
-    shares = np.array(
-        [1.0 - _rms(centred - slope * signal) ** 2 / max(_rms(centred) ** 2, TINY) for slope, signal in zip(slopes, signals, strict=True)]
-    )
-    best = int(np.argmax(shares))
-    if shares[best] < MOSTLY:
-        return (
-            "Excite the axis around its antiresonance and sample both encoders at the same time. Check that `position` is the encoder "
-            "of the motor, and the sign of the effort"
-        )
-    return (
-        f"The scale moves {1.0 - slopes[0]:.5g} times as far as the motor. Correct lead or gear_ratio",
-        f"The encoders drift apart by {abs(slopes[1]) * time[-1]:.2g} in the unit of the axis. Warm the axis up, or use a shorter log",
-        f"The twist is mostly proportional to the velocity, like a delay of {1e3 * abs(slopes[2]):.2g} ms between the encoders. "
-        "Sample both at the same time",
-    )[best]
-
-
-def _side_logs(log: Log, masses: Masses, lost: LostMotion) -> tuple[Log, Log]:
-    """Return the logs of the motor and of the load as axes with one mass."""
-    assert log.effort is not None
-    pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
-    for part, record in zip(log.segments, _records(log), strict=True):
-        stretch = lost.dead(record.motor - record.load)
-        smooth = low_passed(stretch, min(CUTOFF / record.dt, HIGHEST), record.dt)
-        pulled[part] = masses.stiffness * stretch + masses.damping * derivative(smooth, record.dt)
-        nut = lost.nut_share(record) * np.abs(pulled[part])
-        pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part] - nut
-    alone = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
-    unit, encoder = log.effort.unit, log.further[LOAD_ENCODER]
-    force = [Channel(values, unit, log.effort.column) for values in (pushed, pulled)]
-    return replace(alone, effort=force[0]), replace(
-        alone, position=Channel(encoder.values, log.position.unit, encoder.column), effort=force[1]
-    )
 
 
 def _widened(fit: Fit, share: float) -> Fit:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bristle.core import units
-from bristle.core.axis import COLUMNS, Axis, Column
+from bristle.core.axis import COLUMNS, OF_COUPLING, Axis, Column
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
@@ -156,8 +156,9 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= 2:
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
         gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
-    is_further = key.isidentifier() and key not in COLUMNS
-    unit = column.base or "K" if is_further else unit_of(COLUMNS.get(key, COLUMNS["effort"]), kind)
+    quantities = COLUMNS | OF_COUPLING
+    is_further = key.isidentifier() and key not in quantities
+    unit = column.base or "K" if is_further else unit_of(quantities.get(key, COLUMNS["effort"]), kind)
     with np.errstate(over="ignore"):  # too large values are refused with their sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit, name)

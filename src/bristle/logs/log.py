@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import units
-from bristle.core.axis import CHANNELS, LOAD_ENCODER, Axis, Column, Injected
+from bristle.core.axis import CHANNELS, OF_COUPLING, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, instance, optional
 from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.tabular import of_upper_layer
@@ -170,9 +170,10 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         mend = next(hints, "Rename the column of the position to position, or give an axis")
         present = some_of(table.names, 40) or "no columns"
         raise InputError("has no position column", path=PLACE, value=present, allowed=f"names: {', '.join(CHANNELS)}", mend=mend)
-    if LOAD_ENCODER in table.names:
-        base = unit_of("length", axis.kind)
-        columns[LOAD_ENCODER] = Column(LOAD_ENCODER, table.units.get(LOAD_ENCODER, base), base)
+    for name, quantity in OF_COUPLING.items():
+        if name in table.names:
+            base = unit_of(quantity, axis.kind)
+            columns[name] = Column(name, table.units.get(name, base), base)
     injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
     return replace(axis, columns=columns, injected=injected)
 
@@ -234,7 +235,8 @@ class Log(LogData):
         ----------
         columns : mapping, or a table of pandas, polars, xarray, pyarrow or numpy
             Columns called ``time``, ``position`` and ``effort``, and optionally ``velocity``, ``reference``, ``load``,
-            ``temperature``, ``load_position`` (second encoder) and ``injected.NAME``, in SI; other columns are ignored.
+            ``temperature``, ``load_position`` (second encoder), ``coupling_effort`` (sensor of torque or force between motor and
+            load) and ``injected.NAME``, in SI; other columns are ignored.
             Without a position, bristle integrates the velocity. The index of a frame can be the time, also as dates. Units
             stated by a column (``attrs["units"]``) are converted.
         axis : Axis, optional

@@ -59,7 +59,7 @@ def two_masses_table(identification: Identification) -> Table | None:
             half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             side_of = f"friction of the {name}: {fit.name}"
             rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    source = "the encoder of the motor" if masses.load is None else "both encoders"
+    source = "the sensor in the coupling" if masses.measured else "the encoder of the motor" if masses.load is None else "both encoders"
     caption = f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
     caption = f"{caption}. {remark}" if (remark := _remark(masses)) else caption
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
@@ -91,7 +91,7 @@ def _without(reason: str, facts: Mapping[str, Any]) -> list[Line]:
 def write_two_masses(folder: Results, identification: Identification, provenance: Mapping[str, str]) -> None:
     """Write plant and friction as model files, and an experiment file that simulates them."""
     masses, log = identification.two_masses, identification.log
-    if masses is None:
+    if masses is None or not masses.is_elastic:
         return
     plant = masses.plant
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
@@ -123,7 +123,7 @@ def write_two_masses(folder: Results, identification: Identification, provenance
 
 def _sides(masses: Any) -> dict[str, Identification]:
     """Return the sides with a friction of their own; that of one encoder is the friction of the axis, that of the nut a quantity."""
-    motor = "bearings and of the unloaded nut" if masses.nut else "motor"
+    motor = "bearings and of the unloaded nut" if masses.nut and not masses.measured else "motor"
     return {} if masses.load is None else {motor: masses.motor, "load": masses.load}
 
 
@@ -131,19 +131,22 @@ def _remark(masses: Any) -> str:
     """Return which frictions the log does not separate, and why; empty if it separates all."""
     if masses.load is None:
         return ALL_AT_THE_MOTOR
+    if masses.rigid:
+        return str(masses.rigid)
     if masses.nut_is_separable:
         return ""
     cause = "rarely acts against the motion" if masses.nut_is_masked else "is too small"
     share = short_text(100.0 * masses.by_name["nut"].half_width)
+    other = "load" if masses.measured else "bearings"
     return (
-        f"The log does not separate friction of the nut from that of the bearings, because the force of the coupling {cause}. "
+        f"The log does not separate friction of the nut from that of the {other}, because the force of the coupling {cause}. "
         f"Load and stiffness assume a nut without friction. Otherwise they are smaller by up to {share} %"
     )
 
 
 def _value(item: Any) -> str:
-    shown = item.half_width < item.value
-    return with_unit(item.value, item.unit) if shown else f"below {with_unit(item.value + item.half_width, item.unit)}"
+    bounded = item.value <= item.half_width < math.inf
+    return with_unit(item.value, item.unit) if not bounded else f"below {with_unit(item.value + item.half_width, item.unit)}"
 
 
 def _width(half: float, value: float) -> str:
