@@ -11,6 +11,7 @@ import pytest
 from benchmarks.two_mass import drive_of, log_of
 
 import bristle as br
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.engine.motion import along
 from bristle.files import read_axis, read_experiment, results_folder
@@ -19,7 +20,7 @@ from bristle.identification.lost_motion import LostMotion, lost_motion, stretche
 from bristle.identification.quantities import Quantity
 from bristle.identification.side_logs import side_logs
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
-from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses
+from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses, with_two_masses
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
 from bristle.simulation import simulate
@@ -248,6 +249,25 @@ def test_report_and_terminal_state_masses_and_friction_of_either_side(masses):
     assert texts[0] == "motor 2 kg ± 2.00 %"
     assert two_masses_table(SimpleNamespace(two_masses=None)) is None
     assert two_masses_lines(SimpleNamespace(two_masses=None, reason_for_one_mass="", treatment={})) == []
+
+
+def test_the_terminal_marks_levels_that_are_not_identified_and_states_the_constant_force(masses):
+    best = masses.load.best
+    assert not any("not identified" in line.text for line in two_masses_lines(SimpleNamespace(two_masses=masses)))
+    estimates = tuple(replace(item, status="at_edge") if item.name == "F_C" else item for item in best.estimates)
+    pushed = best.friction.with_values(offset=7.0)
+    side = replace(masses.load, fits=(replace(best, estimates=estimates, friction=pushed),))
+    texts = [line.text for line in two_masses_lines(SimpleNamespace(two_masses=replace(masses, load=side)))]
+    assert [text for text in texts if text.startswith("friction of the load: stribeck, F_C") and text.endswith("constant force 7 N")]
+    assert sum("(not identified)" in text for text in texts) == 1
+
+
+def test_a_plant_with_two_masses_explains_what_that_of_one_mass_does_not(masses, monkeypatch):
+    doubts = Diagnostic("unexplained"), Diagnostic("few_strokes")
+    result = replace(masses.motor, fits=(replace(masses.motor.best, diagnostics=doubts), *masses.motor.fits[1:]))
+    for solved, codes in ((masses, ["few_strokes"]), ("a reason", ["unexplained", "few_strokes"])):
+        monkeypatch.setattr("bristle.identification.two_masses.two_masses", lambda *rest, solved=solved: solved)
+        assert [item.code for item in with_two_masses(result, [], identify, None, None).best.diagnostics] == codes
 
 
 def test_play_that_is_not_clear_is_stated_as_a_bound(masses):

@@ -291,7 +291,11 @@ def with_two_masses(
     result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None, coupling: Elastic | None
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
-    return _with(result, two_masses(pairs, fitted, progress, coupling))
+    masses = two_masses(pairs, fitted, progress, coupling)
+    if isinstance(masses, TwoMasses) and masses.load is not None:  # the plant with two masses explains what that of one mass does not
+        explained = tuple(item for item in result.best.diagnostics if item.code != "unexplained")
+        result = replace(result, fits=(replace(result.best, diagnostics=explained), *result.fits[1:]))
+    return _with(result, masses)
 
 
 def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:

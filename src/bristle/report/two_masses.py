@@ -6,14 +6,15 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bristle.core import with_unit
+from bristle.core import unit_of, with_unit
 from bristle.files import write_model
+from bristle.prediction import level_values
 from bristle.report.brief import Line
 from bristle.report.table import Table, capital, short_text
 
 if TYPE_CHECKING:
     from bristle.files import Results
-    from bristle.identification import Identification
+    from bristle.identification import Estimate, Identification
 
 ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
 MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
@@ -72,11 +73,18 @@ def two_masses_lines(identification: Identification) -> list[Line]:
         return _without(identification.reason_for_one_mass, identification.treatment)
     texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
     for name, side in _sides(masses).items():
-        fit, levels = side.best, side.best.levels
-        parts = [f"{level} {with_unit(fit.parameters[level].value, fit.parameters[level].unit)}" for level in levels]
-        texts.append(f"friction of the {name}: {fit.name}{', ' if parts else ''}{', '.join(parts)}")
+        fit, sides = side.best, level_values(side.best)
+        parts = [fit.name, *(_level(fit.parameters[level]) for level in fit.levels)]
+        constant = 0.0 if sides is None else sides.constant
+        parts += [f"constant force {with_unit(constant, unit_of('force', fit.friction.kind))}"] if constant else []
+        texts.append(f"friction of the {name}: {', '.join(parts)}")
     texts += filter(None, [_remark(masses)])
     return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
+
+
+def _level(estimate: Estimate) -> str:
+    unsure = "" if estimate.status in ("identified", "held") else " (not identified)"
+    return f"{estimate.name} {with_unit(estimate.value, estimate.unit)}{unsure}"
 
 
 def _without(reason: str, facts: Mapping[str, Any]) -> list[Line]:
