@@ -57,6 +57,7 @@ class DerivedStep:
         return {
             "derived": True,
             "directions": count,
+            "d_velocity": "(d_x_k - at->position - velocity * d_dt_k) / dt",
             "d_parameters": [f"{k}: {name}, {meaning_of(told[k][2], kind)}" for k, name in enumerate(names)],
             "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
