@@ -31,11 +31,11 @@ from bristle.exports.targets import Request
 from bristle.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
 from bristle.translation.tree import REAL, Function
 
-SLOPES_AND_TANGENTS = {
-    tangent_sum: "1.0, a, 1.0, b",
-    tangent_difference: "1.0, a, -1.0, b",
-    tangent_scaled: "a, b, 0.0, 0.0",
-    tangent_combined: "a, b, c, d",
+RECORDED = {
+    tangent_sum: "tape_sum(a, b)",
+    tangent_difference: "tape_recorded(1.0, a, -1.0, b)",
+    tangent_scaled: "tape_scaled(a, b)",
+    tangent_combined: "tape_recorded(a, b, c, d)",
 }
 D_VELOCITY = "tape_recorded(1.0, tape_recorded(1.0 / dt, d_x_k, -1.0 / dt, at->position), -velocity / dt, d_dt_k)"
 TEMPLATES = {"{}.h": "c/header.h", "{}.c": "c/source.c"}
@@ -49,11 +49,11 @@ class TapePrinter(Printer):
         return f'#include "tape.h"\n\n{super().definitions()}'
 
     def _function(self, function: Function) -> str:
-        recorded = SLOPES_AND_TANGENTS.get(function.source)
+        recorded = RECORDED.get(function.source)
         if recorded is None:
             return super()._function(function)
         arguments = ", ".join(f"double {argument.name}" for argument in function.parameters)
-        return f"{self.inline} double {function.name}({arguments})\n{{\n    return tape_recorded({recorded});\n}}\n"
+        return f"{self.inline} double {function.name}({arguments})\n{{\n    return {recorded};\n}}\n"
 
 
 class TapeFiles(CFiles):

@@ -8,15 +8,17 @@
 #include "tape.h"
 #include "taped.h"
 
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
-__thread Tape tape;
+Tape tape;
+static pthread_mutex_t of_tape = PTHREAD_MUTEX_INITIALIZER;
 
 int tape_enlarged(void)
 {
-    const int32_t room = tape.room < 1024 ? 1024 : 2 * tape.room;
-    TapeEntry *const entries = tape.room > INT32_MAX / 2 ? NULL : realloc(tape.entries, (size_t)room * sizeof *entries);
+    const uint32_t room = tape.room < 1024U ? 1024U : 2U * tape.room;
+    TapeEntry *const entries = room < tape.room ? NULL : realloc(tape.entries, (size_t)room * sizeof *entries);
     if (entries == NULL) {
         tape.failed = 1;
         return 0;
@@ -113,44 +115,45 @@ static int swept(taped *axis, size_t count, const double *const *in, const doubl
     const size_t first = OF_STEPS + count * (1U + SIGNALS);
     taped_tangent d;
     taped_start_d(&d);
-    d.position = OF_STATE;
-    d.force = OF_STATE + 1;
-{% for field in fields %}{% if not field.capacity %}    d.state.{{ field.name }} = OF_STATE + {{ 3 + loop.index0 }};
-{% endif %}{% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
-        d.memory[i] = OF_STATE + FIRST_MEMORY + i;
+    d.position = tape_tangent(OF_STATE);
+    d.force = tape_tangent(OF_STATE + 1);
+{% for field in fields %}{% if not field.capacity %}    d.state.{{ field.name }} = tape_tangent(OF_STATE + {{ 3 + loop.index0 }});
+{% endif %}{% endfor %}{% if memory %}    for (uint32_t i = 0; i < {{ memory }}U; ++i) {
+        d.memory[i] = tape_tangent(OF_STATE + FIRST_MEMORY + i);
     }
-{% endif %}    for (int i = 0; i < PARAMETERS; ++i) {
-        d.parameters[i] = OF_PARAMETERS + i;
+{% endif %}    for (uint32_t i = 0; i < PARAMETERS; ++i) {
+        d.parameters[i] = tape_tangent(OF_PARAMETERS + i);
     }
     while ((size_t)tape.room < first + count) {
         if (!tape_enlarged()) {
             return 0;
         }
     }
-    tape.used = (int32_t)first;
+    tape.used = (uint32_t)first;
     double *const of_force = malloc(count * sizeof *of_force);
     if (of_force == NULL) {
         return 0;
     }
     for (size_t k = 0; k < count; ++k) {
-        const double of_dt = OF_DT, at = (double)(OF_STEPS + k * (1U + SIGNALS)){% for signal in signals %}, d_{{ signal }} = at + {{ loop.index }}.0{% endfor %};
-        (void)taped_force_d(axis, &d, 1, in[1][k], &at, in[2][0], &of_dt{% for signal in signals %}, in[{{ 4 + loop.index0 }}][k], &d_{{ signal }}{% endfor %}, of_force + k);
+        const uint32_t at = (uint32_t)(OF_STEPS + k * (1U + SIGNALS));
+        const double of_dt = tape_tangent(OF_DT), of_x = tape_tangent(at){% for signal in signals %}, d_{{ signal }} = tape_tangent(at + {{ loop.index }}U){% endfor %};
+        (void)taped_force_d(axis, &d, 1, in[1][k], &of_x, in[2][0], &of_dt{% for signal in signals %}, in[{{ 4 + loop.index0 }}][k], &d_{{ signal }}{% endfor %}, of_force + k);
     }
-    double *const adjoint = tape.failed ? NULL : calloc((size_t)tape.used, sizeof *adjoint);
+    double *const adjoint = tape.failed ? NULL : calloc(tape.used, sizeof *adjoint);
     if (adjoint == NULL) {
         free(of_force);
         return 0;
     }
     for (size_t k = 0; k < count; ++k) {
-        adjoint[(size_t)of_force[k]] += force_bar[k];
+        adjoint[tape_index(of_force[k])] += force_bar[k];
     }
-    adjoint[(size_t)d.position] += bar[0];
-    adjoint[(size_t)d.force] += bar[1];
-{% for field in fields %}{% if not field.capacity %}    adjoint[(size_t)d.state.{{ field.name }}] += bar[{{ 3 + loop.index0 }}];
+    adjoint[tape_index(d.position)] += bar[0];
+    adjoint[tape_index(d.force)] += bar[1];
+{% for field in fields %}{% if not field.capacity %}    adjoint[tape_index(d.state.{{ field.name }})] += bar[{{ 3 + loop.index0 }}];
 {% endif %}{% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
-        adjoint[(size_t)d.memory[i]] += bar[FIRST_MEMORY + i];
+        adjoint[tape_index(d.memory[i])] += bar[FIRST_MEMORY + i];
     }
-{% endif %}    for (size_t i = (size_t)tape.used; i-- > first;) {
+{% endif %}    for (size_t i = tape.used; i-- > first;) {
         const TapeEntry *const entry = &tape.entries[i];
         if (adjoint[i] != 0.0) {
             adjoint[entry->of[0]] += entry->slope[0] * adjoint[i];
@@ -205,7 +208,8 @@ int walk_reverse(size_t lanes, size_t steps, const double *const *in, double *co
         ++length;
     }
     taped axis, *const saved = malloc(((steps + length - 1) / length + 1) * sizeof *saved);
-    tape.failed = saved == NULL;
+    (void)pthread_mutex_lock(&of_tape);
+    tape.failed = 0;
     for (size_t lane = 0; lane < lanes && result == 0; ++lane) {
         const double *inputs[INPUTS];
         double *adjoints[INPUTS];
@@ -221,9 +225,10 @@ int walk_reverse(size_t lanes, size_t steps, const double *const *in, double *co
             result = 1;
         }
     }
-    free(saved);
     free(tape.entries);
     tape.entries = NULL;
     tape.room = 0;
+    (void)pthread_mutex_unlock(&of_tape);
+    free(saved);
     return result;
 }
