@@ -5,29 +5,31 @@ import subprocess
 
 import numpy as np
 import pytest
-from tests.engine.test_derivatives import CASES, NAMES, SLOTS, agrees, model_of
+from tests.engine.test_derivatives import EXPONENTS, OFF, SLOTS
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing, selected_cases, walk
 from tests.translation.complex_step import force_by_complex_steps
 
 import bristle as br
 from bristle.core.errors import InputError
-from bristle.core.packing import pack, structure_of, unpacker
+from bristle.core.packing import pack
 from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.tunable import tunable_of
 from bristle.friction import MODELS, with_slots
+from bristle.friction.resting import with_rest
 from bristle.testing import example_of
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
 RUN = """
 #include "{name}.h"
-void run_{name}(const double *x, size_t steps, size_t count, const double *parameters, const double *d_x, const double *d_dt, {signals}double *force,
-                double *d_force)
+void run_{name}(const double *x, size_t steps, size_t count, const double *parameters, const double *d_x, const double *d_dt,
+                {signals}double *force, double *d_force)
 {{
     static {name} axis;
     static {name}_tangent d[64];
     {name}_start(&axis);
+    {change}
     for (size_t k = 0; k < count; ++k) {{
         {name}_start_d(&d[k]);
         for (size_t i = 0; i < {guard}_PARAMETERS; ++i) {{
@@ -44,13 +46,13 @@ void run_{name}(const double *x, size_t steps, size_t count, const double *param
 class Library:
     """Models with derivatives in one library."""
 
-    def __init__(self, models, folder, **options):
+    def __init__(self, models, folder, change="", **options):
         self.models, sources, includes = models, [], []
         for name, model in models.items():
             br.export(model, "c", folder / name, name=name, derivatives=True, **options)
             signals = [line.field for line in model.component.surroundings]
             heads, at = "".join(f"const double *{s}, " for s in signals), "".join(f"{s}[i], NULL, " for s in signals)
-            run = RUN.format(name=name, guard=name.upper(), dt=DT, signals=heads, at=at)
+            run = RUN.format(name=name, change=change, guard=name.upper(), dt=DT, signals=heads, at=at)
             (folder / f"run_{name}.c").write_text(run)
             sources += [f"{name}/{name}.c", f"run_{name}.c"]
             includes.append(f"-I{name}")
@@ -118,9 +120,8 @@ def around_of(model, count):
     return {line.field: every[line.field] for line in model.component.surroundings}
 
 
-def refined(case):
-    """Return a model whose exponents take no shortcut."""
-    return example_of(with_slots(MODELS[case[0]], case[1])) if case[1] else example_of(MODELS[case[0]])
+def example(name, slots):
+    return with_rest(example_of(with_slots(MODELS[name], slots) if slots else MODELS[name]), "held")
 
 
 QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("stribeck", ()), ("efficiency", ())]
@@ -128,13 +129,13 @@ QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_
 
 @pytest.fixture(scope="module")
 def quick(request, tmp_path_factory):
-    wanted = [case for case in QUICK if (case,) in selected_cases(request, "case")]
-    return Library({case[0]: refined(case) for case in wanted}, tmp_path_factory.mktemp("derived"))
+    wanted = [case for case in QUICK if (case,) in selected_cases(request, "case") or case[0] in ("lugre", "gms")]
+    return Library({case[0]: example(*case) for case in wanted}, tmp_path_factory.mktemp("derived"))
 
 
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("case", QUICK, ids=[case[0] for case in QUICK])
-def test_derivatives_in_c_are_those_of_python_to_the_bit(quick, case):
+def test_derivatives_in_c_are_identical_to_python(quick, case):
     model, x = quick.models[case[0]], walk(300)
     parameters, d_x = directions_of(model, x)
     around = around_of(model, x.size)
@@ -145,3 +146,126 @@ def test_derivatives_in_c_are_those_of_python_to_the_bit(quick, case):
     assert differing(force[1:], expected_force) == 0
     assert not slopes[0].any()
     assert differing(slopes[1:] + 0.0, expected + 0.0) == 0
+
+
+def test_the_derivative_by_the_time_step_is_that_of_differences(quick):
+    x = np.cumsum(walk(200, seed=9) * 1e-2 + 2e-6)
+    still = np.zeros((1, len(list(tunable_of(quick.models["gms"]).numbers()))))
+    _, slopes = quick.along("gms", x, still, np.zeros((x.size, 1)), np.ones((x.size, 1)))
+    nudge = 1e-6 * DT
+    with interpreted():
+        high, low = (br.response(quick.models["gms"], x, DT + change) for change in (nudge, -nudge))
+    expected = (high - low) / (2.0 * nudge)
+    assert np.abs(expected).max() > 1.0
+    assert np.median(np.abs(slopes[1:, 0] - expected[1:])) <= 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("tunable", [False, True])
+def test_the_self_test_compares_derivatives(tmp_path, tunable):
+    br.export(example("maxwell_slip", ("load",)), "c", tmp_path / "out", derivatives=True, tunable=tunable)
+    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-o", "program", "-lm"]
+
+    def ran():
+        assert subprocess.run(line, cwd=tmp_path / "out", check=False).returncode == 0
+        return subprocess.run(["./program"], cwd=tmp_path / "out", capture_output=True, text=True, check=False)
+
+    assert "identical to bristle" in ran().stdout
+    source = tmp_path / "out" / "axis_x.c"
+    wrong = source.read_text().replace("d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position")
+    source.write_text(wrong)
+    assert "derivatives differ" in ran().stdout
+
+
+REFUSED = """
+#include "axis_x.h"
+#include <math.h>
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis, before;
+    static axis_x_tangent d;
+    const double x[] = {0.0, 1e-5, NAN, INFINITY, 2e-5, 1e308, 2e-5}, d_x = 1.0;
+    axis_x_start(&axis);
+    axis_x_start_d(&d);
+    for (int i = 0; i < 7; ++i) {
+        double d_force = 0.0;
+        const double force = axis_x_force_d(&axis, &d, 1, x[i], i == 0 ? NULL : &d_x, 1e-3, NULL, &d_force);
+        printf("%.17g %.17g %d\\n", force, d_force, (int)axis.flags);
+        axis.flags = 0;
+        before = axis;
+    }
+    const double force = axis_x_force_d(&before, NULL, 0, 3e-5, NULL, 1e-3, NULL, NULL);
+    printf("%d\\n", force == axis_x_force(&axis, 3e-5, 1e-3));
+    return 0;
+}
+"""
+
+
+def test_a_refused_input_repeats_force_and_derivatives(tmp_path):
+    br.export(example("dahl", ()), "c", tmp_path / "out", derivatives=True)
+    (tmp_path / "out" / "refused.c").write_text(REFUSED)
+    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "axis_x.c", "refused.c", "-o", "program", "-lm"]
+    subprocess.run(line, cwd=tmp_path / "out", check=True)
+    ran = subprocess.run(["./program"], cwd=tmp_path / "out", capture_output=True, text=True, check=True)
+    *rows, alone = [line.split() for line in ran.stdout.splitlines()]
+    slopes, flags = [float(row[1]) for row in rows], [int(row[2]) for row in rows]
+    assert flags[:5] == [0, 0, 1, 1, 0]
+    assert slopes[0] == 0.0
+    assert slopes[1] > 0.0
+    assert slopes[1] == slopes[2] == slopes[3] != slopes[4]
+    assert alone == ["1"]
+
+
+def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
+    model, x = example("maxwell_slip", ()), walk(200, seed=4)
+    library = Library({"varied": model}, tmp_path, "axis.parameters.F_C = 17.0; axis.parameters.k_i[1] = 2e6;", tunable=True)
+    parameters, d_x = directions_of(model, x)
+    _, slopes = library.along("varied", x, parameters, d_x)
+    with interpreted():
+        _, expected = in_python(model.with_values(F_C=17.0, k_i=[6e6, 2e6, 1e6]), x, parameters, d_x)
+        _, before = in_python(model, x, parameters, d_x)
+    assert differing(slopes[1:] + 0.0, expected + 0.0) == 0
+    assert differing(before, expected) > 0
+
+
+@pytest.mark.parametrize(
+    ("target", "options", "said"),
+    [
+        ("c", {"float32": True}, "single precision"),
+        ("st", {}, "does not support derivatives"),
+        ("fmu3", {}, "does not support derivatives"),
+    ],
+)
+def test_derivatives_are_refused_where_they_are_not_written(tmp_path, target, options, said):
+    with pytest.raises(InputError, match=said) as reported:
+        br.export(example("lugre", ()), target, tmp_path / "out", derivatives=True, **options)
+    assert reported.value.mend
+
+
+def test_an_operator_has_no_derivatives(tmp_path):
+    with pytest.raises(InputError, match="of friction only"):
+        br.export(br.hysteresis.play(r=1.0), "c", tmp_path / "out", derivatives=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MODELS)
+def test_derivatives_along_a_long_walk_agree_with_python_and_complex_steps(name, tmp_path, capsys):
+    plain, x, first = example(name, SLOTS), walk(100_000, seed=31), slice(0, 500)
+    # Away from a shortcut of a power, complex steps see the exponent, too.
+    powers = {key: OFF * value for key, value in plain.values.items() if key.removesuffix("_pos").removesuffix("_neg") in EXPONENTS}
+    model = plain.with_values(**powers)
+    parameters, d_x = directions_of(model, x)
+    around = around_of(model, x.size)
+    force, slopes = Library({name: model}, tmp_path).along(name, x, parameters, d_x, around=around)
+    expected_force, expected = in_python(model, x, parameters, d_x, around=around)
+    assert np.isfinite(slopes).all()
+    assert differing(force[1:], expected_force) == 0
+    error = np.max(np.abs(slopes[1:] - expected) / np.abs(expected).max(axis=0))
+    begin = {key: signal[first] for key, signal in around.items()}
+    _, complex_steps = in_python(model, x[first], parameters, d_x[first], force_by_complex_steps, begin)
+    of_steps = np.abs(slopes[1:500] - complex_steps) / np.abs(complex_steps).max(axis=0)
+    in_motion = np.diff(x[first]) != 0.0  # at rest the derivative by the velocity is one-sided
+    with capsys.disabled():
+        print(f"{name}: {error:.1e} from Python, {of_steps[in_motion].max():.1e} from complex steps")
+    assert error <= 1e-12
+    assert of_steps[in_motion].max() <= 1e-8

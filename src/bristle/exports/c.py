@@ -61,6 +61,7 @@ class CFiles:
     fixed: ClassVar[tuple[str, ...]] = ()
     """Parameters that cannot change at run time."""
     derived: DerivedStep | None = None
+    templates: ClassVar[Mapping[str, str]] = FILES
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -69,7 +70,7 @@ class CFiles:
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
         walked = selftest_facts(walk, forces, single=request.single) | (self.derived.selftest_facts(x, request.dt) if self.derived else {})
-        return written_files(FILES, request.name, self.facts(), walked, request.source)
+        return written_files(self.templates, request.name, self.facts(), walked, request.source)
 
     def new_printer(self) -> Printer:
         """Return a printer of the functions and types of the subject."""

@@ -4,13 +4,14 @@ The derived function is printed like every other function of the model (`bristle
 """
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import force_with_derivatives
@@ -51,14 +52,14 @@ class DerivedStep:
 
     def facts(self, printer: Printer, *, tunable: bool) -> dict[str, Any]:
         """Return the facts of the templates."""
-        state, kind, count = self.subject.state, self.tuned.kind, len(list(self.tuned.numbers()))
-        told = [(name, within, self.tuned.variables[name]) for name, within, _ in self.tuned.numbers()]
-        names = [name + ("" if within is None else f"[{within}]") for name, within, _ in told]
+        state, tuned, numbers = self.subject.state, self.tuned, list(self.tuned.numbers())
+        names = [name + ("" if within is None else f"[{within}]") for name, within, _ in numbers]
+        meanings = [meaning_of(tuned.variables[name], tuned.kind) for name, *_ in numbers]
         return {
             "derived": True,
-            "directions": count,
+            "directions": len(numbers),
             "d_velocity": "(d_x_k - at->position - velocity * d_dt_k) / dt",
-            "d_parameters": [f"{k}: {name}, {meaning_of(told[k][2], kind)}" for k, name in enumerate(names)],
+            "d_parameters": [f"{k}: {name}, {meaning}" for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))],
             "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
             "step_d": self._call(printer, tunable=tunable),
@@ -123,7 +124,8 @@ class DerivedStep:
         packed = pack(_replaced(model.parameters, self.tuned, self.places, values, self.entering["p"]))
         tangents, still = np.column_stack((packed, 0.0 * packed)), np.zeros(v.size)
         moved = np.column_stack((still, v)), np.column_stack((still, x[1:]))
-        with interpreted(), np.errstate(invalid="ignore"):
+        with interpreted(), np.errstate(invalid="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)  # the walk fills any memory
             _, slopes = force_with_derivatives(model, tangents, v, dt, x[1:], motion_tangents=moved)
         return {"directions_of_test": [repr(value) for value in values], "hash_d": f"0x{hash_of([0.0, 0.0, *(slopes + 0.0).ravel()]):016X}"}
 
@@ -156,9 +158,10 @@ def _replaced(p: Any, tuned: Tunable, places: dict[str, int], values: list[float
 
 def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     """Return the settled step of a friction model with tangents; an infinite parameter that cannot change has none."""
-    component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
     if subject.is_operator:
-        raise InputError("is a hysteresis operator, and bristle exports derivatives of friction only", path=subject.model.name)
+        reason = "is a hysteresis operator, and bristle exports derivatives of friction only"
+        raise InputError(reason, path=subject.model.name, mend="Omit derivatives")
+    component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
     moving = {path for path, name in tuned.places.items() if tunable or np.all(np.isfinite(tuned.values[name]))}
 
     def of_parameters(kind: Type, path: tuple[str, ...] = ()) -> Activity:

@@ -122,7 +122,7 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
         return constant_text(CONSTANT, p, kind, printer)
     tests = []
     for parameter, place, compared in bounds_of(tuned):
-        field = f"given->{_at(parameter, place, printer)}"
+        field = f"given->{place_of(parameter, place, printer)}"
         for operator, bound in compared:
             text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{BITS[printer.scalar]['largest']}"
             tests.append(f"{field} {operator} {text}")
@@ -189,10 +189,13 @@ def declared(tuned: Tunable, printer: Printer) -> list[str]:
 
 def started(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the lines that set the exported values."""
-    return [f"axis->parameters.{_at(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()]
+    return [
+        f"axis->parameters.{place_of(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()
+    ]
 
 
-def _at(name: str, place: int | None, printer: Printer) -> str:
+def place_of(name: str, place: int | None, printer: Printer) -> str:
+    """Return a number among the parameters as text of C."""
     return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 

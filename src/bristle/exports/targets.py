@@ -239,6 +239,7 @@ _FMU = (
 )
 _WASM = "a WebAssembly module and the script that loads it, for a browser or node"
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
+_CASADI = "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
 _OF_FMU = "write=fmu.write write_law=fmu.write_law"
 _ALL = "pushes tunable single operators"
 _LISTED = (
@@ -247,6 +248,7 @@ _LISTED = (
     _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
     _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write write_law=hal.hal_law_files", _HAL),
     _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
+    _target("casadi", "CasADi", "held", "", "write=casadi.write", _CASADI),
     _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
     _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),
     _target("ax8000", "Beckhoff AX8000", "", "pushes", "write=ax8000.write reads=ax8000.reads", _AX8000),

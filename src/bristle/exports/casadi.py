@@ -1,0 +1,36 @@
+"""External functions of CasADi: a step of a friction model in C with its derivatives, for graphs of optimization and estimation."""
+
+from dataclasses import replace
+from typing import Any
+
+from bristle.exports.c import FILES, CFiles
+from bristle.exports.c_derivatives import derived_step
+from bristle.exports.c_parts import place_of
+from bristle.exports.subject import subject_of
+from bristle.exports.targets import Product, Request
+from bristle.translation.tree import REAL
+
+
+class CasadiFiles(CFiles):
+    """Files of a friction model in C, and its functions for CasADi."""
+
+    templates = FILES | {"{}_casadi.c": "casadi/casadi.c"}
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts of the templates."""
+        assert self.derived is not None
+        subject, printer = self.subject, self.new_printer()
+        fields: list[dict[str, Any]] = []
+        for at, (name, kind) in enumerate(subject.state.fields, 1):
+            is_real = kind == REAL
+            cast = "" if is_real else f"({printer.type_name(kind)})"
+            fields.append({"name": printer.names.variable(name), "real": is_real, "cast": cast, "at": at})
+        numbers = [f"parameters.{place_of(name, within, printer)}" for name, within, _ in self.derived.tuned.numbers()]
+        return super().facts() | {"fields": fields, "numbers": numbers, "states": 1 + len(fields) + subject.memory_size}
+
+
+def write(request: Request) -> Product:
+    """Return the sources; parameters are inputs of the functions."""
+    request = replace(request, tunable=True)
+    derived = derived_step(subject_of(request.sampled), tunable=True)
+    return Product(dict(CasadiFiles(derived.subject, request, derived=derived).files()))
