@@ -45,7 +45,8 @@ def test_derivatives_along_a_walk_are_those_of_python_forward_and_in_reverse(cas
     assert differing(walked[1:], force) == 0
     scale = np.abs(slopes).max(axis=0)
     for k, row in enumerate(parameters):
-        d_end, d_force = run(compiled, "walk_forward", 1, x.size, [*inputs, *tangents_of(inputs, row, np.ascontiguousarray(d_x[:, k]))], inputs[:2])
+        tangents = tangents_of(inputs, row, np.ascontiguousarray(d_x[:, k]))
+        _, d_force = run(compiled, "walk_forward", 1, x.size, [*inputs, *tangents], inputs[:2])
         assert np.abs(d_force[1:] - slopes[:, k]).max() <= 1e-12 * scale[k]
     adjoints = run(compiled, "walk_reverse", 1, x.size, [*inputs, np.zeros_like(end), weights], inputs)
     assert all(np.isfinite(adjoint).all() for adjoint in adjoints)
@@ -104,8 +105,9 @@ def test_a_refused_step_repeats_the_force_and_its_adjoint():
     inputs = inputs_of(compiled, broken)
     _, force = run(compiled, "walk", 1, 21, inputs, inputs[:2])
     assert force[11] == force[10]
-    *_, of_parameters = run(compiled, "walk_reverse", 1, 21, [*inputs, 0.0 * compiled.start, np.eye(21)[11]], inputs)
-    *_, of_last = run(compiled, "walk_reverse", 1, 11, [*inputs_of(compiled, x[:11]), 0.0 * compiled.start, np.eye(11)[10]], inputs_of(compiled, x[:11]))
+    before, at_rest = inputs_of(compiled, x[:11]), 0.0 * compiled.start
+    of_parameters = run(compiled, "walk_reverse", 1, 21, [*inputs, at_rest, np.eye(21)[11]], inputs)[3]
+    of_last = run(compiled, "walk_reverse", 1, 11, [*before, at_rest, np.eye(11)[10]], before)[3]
     assert of_parameters == pytest.approx(of_last, rel=1e-12, abs=0.0)
     assert np.any(of_last)
 

@@ -8,11 +8,12 @@ with the state :math:`s` including the memory. In reverse mode, a walk is recomp
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from importlib import import_module
+from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core import InputError, Model, did_you_mean
+from bristle.core import InputError, MissingExtraError, Model, did_you_mean
 from bristle.exports import CompiledWalk
 
 
@@ -39,12 +40,19 @@ class CompiledFriction:
     ------
     InputError
         If bristle does not export derivatives of the model, or finds no C compiler.
+    MissingExtraError
+        If the framework is not installed.
     """
 
-    library: Any
-    """The framework, with functions named as in numpy."""
+    framework: ClassVar[str]
+    """Module of the framework, with functions named as in numpy."""
 
     def __init__(self, model: Model) -> None:
+        try:
+            self._numpy = import_module(self.framework)
+        except ImportError as error:
+            extra = self.framework.partition(".")[0]
+            raise MissingExtraError.of(f"friction in {extra}", extra) from error
         self.model, self._walk = model, CompiledWalk(model)
         self.parameters = {name: model.values[name] for name in self._walk.parameters}
 
@@ -98,7 +106,7 @@ class CompiledFriction:
                 raise InputError("has a wrong shape", path=name, value=tuple(operand.shape), allowed=f"(..., {width})")
         lanes = np.broadcast_shapes(*(operand.shape[:-1] for operand in operands))
         pairs = zip(operands, widths, strict=True)
-        return self._run([self.library.broadcast_to(operand, (*lanes, width)) for operand, width in pairs])
+        return self._run([self._numpy.broadcast_to(operand, (*lanes, width)) for operand, width in pairs])
 
     def force(self, state: Any, x: Any, dt: Any, parameters: Any = None, **signals: Any) -> tuple[Any, Any]:
         """Return the state after one step, and its force: `walk` with a position and signals of shape (...)."""
@@ -111,11 +119,11 @@ class CompiledFriction:
         if parameters is not None and not isinstance(parameters, Mapping):
             return self._array(parameters, "parameters")
         parts = []
-        for name, usual in self._walk.parameters.items():
-            value = self._array((parameters or {}).get(name, usual), name)
-            parts.append(value[..., None] if usual.size == 1 and (name in (parameters or {})) and np.ndim(self.parameters[name]) == 0 else value)
+        for name, usual in self.parameters.items():
+            part = self._array((parameters or {}).get(name, usual), name)
+            parts.append(part if isinstance(usual, np.ndarray) else part[..., None])
         lanes = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
-        return self.library.concatenate([self.library.broadcast_to(part, (*lanes, part.shape[-1])) for part in parts], -1)
+        return self._numpy.concatenate([self._numpy.broadcast_to(part, (*lanes, part.shape[-1])) for part in parts], -1)
 
     def _array(self, value: Any, name: str) -> Any:
         """Return an array of the framework; refuse other numbers than those of double precision."""
