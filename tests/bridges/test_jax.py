@@ -1,9 +1,11 @@
 """Friction in JAX: its derivatives under the transformations of JAX."""
 
+import doctest
 import re
 
 import numpy as np
 import pytest
+from tests.docs.conftest import blocks
 from tests.exports.native import COMPILER, walk
 
 import bristle as br
@@ -120,3 +122,10 @@ def test_a_wrong_argument_is_refused_by_name(friction, arguments, text):
     usual = {"state": friction.start(), "x": np.zeros(3), "dt": DT}
     with pytest.raises(InputError, match=re.escape(text)):
         friction.walk(**(usual | arguments))
+
+
+def test_the_example_of_the_page_runs():
+    (block,) = blocks("py")
+    session = doctest.DocTestParser().get_doctest(block.text, {"np": np, "br": br}, block.name, str(block.page), block.line)
+    assert len(session.examples) > 5
+    assert doctest.DocTestRunner().run(session).failed == 0
