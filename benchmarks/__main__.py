@@ -24,6 +24,7 @@ from benchmarks.coverage import Share, coverage
 from benchmarks.elastic import elastic
 from benchmarks.exported import exported
 from benchmarks.fits import fits
+from benchmarks.gradients import gradients
 from benchmarks.hal import hal
 from benchmarks.lanes import lanes
 from benchmarks.last_digits import last_digits
@@ -189,6 +190,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         stick_slip,
         open_loop,
         exported,
+        gradients,
         hal,
         tracking,
         presliding,

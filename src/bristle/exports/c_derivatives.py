@@ -58,6 +58,7 @@ class DerivedStep:
         return {
             "derived": True,
             "directions": len(numbers),
+            "d_velocity": "(d_x_k - at->position - velocity * d_dt_k) / dt",
             "d_parameters": [f"{k}: {name}, {meaning}" for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))],
             "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
@@ -96,7 +97,10 @@ class DerivedStep:
             "motion": (subject.motion, lambda path, _: {"v": "d_velocity", "x": "d_x_k"}.get(path[0]) or f"d_{usual[path[0]]}_k"),
             "p": (subject.parameters, parameter),
         }
+        left = {argument.name for argument in self.derived.parameters}
         for name, (kind, leaf) in leaves.items():
+            if tangent_of(name) not in left:
+                continue
             handed[tangent_of(name)] = _tangent_text(printer, kind, self.entering[name], leaf)
         called = f"{self.derived.name}({', '.join(handed[argument.name] for argument in self.derived.parameters)})"
         return wrapped(f"        const {printer.named(self.derived.result, 'step')} = {called};", "        ")
