@@ -58,6 +58,7 @@ class DerivedStep:
         return {
             "derived": True,
             "directions": len(numbers),
+            "d_velocity": "(d_x_k - at->position - velocity * d_dt_k) / dt",
             "d_parameters": [f"{k}: {name}, {meaning}" for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))],
             "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],

@@ -25,7 +25,7 @@ double {{ name }}_force_d({{ name }} *axis, {{ name }}_tangent *d, size_t count,
         }
         if (accepted) {
             const double d_dt_k = d_dt ? d_dt[k] : 0.0;
-            const double d_velocity = (d_x_k - at->position - velocity * d_dt_k) / dt;
+            const double d_velocity = {{ d_velocity }};
 {% for signal in signals %}            const double d_{{ signal }}_k = d_{{ signal }} ? d_{{ signal }}[k] : 0.0;
 {% endfor %}{% if copies %}            double memory[{{ memory }}];
             for (int32_t i = 0; i < {{ memory }}; ++i) {
