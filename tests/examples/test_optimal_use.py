@@ -1,4 +1,4 @@
-"""Examples with MuJoCo and CasADi: a fit by derivatives ends where differences end, and a plan lowers the error at a reversal."""
+"""Examples with MuJoCo, CasADi and JAX: a fit by derivatives, a planned reversal, and a designed motion."""
 
 import re
 import shutil
@@ -45,3 +45,13 @@ def test_a_plan_begins_before_the_reversal():
     assert all(part["planned"] < 0.5 * part["force along the path"] for part in errors)
     # Without a limit, the inverse of the filter is sufficient; with a limit, it begins too late.
     assert errors[1]["planned"] < 0.5 * errors[1]["the same, filter inverted"]
+
+
+@pytest.mark.timeout(600)
+def test_a_designed_motion_gives_smaller_errors():
+    pytest.importorskip("jax")
+    lines = re.findall(r"(\w+).*: information ([\d.]+), errors ([\d.]+) %", printed("design_with_jax.py"))
+    (_, least, error), (_, most_of_random, _), (_, information, error_of_design) = lines
+    assert [name for name, *_ in lines] == ["random", "best", "designed"]
+    assert float(least) < float(most_of_random) < float(information)
+    assert float(error_of_design) < 0.75 * float(error)
