@@ -37,5 +37,11 @@ def gradients() -> Iterator[Ratio]:
         ours, theirs, ratio = busy_side_by_side(reverse, forward, RUNS)
         finite = all(np.isfinite(part).all() for part in adjoints)
         yield Ratio(
-            f"{name}, gradient of a step", ours / STEPS, theirs / STEPS, ratio, LIMITS.get(name, LIMIT), "walk", "" if finite else "not finite"
+            f"{name}, gradient of a step",
+            ours / STEPS,
+            theirs / STEPS,
+            ratio,
+            LIMITS.get(name, LIMIT),
+            "walk",
+            "" if finite else "not finite",
         )
