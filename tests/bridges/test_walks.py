@@ -9,7 +9,7 @@ from tests.exports.test_c_derivatives import around_of, directions_of, in_python
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.engine import force_along, interpreted
-from bristle.exports import CompiledWalk, shared_library
+from bristle.exports import CompiledWalk
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4  # of the walks in Python
@@ -129,6 +129,6 @@ def test_a_library_is_compiled_once(monkeypatch):
 
 def test_a_missing_compiler_and_a_failure_are_named():
     with pytest.raises(InputError, match="needs a compiler"):
-        shared_library({"a.c": "int a;"}, None, [])
+        CompiledWalk.build({"a.c": "int a;"}, None, [])
     with pytest.raises(InputError, match=f"{COMPILER}: failed: .*error"):
-        shared_library({"a.c": "int a"}, COMPILER, [])
+        CompiledWalk.build({"a.c": "int a"}, COMPILER, [])

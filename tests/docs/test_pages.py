@@ -211,6 +211,7 @@ def test_no_block_goes_unchecked():
         "toml study",
         "toml study-part",
         "python",
+        "py",  # tests/bridges/test_jax.py
         "sh",
         "text",
     )

@@ -7,6 +7,7 @@ r"""Friction along walks for frameworks of automatic differentiation, with a com
 with the state :math:`s` including the memory. In reverse mode, a walk is recomputed in segments from stored states.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any, ClassVar
@@ -17,7 +18,7 @@ from bristle.core import InputError, MissingExtraError, Model, did_you_mean
 from bristle.exports import CompiledWalk
 
 
-class CompiledFriction:
+class CompiledFriction(ABC):
     """A friction model of a framework; `walk` and `force` are differentiable in all their numbers.
 
     Leading axes of all arguments are lanes, which broadcast. The derivatives are those of `bristle.engine.derivatives`:
@@ -92,9 +93,11 @@ class CompiledFriction:
             If an argument is not of double precision, or has the wrong shape or an unknown name.
         """
         walk = self._walk
-        for kind, names, known in (("signals", signals, walk.signals), ("parameters", parameters, walk.parameters)):
-            for name in set(names) - set(known) if isinstance(names, Mapping) else ():
-                raise InputError("no such name", path=kind, value=name, mend=did_you_mean(name, known), allowed=", ".join(known) or "none")
+        for kind, names, allowed in (("signals", signals, walk.signals), ("parameters", parameters, walk.parameters)):
+            for name in set(names) - set(allowed) if isinstance(names, Mapping) else ():
+                raise InputError(
+                    "no such name", path=kind, value=name, mend=did_you_mean(name, allowed), allowed=", ".join(allowed) or "none"
+                )
         around = [self._array(signals.get(name, usual), name) for name, usual in walk.signals.items()]
         x = self._array(x, "x")
         operands = [self._array(state, "state"), x, self._array(dt, "dt")[..., None], self._flat(parameters)]
@@ -125,10 +128,10 @@ class CompiledFriction:
         lanes = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
         return self._numpy.concatenate([self._numpy.broadcast_to(part, (*lanes, part.shape[-1])) for part in parts], -1)
 
+    @abstractmethod
     def _array(self, value: Any, name: str) -> Any:
         """Return an array of the framework; refuse other numbers than those of double precision."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _run(self, operands: Sequence[Any]) -> tuple[Any, Any]:
         """Return the state and the force of a walk."""
-        raise NotImplementedError

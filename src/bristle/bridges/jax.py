@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.bridges.compiled import CompiledFriction
 from bristle.core import InputError
-from bristle.exports import shared_library
+from bristle.exports import CompiledWalk
 
 TARGET = "bristle_walk"
 
@@ -50,7 +50,7 @@ def _walk_primitive() -> Any:
     jax, ad = import_module("jax"), import_module("jax.interpreters.ad")
     text = resources.files("bristle.bridges").joinpath("walk.cc").read_text(encoding="ascii")
     command = next((name for name in ("c++", "g++", "clang++") if shutil.which(name)), None)
-    path = shared_library({"walk.cc": text}, command, ["-std=c++17", "-O1", f"-DJAX={jax.__version__}", f"-I{jax.ffi.include_dir()}"])
+    path = CompiledWalk.build({"walk.cc": text}, command, ["-std=c++17", "-O1", f"-DJAX={jax.__version__}", f"-I{jax.ffi.include_dir()}"])
     jax.ffi.register_ffi_target(TARGET, jax.ffi.pycapsule(ctypes.CDLL(str(path)).bristle_walk), platform="cpu")
     walk = _primitive("walk", lambda operands: operands[:2])
     forward = _primitive("walk_forward", lambda operands: operands[:2])

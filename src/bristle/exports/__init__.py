@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from bristle.exports.page.packing import as_json
     from bristle.exports.page.switches import lab_described
     from bristle.exports.targets import NAME, TARGETS, Product, Request, Target
-    from bristle.exports.walk import CompiledWalk, shared_library
+    from bristle.exports.walk import CompiledWalk
     from bristle.exports.writing import law_for, load_target_file, name_for, target_named
 
 __getattr__ = loaded_from(__name__)

@@ -89,7 +89,7 @@ class CompiledWalk:
     def __init__(self, model: Model) -> None:
         derived = derived_step(subject_of(model), tunable=True)
         subject = derived.subject
-        self.library = shared_library(_files(derived), compiler(), ["-O2", *FLAGS.split()])
+        self.library = self.build(_files(derived), compiler(), ["-O2", *FLAGS.split()])
         self.parameters = {name: np.atleast_1d(value) for name, value in derived.tuned.values.items()}
         self.signals = {name: subject.usual[name] for name in subject.signals}
         self.start = np.array([0.0, 0.0, 0.0, *map(float, subject.virgin), *np.zeros(subject.memory_size)])
@@ -101,6 +101,44 @@ class CompiledWalk:
         result = getattr(self._functions, function)(ctypes.c_size_t(lanes), ctypes.c_size_t(steps), *pointers)
         if result:
             raise MemoryError if result == 1 else InputError("is not a state of this model", path="state")
+
+    @staticmethod
+    def build(files: Mapping[str, str], command: str | None, flags: Sequence[str]) -> Path:
+        """Return a shared library of some files, compiled at first use and stored in the cache of bristle.
+
+        Parameters
+        ----------
+        files : mapping of str to str
+            Text of each file by name; headers end with ``.h``.
+        command : str or None
+            The compiler.
+        flags : sequence of str
+            Its flags.
+
+        Returns
+        -------
+        Path
+            The library.
+
+        Raises
+        ------
+        InputError
+            If there is no compiler, or it fails.
+        """
+        if command is None:
+            raise InputError("needs a compiler, and bristle found none", path="compiler", mend="Install gcc or clang")
+        line = [command, *flags, "-shared", "-fPIC", *(name for name in files if not name.endswith(".h")), "-o", "built", "-lm"]
+        folder = cache_folder() or _folder_of_process()
+        library = folder / f"native-{hashlib.sha256(repr((line, sorted(files.items()))).encode()).hexdigest()[:32]}.so"
+        if not library.exists():
+            with tempfile.TemporaryDirectory(dir=folder, prefix="native-") as place:
+                for name, text in files.items():
+                    (Path(place) / name).write_text(text, encoding="ascii")
+                built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+                if built.returncode:
+                    raise InputError(f"failed: {built.stderr.strip().splitlines()[0]}", path=command)
+                os.replace(Path(place) / "built", library)
+        return library
 
 
 def _files(derived: DerivedStep) -> dict[str, str]:
@@ -116,44 +154,6 @@ def _files(derived: DerivedStep) -> dict[str, str]:
     ]
     facts = {"fields": fields, "memory": size, "signals": list(subject.signals)}
     return files | {"tape.h": rendered("c/tape.h", {}), "walk.c": rendered("c/walk.c", facts)}
-
-
-def shared_library(files: Mapping[str, str], command: str | None, flags: Sequence[str]) -> Path:
-    """Return a shared library of some files, compiled at first use and stored in the cache of bristle.
-
-    Parameters
-    ----------
-    files : mapping of str to str
-        Text of each file by name; headers end with ``.h``.
-    command : str or None
-        The compiler.
-    flags : sequence of str
-        Its flags.
-
-    Returns
-    -------
-    Path
-        The library.
-
-    Raises
-    ------
-    InputError
-        If there is no compiler, or it fails.
-    """
-    if command is None:
-        raise InputError("needs a compiler, and bristle found none", path="compiler", mend="Install gcc or clang")
-    line = [command, *flags, "-shared", "-fPIC", *(name for name in files if not name.endswith(".h")), "-o", "built", "-lm"]
-    folder = cache_folder() or _folder_of_process()
-    library = folder / f"native-{hashlib.sha256(repr((line, sorted(files.items()))).encode()).hexdigest()[:32]}.so"
-    if not library.exists():
-        with tempfile.TemporaryDirectory(dir=folder, prefix="native-") as place:
-            for name, text in files.items():
-                (Path(place) / name).write_text(text, encoding="ascii")
-            built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
-            if built.returncode:
-                raise InputError(f"failed: {built.stderr.strip().splitlines()[0]}", path=command)
-            os.replace(Path(place) / "built", library)
-    return library
 
 
 @cache
