@@ -26,6 +26,7 @@ class Motion:
     acceleration: np.ndarray
     effort: np.ndarray
     step: int  # samples for each row of the identification
+    log: str = ""  # its mark
 
     @cached_property
     def rows(self) -> slice:
@@ -69,4 +70,4 @@ def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
         spline = make_interp_spline(times, position, k=5, axis=1)
         for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
             signal[:, part] = values
-    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step)
+    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step, log=first.origin.mark)
