@@ -144,11 +144,11 @@ def logs_of_joints(folder: Path | str, log: Readable, *, size_limit: int = SIZE_
     axes = {name: read_axis(Content(place, as_toml(table).encode())) for name, table in tables.items()}
     robot, (logs, motion) = read_robot(content_of(place.with_name(file))).of(list(axes)), read_joints(log, axes, size_limit=size_limit)
     efforts = robot.effort(bodies, motion.position, motion.velocity, motion.acceleration)
-    known, joints = KnownColumn(COLUMN, COLUMN, coefficient=1.0), dict[str, tuple[Log, Axis]]()
+    term, joints = KnownColumn(COLUMN, COLUMN, coefficient=1.0), dict[str, tuple[Log, Axis]]()
     for (name, axis), recorded, effort in zip(axes.items(), logs, efforts.T, strict=True):
         column = Channel(np.ascontiguousarray(effort), "1", COLUMN)
         joints[name] = (
             replace(recorded, regressors=(*recorded.regressors, column)),
-            replace(axis, regressors=(*axis.regressors, known), text=b""),
+            replace(axis, regressors=(*axis.regressors, term), text=b""),
         )
     return joints

@@ -9,9 +9,11 @@ from bristle.core import InputError
 from bristle.core.lazy import cached_property
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
+from bristle.logs.turns import period_of
 
 BANDWIDTH = 20.0  # of the rigid-body motion [Hz]: filter of logs with a higher rate
 ROWS_PER_PERIOD = 2.5  # of the bandwidth
+REPEATED = 0.01  # of the variance of a position: difference between periods
 WIDTHS = np.geomspace(2e-5, 0.1, 8)  # yield distances of elements, over the stroke
 SPEEDS = np.geomspace(0.01, 0.3, 4)  # decay of friction over speed, over the largest speed
 
@@ -32,6 +34,19 @@ class Motion:
     def rows(self) -> slice:
         """The samples that are rows."""
         return slice(0, len(self.time), self.step)
+
+    @cached_property
+    def period(self) -> float | None:
+        """The time after which all joints repeat their motion at least three times in all [s]; None without such a time."""
+        step = np.median(np.diff(self.time[self.rows]))
+        moved = [joint for joint in self.position[self.rows].T if np.ptp(joint) > 0.0]
+        periods = [period_of(joint, step) for joint in moved]
+        if not periods or None in periods:
+            return None
+        longest = max(period for period in periods if period is not None)
+        lag = round(longest / step)
+        apart = [np.mean((joint[lag:] - joint[:-lag]) ** 2) / np.var(joint) for joint in moved]
+        return longest if max(apart) < REPEATED else None
 
     def friction_columns(self, joint: int) -> np.ndarray:
         """Return columns that span the friction of a joint, shape (row, column): pre-sliding, fall over speed, damping, constant."""
