@@ -20,7 +20,7 @@ from bristle.arm.motion import Motion
 from bristle.arm.robot import read_robot
 from bristle.core import Model, content_of
 from bristle.engine.motion import along
-from bristle.files import read_model
+from bristle.files import axes_in, read_model
 
 SLOWER = 1.5  # largest time of one joint, as a share of that of one axis with as many samples
 LIMITS = (16.2, 15.1, 8.5, 61.7, 45.8, 48.0)
@@ -87,7 +87,7 @@ def main() -> int:
         of_axis = seconds(folder, "--axis", "axis.toml", "--model", "lugre", "--out", "axis")
         summary = json.loads((folder / "arm/summary.json").read_text())["arm"]["joints"]
         robot = read_robot(content_of(folder / "robot.toml"))
-        motion = read_joints(folder / "val.csv", content_of(folder / "joints.toml"))
+        motion = read_joints(folder / "val.csv", axes_in(content_of(folder / "joints.toml")))[1]
         bodies = np.array([entry["body"] for entry in summary.values()])
         arm = robot.effort(bodies, motion.position, motion.velocity, motion.acceleration)
         share = of_arm / len(summary) / of_axis

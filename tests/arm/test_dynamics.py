@@ -9,7 +9,7 @@ from tests.arm.conftest import DT, GRAVITY, Pendulum, motion_with, swing
 from bristle import friction
 from bristle.arm.files import centred
 from bristle.arm.motion import stops
-from bristle.arm.parameters import base_of, identify_dynamics, pseudo_inertia
+from bristle.arm.parameters import _half_widths, base_of, identify_dynamics, pseudo_inertia
 from bristle.engine.motion import along
 
 TRUE = {"I_zz": 2.0, "mc_x": 3.0, "mc_y": -1.0}
@@ -36,6 +36,49 @@ def test_gravity_and_inertia_are_found_beside_friction(estimated):
     for name, true in (("hinge.J", 2.0), ("hinge.mc_x", 3.0), ("hinge.mc_y", -1.0)):
         assert abs(values[name].value - true) < 1.5 * values[name].half_width < 0.3
     assert dict(values["hinge.J"].members) == pytest.approx({"hinge.J": 1.0, "hinge.I_zz": 1.0})
+
+
+def repeated(periods):
+    """Return the half-widths of a motion of 5 s that repeats, with an effort that no column explains."""
+    t = np.arange(0.0, 5.0 * periods, DT)
+    q, v, a = (np.zeros((t.size, 1)) for _ in range(3))
+    for size, w in ((0.5, 0.4 * np.pi), (0.3, 1.2 * np.pi), (0.1, 2.0 * np.pi)):
+        q[:, 0] += size * np.sin(w * t + w)
+        v[:, 0] += size * w * np.cos(w * t + w)
+        a[:, 0] -= size * w**2 * np.sin(w * t + w)
+    effort = effort_of(q, v, a, noise=0.01) + 0.5 * np.sin(25.0 * q) + 0.3 * np.abs(v) * np.sin(12.0 * q)
+    motion = motion_with(effort, t, q, v, a)
+    assert motion.period == pytest.approx(5.0, abs=4 * DT)
+    return np.array([entry.half_width for entry in identify_dynamics(Pendulum(), motion).base])
+
+
+def test_errors_of_the_model_repeat_with_the_motion_and_more_periods_do_not_narrow_the_intervals():
+    np.testing.assert_allclose(repeated(16), repeated(4), rtol=0.1)
+
+
+def test_a_motion_with_one_free_joint_has_no_period():
+    t, q, v, a = swing(2, 60.0)
+    assert motion_with(q, t, q, v, a).period is None
+    wave = np.sin(0.4 * np.pi * t)
+    one = np.column_stack([wave, q[:, 0]])
+    assert motion_with(one, t, one, one, one).period is None
+    both = np.column_stack([wave, np.sin(0.8 * np.pi * t)])
+    assert motion_with(both, t, both, both, both).period == pytest.approx(5.0, abs=4 * DT)
+
+
+def test_half_widths_are_the_scatter_of_estimates_without_one_block():
+    rng = np.random.default_rng(0)
+    friction, columns, effort = rng.normal(size=(60, 4)), rng.normal(size=(60, 1, 3)), rng.normal(size=(60, 1))
+    friction = np.linalg.qr(friction)[0]
+    blocks = np.array_split(rng.permutation(60), 12)
+    design = np.hstack([friction, columns[:, 0]])
+    kept = [np.setdiff1d(np.arange(60), block) for block in blocks]
+    estimates = np.array([np.linalg.lstsq(design[rows], effort[rows, 0], rcond=None)[0][4:] for rows in kept])
+    whole = np.linalg.lstsq(design, effort[:, 0], rcond=None)[0][4:]
+    apart = columns - np.einsum("nk,kjp->njp", friction, np.einsum("nk,njp->kjp", friction, columns))
+    residual = effort - friction @ (friction.T @ effort) - apart @ whole
+    expected = 2.2009852 * np.sqrt(11 / 12 * np.sum((estimates - whole) ** 2, axis=0))  # Student, 11 degrees of freedom
+    np.testing.assert_allclose(_half_widths(apart, residual, [friction], blocks), expected, rtol=1e-6)
 
 
 def test_bodies_have_positive_mass_and_explain_the_efforts(estimated):

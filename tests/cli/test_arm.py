@@ -63,6 +63,38 @@ def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristl
     assert read_model("out/lift/model.toml").friction.values["F_C"] == data["friction.F_C"].values[1]
 
 
+def check_another_log(folder, robot, bristle):
+    """Predict a motion with more weight on its bodies, in one command; the files of the joints belong to their own log."""
+    (folder / "arm.csv").rename(folder / "first.csv")
+    _, q, v, a = swing(2, 20.0, seed=11, amplitude=0.9)
+    effort = robot.effort(BODIES, q, v, a) + friction_of(q, v) + a * [0.2, 0.1]
+    write_trace(folder, q, v, effort)
+    ended = bristle("predict", "out", "arm.csv", "--out", "second", "--json")
+    assert ended.code == 0, ended.err
+    errors = {name: entry["metrics"]["force_error_percent"] for name, entry in ended.data["joints"].items()}
+    assert set(errors) == {"turn", "lift"}
+    assert all(0.0 < error < 3.0 for error in errors.values()), errors
+    assert all(50.0 < entry["inside_band_percent"] <= 100.0 for entry in ended.data["joints"].values())
+    assert ended.data["verdict"]["words"] == "The model is valid"
+    table = bristle("predict", "out", "arm.csv").out
+    assert [line.split()[0] for line in table.splitlines() if line.strip().endswith("The model is valid")] == ["turn", "lift"]
+    assert "lift" in (folder / "second/report.html").read_text()
+    assert (folder / "second/lift/report.html").exists()
+    of_first = bristle("predict", "out", "first.csv", "--json").data
+    assert of_first["verdict"]["level"] == "with_care"
+    assert "the model was fitted to this log" in of_first["verdict"]["reasons"][0]
+    for axis, message in (
+        ("out/joints/lift.toml", "known[0].file: holds the efforts of the bodies along another log"),
+        ("joints.toml", "joint: this axis file describes several joints"),
+    ):
+        refused = bristle("predict", "out/lift/model.toml", "arm.csv", "--axis", axis)
+        assert refused.code == 2
+        assert message in " ".join(refused.err.split())
+        assert "bristle predict DIR LOG" in " ".join(refused.err.split())
+    no_arm = bristle("predict", "second", "arm.csv")
+    assert "contains no arm.toml" in " ".join(no_arm.err.split())
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
@@ -77,7 +109,7 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     robot = read_robot(Content(Path("arm.urdf"), URDF.encode()))
     write_trace(tmp_path, q, v, robot.effort(BODIES, q, v, a) + friction_of(q, v) + a * [0.2, 0.1])
     words = ["identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--model", "coulomb_viscous"]
-    ended = bristle(*words, "--draws", 0, "--workers", 1, "--out", "out")
+    ended = bristle(*words, "--draws", 20, "--workers", 1, "--out", "out")
     assert ended.code == 0, ended.err
     base = json.loads((tmp_path / "out/summary.json").read_text())["arm"]["base_parameters"]
     names = dict(zip(names_of(("turn", "lift")), [0.2, 0.1, *BODIES.ravel().tolist()], strict=True))
@@ -90,6 +122,7 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     again = bristle("identify", "arm.csv", "--axis", "out/joints/lift.toml", "--model", "coulomb_viscous", "--draws", 0, "--json")
     assert json.loads(again.out)["parameters"]["F_C"]["value"] == data["friction.F_C"].values[1]
     assert 'frictionloss="' in (tmp_path / "out/arm.xml").read_text()
+    check_another_log(tmp_path, robot, bristle)
     assert (tmp_path / "out/arm.urdf").read_text().count("<inertial>") == 2
 
 

@@ -62,3 +62,38 @@ def test_a_file_of_one_axis_has_no_joints():
 def test_names_that_no_folder_could_have_are_refused(text, message):
     with pytest.raises(InputError, match=message):
         joints(COMMON + text)
+
+
+ARRAYS = COMMON.replace("q{joint}", "y[{joint0}]").replace("u{joint}", "u[{joint1}]")
+
+
+def test_columns_of_arrays_count_from_a_stated_number():
+    axes = [axis_from(table) for table in joints(ARRAYS + "[[joint]]\n[[joint]]\n").values()]
+    assert [axis.columns["position"].name for axis in axes] == ["y[0]", "y[1]"]
+    assert [axis.columns["effort"].name for axis in axes] == ["u[1]", "u[2]"]
+
+
+@pytest.mark.parametrize("names", [("a1", "a2", "a3"), ("a0", "a1", "a2"), ("turn", "lift", "twist")])
+def test_names_may_count_from_0_or_1(names):
+    tables = joints(COMMON + "".join(f"[[joint]]\nname = '{name}'\n" for name in names))
+    assert [axis_from(table).columns["effort"].name for table in tables.values()] == ["u1", "u2", "u3"]
+
+
+@pytest.mark.parametrize(
+    ("common", "names", "message"),
+    [
+        (COMMON.replace("u{joint}", "u[{joint}]"), ("a1",), r"joint\[0\].name: uses \[\{joint\}\].*write \[\{joint0\}\]"),
+        (COMMON, ("a1", "a3"), r"joint\[1\].name: is the table of joint 2.*'a3'"),
+        (COMMON, ("a0", "a2"), r"joint\[1\].name: is the table of joint 2.*'a2'"),
+        (COMMON, ("a2", "a3"), r"joint\[0\].name: is the table of joint 1.*'a2'"),
+        (ARRAYS, ("a1", "a3"), r"joint\[1\].name: is the table of joint 2"),
+    ],
+)
+def test_a_joint_that_would_have_the_columns_of_another_joint_is_refused(common, names, message):
+    with pytest.raises(InputError, match=message):
+        joints(common + "".join(f"[[joint]]\nname = '{name}'\n" for name in names))
+
+
+def test_a_joint_with_its_own_columns_may_have_any_name():
+    own = COMMON.replace('"q{joint}"', '"q"').replace('"u{joint}"', '"u"')
+    assert list(joints(own + "[[joint]]\nname = 'a3'\n")) == ["a3"]

@@ -176,3 +176,22 @@ def test_the_columns_of_a_measured_ball_screw_are_recognised():
 def test_the_columns_of_a_measured_motor_are_recognised():
     data = np.genfromtxt(MEASURED / "cogging" / "acc_current.txt", delimiter=",", skip_header=1)
     assert [role for role, _ in roles(table_of(*data[:, :4].T)).values()] == ["time", "position", "velocity", "effort"]
+
+
+def test_the_arrays_of_a_matlab_file_are_joints(tmp_path):
+    rng, place = np.random.default_rng(0), tmp_path / "arm.mat"
+    angles, efforts = rng.normal(size=(2, 3, 400)).cumsum(axis=2)
+    scipy.io.savemat(place, {"u_train": efforts, "y_train": angles, "time_train": DT * np.arange(400)})
+    proposal = propose_axis(place)
+    assert proposal.joints == 3
+    text = proposal.text.replace('position = { unit = "?" }', 'position = { unit = "deg" }')
+    axes = axes_in(Content(tmp_path / "joints.toml", text.replace('effort = { unit = "?" }', 'effort = { unit = "N*m" }').encode()))
+    columns = [[axis.columns[channel].name for channel in ("position", "effort")] for axis in axes.values()]
+    assert columns == [[f"y_train[{joint}]", f"u_train[{joint}]"] for joint in range(3)]
+    np.testing.assert_allclose(read_log(place, list(axes.values())[1]).effort.values, efforts[1])
+
+
+def test_the_array_of_the_states_of_one_axis_is_no_joint(tmp_path):
+    place = tmp_path / "axis.mat"
+    scipy.io.savemat(place, {"u": np.sin(T), "y": np.stack([np.sin(T), np.cos(T)]), "time": T})
+    assert propose_axis(place).joints == 0

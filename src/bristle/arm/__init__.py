@@ -5,6 +5,6 @@ from typing import TYPE_CHECKING
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.arm.identify import Arm, identify_arm
+    from bristle.arm.identify import Arm, identify_arm, logs_of_joints
 
 __getattr__ = loaded_from(__name__)

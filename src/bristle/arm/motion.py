@@ -9,9 +9,11 @@ from bristle.core import InputError
 from bristle.core.lazy import cached_property
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
+from bristle.logs.turns import period_of
 
 BANDWIDTH = 20.0  # of the rigid-body motion [Hz]: filter of logs with a higher rate
 ROWS_PER_PERIOD = 2.5  # of the bandwidth
+REPEATED = 0.01  # of the variance of a position: difference between periods
 WIDTHS = np.geomspace(2e-5, 0.1, 8)  # yield distances of elements, over the stroke
 SPEEDS = np.geomspace(0.01, 0.3, 4)  # decay of friction over speed, over the largest speed
 
@@ -26,11 +28,25 @@ class Motion:
     acceleration: np.ndarray
     effort: np.ndarray
     step: int  # samples for each row of the identification
+    log: str = ""  # its mark
 
     @cached_property
     def rows(self) -> slice:
         """The samples that are rows."""
         return slice(0, len(self.time), self.step)
+
+    @cached_property
+    def period(self) -> float | None:
+        """The time after which all joints repeat their motion at least three times in all [s]; None without such a time."""
+        step = np.median(np.diff(self.time[self.rows]))
+        moved = [joint for joint in self.position[self.rows].T if np.ptp(joint) > 0.0]
+        periods = [period_of(joint, step) for joint in moved]
+        if not periods or None in periods:
+            return None
+        longest = max(period for period in periods if period is not None)
+        lag = round(longest / step)
+        apart = [np.mean((joint[lag:] - joint[:-lag]) ** 2) / np.var(joint) for joint in moved]
+        return longest if max(apart) < REPEATED else None
 
     def friction_columns(self, joint: int) -> np.ndarray:
         """Return columns that span the friction of a joint, shape (row, column): pre-sliding, fall over speed, damping, constant."""
@@ -69,4 +85,4 @@ def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
         spline = make_interp_spline(times, position, k=5, axis=1)
         for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
             signal[:, part] = values
-    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step)
+    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step, log=first.origin.mark)

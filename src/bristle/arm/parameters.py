@@ -26,7 +26,7 @@ from bristle.core.least_squares import apart_from, unbounded
 
 ALIKE = 1e-8  # relative size of the part of a column that earlier columns do not explain
 POSES, SEED = 100, 1  # random poses that decide which parameters have an effect
-BLOCKS = 40  # of time, whose residuals are independent
+BLOCKS, BLOCKS_IN_PERIOD = 40, 20  # of time, whose residuals are independent
 WEIGHTINGS = 3  # passes with weights by the residual of each joint
 SEARCH = 100  # evaluations
 ROTOR_SHARE = 0.5  # of the sum of rotor and body, at first
@@ -85,10 +85,11 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
     columns = with_rotors(robot.regressor(q, v, a), a)
     places, factors = base_of(robot)
-    dynamic, left = np.empty_like(columns), np.empty_like(effort)
+    dynamic, left, frictions = np.empty_like(columns), np.empty_like(effort), list[np.ndarray]()
     reduced = np.empty((len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1))  # with the same sums of squares
     for joint in range(len(robot.names)):
         friction = np.linalg.qr(motion.friction_columns(joint))[0]
+        frictions.append(friction)
         dynamic[:, joint], left[:, joint] = apart_from(friction, columns[:, joint]), apart_from(friction, effort[:, joint])
         reduced[joint] = np.linalg.qr(np.column_stack([dynamic[:, joint], left[:, joint]]), mode="r")
     design, target, deviation = reduced[..., :-1], reduced[..., -1], np.sqrt(np.mean(left**2, axis=0))
@@ -97,7 +98,8 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
         weighted, right_side = design[..., places] / deviation[:, None, None], target / deviation[:, None]
         base = _least_squares(weighted.reshape(-1, len(places)), right_side.ravel())
         deviation = np.linalg.norm(target - design[..., places] @ base, axis=1) / np.sqrt(len(q))
-    half_widths = _half_widths(dynamic[..., places] / deviation[:, None], (left - dynamic[..., places] @ base) / deviation)
+    residual = (left - dynamic[..., places] @ base) / deviation
+    half_widths = _half_widths(dynamic[..., places] / deviation[:, None], residual, frictions, _blocks(motion))
     start = np.maximum(
         ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)])
     )  # the base parameters of rotors come first
@@ -116,21 +118,37 @@ def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     return unbounded(columns / scale, right_side, rcond=1e-10) / scale
 
 
-def _half_widths(columns: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Return half-widths of 95 % intervals, from residuals that correlate over time within a block and among joints."""
+def _half_widths(columns: np.ndarray, residual: np.ndarray, frictions: Sequence[np.ndarray], blocks: Sequence[np.ndarray]) -> np.ndarray:
+    """Return half-widths of 95 % intervals: the scatter of the estimates if one block of rows at a time is left out.
+
+    Columns and residual are apart from the orthonormal columns `frictions` of each joint, whose coefficients also change.
+    """
     from scipy.stats import t
 
-    count = min(BLOCKS, len(columns) // 2)
-    scale = np.linalg.norm(columns, axis=(0, 1))
-    bread = np.linalg.pinv(np.einsum("nji,njk->ik", columns / scale, columns / scale), rcond=1e-14, hermitian=True)
-    scores = np.array(
-        [
-            np.einsum("nji,nj->i", block / scale, left)
-            for block, left in zip(np.array_split(columns, count), np.array_split(residual, count), strict=True)
-        ]
-    )
-    spread = bread @ (scores.T @ scores) @ bread * count / (count - 1)
-    return np.asarray(t.ppf(0.975, count - 1) * np.sqrt(np.diag(spread)) / scale)
+    scale, count = np.linalg.norm(columns, axis=(0, 1)), len(blocks)
+    columns, changes = columns / scale, np.empty((count, columns.shape[2]))
+    gram = np.einsum("nji,njk->ik", columns, columns)
+    for rows, change in zip(blocks, changes, strict=True):
+        left, score = gram.copy(), np.zeros(len(gram))
+        for joint, friction in enumerate(frictions):
+            part, beside = columns[rows, joint], friction[rows]
+            lost = np.linalg.pinv(np.eye(beside.shape[1]) - beside.T @ beside, rcond=1e-10, hermitian=True)
+            freed = part + beside @ (lost @ (beside.T @ part))
+            left -= freed.T @ part
+            score += freed.T @ residual[rows, joint]
+        change[:] = np.linalg.pinv(left, rcond=1e-14, hermitian=True) @ score
+    return np.asarray(t.ppf(0.975, count - 1) * np.sqrt((count - 1) / count * np.sum(changes**2, axis=0)) / scale)
+
+
+def _blocks(motion: Motion) -> list[np.ndarray]:
+    """Return the rows of each block of time; equal phases of a motion that repeats are one block, because errors of a model repeat too."""
+    time = motion.time[motion.rows]
+    elapsed, count = time - time[0], min(BLOCKS, len(time) // 2)
+    if (period := motion.period) is not None:
+        elapsed, count = elapsed % period, min(BLOCKS_IN_PERIOD, count)
+    number = np.minimum((count * elapsed / (period or elapsed[-1])).astype(int), count - 1)
+    rows = [np.flatnonzero(number == block) for block in range(count)]
+    return [block for block in rows if block.size]
 
 
 def _consistent(rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, target: np.ndarray, rows: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,10 @@
 """``bristle predict``: prediction of a log by a model."""
 
-from collections.abc import Mapping
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -21,12 +23,19 @@ from bristle.cli.options import (
 )
 from bristle.cli.terminal import NO
 
-EXAMPLE = """Example:
-  bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
+if TYPE_CHECKING:
+    from bristle.core import Axis, Content
+    from bristle.figures import ReportFigure
+    from bristle.logs import Log
+    from bristle.simulation import Prediction
+
+EXAMPLE = """Examples:
+  bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop
+  bristle predict arm other.csv --out prediction"""
 
 
 def predict(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file written by identify.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, or the results of an arm (DIR), both from identify.")],
     log: Annotated[Path, typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
@@ -41,19 +50,22 @@ def predict(
     Mode inverse predicts the effort from the measured motion. Mode closed-loop predicts effort and motion from the
     reference, with the controller of the axis file. Mode open-loop predicts the motion from the measured effort.
 
+    With the results of an arm, bristle predicts the efforts of all joints of LOG, with the bodies of the arm along LOG.
+
     If the model is a hysteresis operator, LOG contains its input and output, and bristle predicts the output.
     """
-    from bristle.core import InputError, Status
-    from bristle.files import holds_operator, origins_of_code, provenance, read_axis, read_model
-    from bristle.identification import Bands
+    from bristle.core import Status
+    from bristle.files import holds_operator, read_axis
     from bristle.logs import read_log
-    from bristle.prediction import predict as predicted
     from bristle.report.messages import message
-    from bristle.report.prediction import metrics_in_words, prediction_report, prediction_ruling, prediction_summary
+    from bristle.report.prediction import metrics_in_words
     from bristle.report.results import write_report
-    from bristle.testing import admit
 
     output.context.with_resource(own_readers(reader))
+    if model.is_dir():
+        refuse({"--axis": axis}, "is part of the results of an arm", "Leave it out, or name the model.toml of one axis")
+        refuse({"--figure": figure}, "applies to the report of one axis", "Name the model.toml of one axis")
+        return _predict_arm(model, log, mode, output, allow_code=allow_code)
     file, axis_file = toml_content(model), toml_content(axis)
     if holds_operator(file):
         from bristle.cli.operators import predict_operator
@@ -63,36 +75,17 @@ def predict(
         return 0
     further, code = own_figures(figure, "predict", has_folder=output.out is not None)
     with output.opened("predicting", [file, log, axis_file]) as (folder, _):
-        plant, friction, facts = read_model(file, allow_code=allow_code)
-        if plant is None:
-            raise InputError("is missing", path=f"{file.source}: plant", mend='Write [plant], model = "inertia" and M = ...')
-        admit(friction)
         described = read_axis(axis_file) if axis_file else None
         recorded = read_log(log, described, size_limit=size_limit())
-        bands = Bands(**facts["bands"]) if facts["bands"] else None
-        prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
-        own = origins_of_code([friction.component])
-        source = provenance(output.command, model=file, log=recorded, axis=axis_file, code=own, figure=code)
-        own_log = "::" not in str(log) and _was_fitted(recorded, facts["provenance"])
-        summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source, own_log=own_log)
+        options = {"mode": mode, "allow_code": allow_code, "axis_file": axis_file, "figures": further, "code": code}
+        prediction, summary, page = _predicted(file, recorded, described, output, page=bool(folder), **options)
         if folder:
-            page = prediction_report(
-                prediction,
-                plant=plant,
-                friction=friction,
-                log=recorded,
-                command=output.command,
-                axis_name=described.name if described else log.stem,
-                provenance=source,
-                own_log=own_log,
-                figures=further,
-            )
             write_report(folder, page, summary)
-    ruling = prediction_ruling(prediction, own_log=own_log)
+    words, reasons = summary["verdict"]["words"], summary["verdict"]["reasons"]
     found = [(diagnostic.severity, message(diagnostic)) for diagnostic in prediction.diagnostics]
     output.tell(
         summary,
-        f"{ruling.words}: {'; '.join(ruling.reasons)}." if ruling.reasons else f"{ruling.words}.",
+        f"{words}: {'; '.join(reasons)}." if reasons else f"{words}.",
         *(f"{word}: {value}" for word, value in metrics_in_words(prediction)),
         *(f"Note: {note}" for note in (*recorded.notes, *(text for severity, text in found if severity == "note"))),
         warnings=[
@@ -100,6 +93,67 @@ def predict(
             *([] if prediction.status is Status.OK else [prediction.status.sentence]),
         ],
     )
+    return 0 if summary["completed"] else NO
+
+
+def _predicted(
+    file: Content,
+    log: Log,
+    axis: Axis | None,
+    output: Output,
+    *,
+    mode: str,
+    allow_code: bool,
+    page: bool,
+    axis_file: Any = None,
+    figures: Sequence[ReportFigure] = (),
+    code: Any = (),
+) -> tuple[Prediction, dict[str, Any], str]:
+    """Return the prediction of a log by a model file, its numbers and, on request, its page."""
+    from bristle.core import InputError
+    from bristle.files import origins_of_code, provenance, read_model
+    from bristle.prediction import predict as predicted
+    from bristle.report.prediction import prediction_report, prediction_summary
+    from bristle.testing import admit
+
+    plant, friction, facts = read_model(file, allow_code=allow_code)
+    if plant is None:
+        raise InputError("is missing", path=f"{file.source}: plant", mend='Write [plant], model = "inertia" and M = ...')
+    admit(friction)
+    prediction = predicted(plant, friction, log, axis, mode, bands=facts["bands"] or None, **facts["treatment"])
+    own = origins_of_code([friction.component])
+    source = provenance(output.command, model=file, log=log, axis=axis_file, code=own, figure=code)
+    own_log = "::" not in log.origin.name and _was_fitted(log, facts["provenance"])
+    about = {"friction": friction, "provenance": source, "own_log": own_log}
+    summary = prediction_summary(prediction, notes=log.notes, **about)
+    name = axis.name if axis else log.source.stem
+    options = about | {"plant": plant, "log": log, "command": output.command, "axis_name": name, "figures": figures}
+    return prediction, summary, prediction_report(prediction, **options) if page else ""
+
+
+def _predict_arm(results: Path, log: Path, mode: str, output: Output, *, allow_code: bool) -> int:
+    """Predict the efforts of all joints of an arm; write a report for each joint and one with a row per joint."""
+    from bristle.arm import logs_of_joints
+    from bristle.core import InputError
+    from bristle.report.arm import arm_prediction
+    from bristle.report.results import write_report
+
+    with output.opened("predicting", [log]) as (folder, report):
+        joints = logs_of_joints(results, log, size_limit=size_limit())
+        summaries = dict[str, dict[str, Any]]()
+        for place, (name, (recorded, axis)) in enumerate(joints.items()):
+            report(place / len(joints), name)
+            model = results / name / "model.toml"
+            if not model.exists():
+                raise InputError("is missing, because the log of the identification did not identify this joint", path=str(model))
+            options = {"mode": mode, "allow_code": allow_code, "page": bool(folder)}
+            _, summaries[name], page = _predicted(toml_content(model), recorded, axis, output, **options)
+            if folder:
+                folder.write(f"{name}/report.html", page)
+        summary, table, page = arm_prediction(summaries, results.name, log.name, output.command)
+        if folder:
+            write_report(folder, page, summary)
+    output.tell(summary, f"{summary['verdict']['words']}.", table, *summary["verdict"]["reasons"])
     return 0 if summary["completed"] else NO
 
 

@@ -6,7 +6,7 @@ from bristle.core.kernel import kernel
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.core.axis import Axis, Column, Injected
+    from bristle.core.axis import Axis, Column, Injected, KnownColumn
     from bristle.core.content import SIZE_LIMIT, Content, Origin, Readable, content_of, size_in_words, size_of
     from bristle.core.contracts import (
         Component,

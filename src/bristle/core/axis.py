@@ -122,6 +122,8 @@ class KnownColumn:
         Effort for 1 `unit` of the column [N or N*m]; None to identify it.
     file : str
         Path of the second table, which has a column of time; empty if the log itself holds the column.
+    log : str
+        SHA-256 of the only log to which the second table belongs; empty for any log.
     """
 
     column: str = taken(TEXT)
@@ -130,6 +132,7 @@ class KnownColumn:
     unit: str = taken(TEXT, "")
     coefficient: float | None = taken(_COEFFICIENT, None)
     file: str = taken(TEXT, "")
+    log: str = taken(TEXT, "")
 
     @property
     def place(self) -> str:

@@ -59,6 +59,11 @@ class Origin:
     name: str
     checksum: str
 
+    @property
+    def mark(self) -> str:
+        """SHA-256 of the file, and the selected table of it."""
+        return self.checksum + "".join(self.name.partition("::")[1:])
+
 
 NOWHERE = Origin("", "")  # of data that were not read from a file
 

@@ -75,6 +75,9 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     """Return the axis described by the content of an axis file; paths in it refer to its `folder`."""
     check_schema(data)
     refuse_open(data)
+    if "joint" in data:
+        mend = "Name the axis file of one joint. To predict all, give the results of bristle identify --robot: bristle predict DIR LOG"
+        raise InputError("this axis file describes several joints", path="joint", mend=mend)
     refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
     if file.columns.position is None and file.columns.velocity is None:
@@ -252,7 +255,7 @@ def _known_columns(file: AxisFile, drive: Drive, folder: Path) -> tuple[KnownCol
         if entry.unit and not units.is_unit(entry.unit):
             raise InputError("is not a unit", path=f"{path}.unit", value=entry.unit)
         table = str(folder / entry.file) if entry.file else ""
-        columns.append(KnownColumn(entry.column, name, entry.optional, entry.unit, coefficient, table))
+        columns.append(KnownColumn(entry.column, name, entry.optional, entry.unit, coefficient, table, entry.log))
     return tuple(columns)
 
 
@@ -312,7 +315,7 @@ def _text_of(axis: Axis) -> bytes:
 
 
 def _known_entry(known: KnownColumn) -> dict[str, Any]:
-    optional = {"unit": known.unit or None, "coefficient": known.coefficient, "file": known.file or None}
+    optional = {"unit": known.unit or None, "coefficient": known.coefficient, "file": known.file or None, "log": known.log or None}
     return _entry(known, column=known.column, name=known.name, **optional)
 
 

@@ -1,5 +1,6 @@
 """Axis files with a table for each joint or axis of a common trace."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -10,13 +11,14 @@ from bristle.files.axis import read_axis
 from bristle.files.components import table_at
 from bristle.files.toml import as_toml, read_toml
 
-JOINT, NUMBER = "joint", "{joint}"  # table of a joint, and the text that stands for its number, from 1
+JOINT, NUMBER, INDEX = "joint", "{joint}", "{joint0}"  # table of a joint, and the texts that stand for its number from 1 and from 0
 
 
 def joints_in(content: Content) -> dict[str, dict[str, Any]]:
     """Return the axis files of the joints that a file describes, by name; empty for a file of one axis."""
     common = dict(read_toml(content, path="axis", what="an axis file").data)
     joints, described = common.pop(JOINT, []), dict[str, dict[str, Any]]()
+    base: int | None = None
     if not isinstance(joints, list):
         raise InputError("must be a list of tables", path=JOINT, value=joints, mend=f"Write [[{JOINT}]]")
     for number, entry in enumerate(joints, start=1):
@@ -25,7 +27,9 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
         if not isinstance(name, str) or name in described or not name.replace("-", "_").isidentifier():
             message = "must be a word that no other joint has"
             raise InputError(message, path=f"{JOINT}[{number - 1}].name", value=name, mend="Write a word of letters, digits and _")
-        described[name] = _numbered(_merged(common, own), str(number))
+        merged = _merged(common, own)
+        base = _base_of_names(merged, name, number, base)
+        described[name] = _numbered(merged, number)
         for known in described[name].get("known", []):  # the file of a joint may be written to another folder
             if isinstance(known, dict) and isinstance(known.get("file"), str):
                 known["file"] = str(content.source.absolute().parent / known["file"])
@@ -46,10 +50,29 @@ def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
-def _numbered(entry: Any, number: str) -> Any:
+def _base_of_names(table: Mapping[str, Any], name: str, number: int, base: int | None) -> int | None:
+    """Return the number from which the names of joints count; refuse a table that could take the columns of another joint."""
+    text, path = as_toml(table), f"{JOINT}[{number - 1}].name"
+    if f"[{NUMBER}]" in text:
+        mend = f"The columns of arrays in MAT, HDF5 and NPZ files count from 0: write [{INDEX}]. If yours count from 1, write [{{joint1}}]"
+        raise InputError(f"uses [{NUMBER}], which counts from 1", path=path, value=name, mend=mend)
+    in_name = re.search(r"(\d+)$", name)
+    if in_name is None or not any(place in text for place in (NUMBER, INDEX, "{joint1}")):
+        return base
+    own = int(in_name[1]) - number + 1
+    if own not in ((0, 1) if base is None else (base,)):
+        message = f"is the table of joint {number}, because {NUMBER} counts the tables"
+        mend = f"List all joints in order, or write the columns of this joint into its table without {NUMBER}"
+        raise InputError(message, path=path, value=name, mend=mend)
+    return own
+
+
+def _numbered(entry: Any, number: int) -> Any:
     """Return an entry with the number of the joint in all its texts."""
     if isinstance(entry, dict):
         return {key: _numbered(value, number) for key, value in entry.items()}
     if isinstance(entry, list):
         return [_numbered(value, number) for value in entry]
-    return entry.replace(NUMBER, number) if isinstance(entry, str) else entry
+    if not isinstance(entry, str):
+        return entry
+    return entry.replace(NUMBER, str(number)).replace(INDEX, str(number - 1)).replace("{joint1}", str(number))

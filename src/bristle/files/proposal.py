@@ -18,7 +18,7 @@ from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
-from bristle.logs.nameless import REVERSED, Proposed, joint_count, proposed_roles, roles_of_joint
+from bristle.logs.nameless import REVERSED, Proposed, array_roles, joint_count, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -209,7 +209,8 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     if table.tables:
         name, count = table.tables[0], len(table.tables)
         table = read_table(content, name, size_limit=limit)
-    roles, proposed = roles_of(table), proposed_roles(table)
+    roles = roles_of(table)
+    proposed = proposed_roles(table) or array_roles(table, roles)
     joints = joint_count(proposed)
     if joints:
         roles = replace(

@@ -183,6 +183,7 @@ class KnownEntry(Strict):
     unit: str = ""
     coefficient: Quantity = "identify"
     file: str = ""
+    log: str = ""
 
 
 class CoggingEntry(Strict):

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
-from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, write_model
+from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, provenance, write_model
 from bristle.fleet.plan import Fleet
 from bristle.identification import Estimate, Identification, Settings, identify, models_of
 from bristle.logs import LogFile, listed_logs, read_log, reading
@@ -114,7 +114,9 @@ class Identifier:
         if self.models is not None and axis is not None:
             (self.models / axis.name).mkdir(exist_ok=True)
             place = self.models / axis.name / "model.toml"
-            write_model(place, fit.plant, fit.friction, estimates=fit.estimates, treatment=identification.treatment)
+            treatment, bands = identification.treatment, fit.resampling and fit.resampling.bands
+            source = {key: text for key, text in provenance("", log=log).items() if text}
+            write_model(place, fit.plant, fit.friction, estimates=fit.estimates, provenance=source, treatment=treatment, bands=bands)
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
         row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}
         row["verdict"] = self.level_of(identification)

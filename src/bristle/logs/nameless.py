@@ -21,6 +21,7 @@ from bristle.logs.table import Table
 from bristle.logs.words import meaning_of
 
 _NUMBER = re.compile(r"[\s_\[({]*\d+[\])}]*$")  # as in column_1, data[0]
+_ARRAY = re.compile(r"(.*)\[(\d+)\]")
 MOST_ROWS, MOST_COLUMNS = 6000, 60  # of the search
 BLOCKS = (1, 3, 10)  # rows of a mean, for fine and for slow signals
 RATE, EQUAL = 0.97, 0.95  # correlation of a velocity with the rate of a position, and of a reference with its position
@@ -65,6 +66,25 @@ def proposed_roles(table: Table) -> tuple[Proposed, ...]:
         for name, role, joint, evidence in max(searches, key=lambda roles: sum(role == "effort" for _, role, _, _ in roles)):
             described[name] = replace(described[name], role=role, joint=joint, evidence=evidence)
     return tuple(described.values())
+
+
+def array_roles(table: Table, roles: Roles) -> tuple[Proposed, ...]:
+    """Return the roles of the columns of arrays, a column for each joint, if the names of motion and effort show them; else empty."""
+    stems = {channel: _ARRAY.fullmatch(role.column) for channel, role in roles.channels.items()}
+    arrays = {channel: stem[1] for channel, stem in stems.items() if stem is not None and stem[2] == "0"}
+    counts = {channel: sum(name.startswith(f"{stem}[") for name in table.names) for channel, stem in arrays.items()}
+    count = counts.get("position", counts.get("velocity", 0))
+    if count < 2 or counts.get("effort") != count:
+        return ()
+    arrays = {channel: stem for channel, stem in arrays.items() if counts[channel] == count}
+    place = {f"{stem}[{joint}]": (channel, joint + 1) for channel, stem in arrays.items() for joint in range(count)}
+    place |= {roles.channels["time"].column: ("time", 0)} if "time" in roles.channels else {}
+    evidence = {name: f"column {joint - 1} of an array, joint {joint}" if joint else "its name" for name, (_, joint) in place.items()}
+    described = {name: _described(name, values) for name, values in table.columns.items()}
+    return tuple(
+        replace(entry, role=place[name][0], joint=place[name][1], evidence=evidence[name]) if name in place else entry
+        for name, entry in described.items()
+    )
 
 
 def joint_count(proposed: Iterable[Proposed]) -> int:

@@ -100,6 +100,9 @@ def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT)
         if not term.file:
             continue
         assert axis is not None
+        if term.log and term.log != table.origin.mark:
+            mend = "Predict the other log of an arm with its folder of results: bristle predict DIR LOG"
+            raise InputError("holds the efforts of the bodies along another log", path=f"known[{number}].file", value=term.file, mend=mend)
         path, second = f"known[{number}]", read_table(term.file, size_limit=size_limit)
         name = second.name_of(term.column)
         if name is None:

@@ -50,7 +50,7 @@ CHANNELS = {
     velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
     **CHANNELS,
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))),
-    bands=optional(instance(Bands, "an object of class Bands")),
+    bands=optional(instance(Bands, "an object of class Bands", read=lambda table: Bands(**table) if isinstance(table, dict) else table)),
 )
 def predict(
     plant: Model,
@@ -66,7 +66,7 @@ def predict(
     smoothing: Amount | None = None,
     slow: Amount | None = None,
     lag: Amount | None = None,
-    bands: Bands | None = None,
+    bands: Any = None,
     position_smoothing: Amount | None = None,
 ) -> Prediction:
     """Predict a log with a model.
@@ -101,8 +101,8 @@ def predict(
     lag : float or str, optional
         Time constant of the drive after its controller, found by the identification [s], for the closed loop;
         by default the lag in the axis file.
-    bands : Bands, optional
-        Uncertainty of the model; the prediction then has a 95 % band.
+    bands : Bands or dict, optional
+        Uncertainty of the model, or its table in a model file; the prediction then has a 95 % band.
     position_smoothing : float or str, optional
         Time constant of a filter on the position, found by the identification [s], for the inverse mode.
 

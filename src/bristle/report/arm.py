@@ -1,10 +1,11 @@
 """Report of an arm: its bodies, base parameters with intervals, and the files for other programs."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from bristle.arm import Arm
-from bristle.core import number
-from bristle.report.page import Section
+from bristle.core import number, with_unit
+from bristle.report.page import Front, Ruling, Section, about, page_of
 from bristle.report.table import Table, percent_text
 
 UNITS = {"m": "kg", "mc": "kg·m", "I": "kg·m²", "J": "kg·m²"}
@@ -51,3 +52,33 @@ def arm_sections(arm: Arm) -> list[Section]:
         "positive masses, and otherwise the values of the robot file."
     )
     return [Section("arm", "The arm", [text, joints_table(arm), base_table(arm)], "Arm")]
+
+
+def arm_prediction(joints: Mapping[str, Mapping[str, Any]], name: str, log: str, command: str) -> tuple[dict[str, Any], Table, str]:
+    """Return the predictions of all joints of an arm in numbers, as a table and as a page; the verdict is that of the worst joint."""
+    levels = ("no", "with_care", "usable")
+    worst = min((entry["verdict"]["level"] for entry in joints.values()), key=levels.index)
+    words = {"no": "The model of a joint is not valid here", "with_care": "The model is valid, with care", "usable": "The model is valid"}
+    reasons = [
+        f"{name}: {'; '.join(entry['verdict']['reasons'])}" for name, entry in joints.items() if entry["verdict"]["level"] != "usable"
+    ]
+    completed = all(entry["completed"] for entry in joints.values())
+    ruling, table = Ruling(worst, words[worst], tuple(reasons)), _predicted_table(joints)
+    text = "The bodies of the arm give the effort along this log. The folder of each joint contains its report."
+    front = Front(f"{name}: is the model valid?", about(f"log {log}", f"{len(joints)} joints"), ruling)
+    provenance = next(iter(joints.values()))["provenance"]
+    page = page_of(front, [Section("joints", "The joints", [text, table])], command=command, provenance=provenance)
+    return {"joints": dict(joints), "verdict": ruling.as_data(), "completed": completed}, table, page
+
+
+def _predicted_table(joints: Mapping[str, Mapping[str, Any]]) -> Table:
+    """Return the error of the predicted effort of each joint, and the share of the effort inside its band."""
+    rows = []
+    for name, entry in joints.items():
+        metrics, inside = entry["metrics"], entry["inside_band_percent"]
+        percent, rmse = metrics["force_error_percent"], metrics["force_rmse"]
+        texts = ["–" if value is None else text(value) for value, text in ((percent, percent_text), (inside, percent_text))]
+        error = "–" if rmse is None else with_unit(rmse, metrics["force_unit"])
+        rows.append((name, texts[0], error, texts[1], entry["verdict"]["words"]))
+    heads = ("Joint", "Effort error", "rms", "Effort inside the 95 % band", "Verdict")
+    return Table("Prediction of the other log", heads, rows).without_empty_columns()
