@@ -19,8 +19,8 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
-CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".cc", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex", ".typed"}
-CARRIED |= {".comp", ".hal", ".jinja"}  # of LinuxCNC; Python for robot simulators
+CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".cc", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex"}
+CARRIED |= {".typed", ".comp", ".hal", ".jinja"}  # of LinuxCNC; Python for robot simulators
 LICENCES = """
 import json
 from importlib.metadata import distributions
