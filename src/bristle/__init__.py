@@ -16,7 +16,7 @@ from bristle.loading import loaded_from
 from bristle.removed import install
 
 if TYPE_CHECKING:
-    from bristle import controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
+    from bristle import arm, controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.core.axis import Axis
     from bristle.engine import response

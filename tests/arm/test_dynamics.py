@@ -35,6 +35,7 @@ def test_gravity_and_inertia_are_found_beside_friction(estimated):
     assert set(values) == {"hinge.J", "hinge.mc_x", "hinge.mc_y"}
     for name, true in (("hinge.J", 2.0), ("hinge.mc_x", 3.0), ("hinge.mc_y", -1.0)):
         assert abs(values[name].value - true) < 1.5 * values[name].half_width < 0.3
+    assert estimated.rotors_in_sums == {"hinge"}
     assert dict(values["hinge.J"].members) == pytest.approx({"hinge.J": 1.0, "hinge.I_zz": 1.0})
 
 

@@ -7,8 +7,8 @@ import pytest
 from tests.arm.conftest import DT, Pendulum, swing
 
 import bristle as br
-import bristle.arm
 from bristle.core import InputError
+from bristle.report.arm import joints_table
 
 JOINTS = """schema = 1
 kind = "rotational"
@@ -46,13 +46,14 @@ def arm(tmp_path, monkeypatch):
     np.savetxt(tmp_path / "arm.csv", rows, "%.12g", ",", header="t,q,u", comments="")
     (tmp_path / "arm.urdf").write_text("<robot/>")
     (tmp_path / "joints.toml").write_text(JOINTS)
-    return bristle.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml"))
+    return br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml"))
 
 
 def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
     axes = arm.write(tmp_path / "arm")
     assert [axis.name for axis in axes] == ["hinge"]
-    assert (tmp_path / "arm" / "joints" / "hinge.toml").exists()
+    assert "only in a sum with bodies" in (tmp_path / "arm" / "joints" / "hinge.toml").read_text()
+    assert joints_table(arm).rows[0][-1].endswith("(only in a sum)")
     (axis,) = axes
     result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
     assert type(result).__name__ == "Identified"
@@ -64,4 +65,4 @@ def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
 def test_a_file_without_joints_is_refused(arm, tmp_path):
     (tmp_path / "joints.toml").write_text(JOINTS.partition("[[joint]]")[0])
     with pytest.raises(InputError, match="joint: is missing"):
-        bristle.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", tmp_path / "joints.toml")
+        br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", tmp_path / "joints.toml")

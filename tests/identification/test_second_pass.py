@@ -11,13 +11,14 @@ from tests.identification.test_structure import WEIGHT, swinging, with_scatter
 
 import bristle as br
 from bristle.core import Axis, Diagnostic
-from bristle.core.axis import Cogging
+from bristle.core.axis import Cogging, KnownColumn
 from bristle.core.errors import InputError
 from bristle.files import axis_text, read_axis
 from bristle.identification import identify
 from bristle.identification.second_pass import axis_with, proposed_lines
+from bristle.logs import Channel
 from bristle.report.brief import brief
-from bristle.report.messages import second_pass_of
+from bristle.report.messages import message, second_pass_of
 from bristle.report.notebook import as_html
 
 identifying = importlib.import_module("bristle.identification.identify")
@@ -168,6 +169,21 @@ def test_gravity_of_a_link_is_taken():
     assert result.axis.gravity
     assert np.hypot(result.parameters["g_sin"].value, result.parameters["g_cos"].value) == pytest.approx(WEIGHT, rel=0.04)
     assert "the gravity of a link" in second_pass_of(result.best)
+
+
+def test_a_joint_with_the_bodies_of_an_arm_has_no_second_gravity():
+    motion = swinging()
+    bodies = 0.3 * WEIGHT * np.sin(2.0 * motion.position)
+    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4) + bodies
+    log = replace(log_of(motion, effort, step=1e-6, kind="rotational"), regressors=(Channel(bodies, "1", "arm"),))
+    known = KnownColumn("arm", "arm", coefficient=1.0, log="0" * 64)
+    axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6, regressors=(known,))
+    result = br.identify(log, "coulomb_viscous", axis=axis, draws=0)
+    codes = [diagnostic.code for diagnostic in result.best.diagnostics]
+    assert "bodies_differ" in codes
+    assert "missing_gravity" not in codes
+    assert not result.axis.gravity
+    assert "identify the arm again" in message(result.best.diagnostics[codes.index("bodies_differ")])
 
 
 def proposing(*diagnostics):

@@ -66,6 +66,8 @@ class Arm:
             plant = {"inertia" if table.get("kind") == "rotational" else "mass": rotor} | table.get("plant", {})
             axis = table | {"plant": plant, "known": [*table.get("known", []), entry]}
             head = f"# Effort of the arm: SHA-256 {hashlib.sha256(known_effort).hexdigest()}\n"
+            if name in self.dynamics.rotors_in_sums:
+                head += "# The log determines the inertia of this rotor only in a sum with bodies: see the base parameters.\n"
             contents |= {f"{FOLDER}/{name}.csv": known_effort, f"{FOLDER}/{name}.toml": (head + as_toml(axis)).encode()}
         return contents
 

@@ -54,6 +54,12 @@ class Dynamics:
     errors: np.ndarray
     """Root mean square of the residual over that of the effort of each joint, with `bodies` and any friction in the columns."""
 
+    @property
+    def rotors_in_sums(self) -> frozenset[str]:
+        """The joints whose rotor inertia is only determined in a sum with parameters of bodies."""
+        rotors = (entry for entry in self.base if entry.name.endswith(f".{ROTOR}"))
+        return frozenset(entry.name.removesuffix(f".{ROTOR}") for entry in rotors if len(entry.members) > 1)
+
 
 def names_of(joints: Sequence[str]) -> list[str]:
     """Return the names of the dynamic parameters: rotors first, then the bodies."""

@@ -222,7 +222,7 @@ def _passed(
 
     def judged() -> list[Fit]:
         best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
-        best = with_structure(best, estimations[best.name], settings, context.prior.pitch, [fit.name for fit in rest], context.coupling)
+        best = with_structure(best, estimations[best.name], settings, context.prior, [fit.name for fit in rest], context.coupling)
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     ranked, interrupted = to_the_end(judged)

@@ -248,6 +248,7 @@ class PriorKnowledge:
     free: tuple[str, ...] = ()  # shapes
     offset_reason: str = STATED
     measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # before the fit: value and half-width of its 95 % interval
+    has_bodies: bool = False  # whether a known effort is that of the bodies of an arm
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:

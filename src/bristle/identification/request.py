@@ -178,12 +178,13 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     values |= {f"known_{known.name}": known.coefficient for known in axis.regressors if known.coefficient is not None}
     constant = offset if offset is not None else axis.offset
+    has_bodies = any(known.log for known in axis.regressors)
     if isinstance(constant, str) and constant == "identify":
-        return PriorKnowledge(None, values, plant, axis.pitch)
+        return PriorKnowledge(None, values, plant, axis.pitch, has_bodies=has_bodies)
     force = quantity(constant, OFFSET, kind, path="offset")
     if not math.isfinite(force):
         raise InputError("must be a number", path="offset", value=constant, allowed='a force, or "identify"')
-    return PriorKnowledge(force, values, plant, axis.pitch)
+    return PriorKnowledge(force, values, plant, axis.pitch, has_bodies=has_bodies)
 
 
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:

@@ -22,7 +22,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.missing_force import Missing, missing_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Role, name_of, names_of
+from bristle.identification.parameters import PriorKnowledge, Role, name_of, names_of
 from bristle.identification.play import play_at_flanks
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
@@ -77,7 +77,7 @@ def with_structure(
     fit: Fit,
     estimation: Estimation,
     settings: Settings,
-    lead: float | None = None,
+    prior: PriorKnowledge | None = None,
     compared: Collection[str] = (),
     coupling: Elastic | None = None,
 ) -> Fit:
@@ -107,7 +107,9 @@ def with_structure(
         "causes": tuple(map(attrgetter("cause"), missing)),
         "small": int(lacking < settings.missing_force * level),
     }
-    named = [_diagnostic(force, level, fit.friction, lead, compared) for force in missing]
+    named = [_diagnostic(force, level, fit.friction, prior and prior.pitch, compared) for force in missing]
+    if prior is not None and prior.has_bodies:  # the known effort contains their gravity
+        named = [replace(entry, code="bodies_differ") if entry.code == CODES["gravity"] else entry for entry in named]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)

@@ -8,6 +8,7 @@ from bristle.core import number, with_unit
 from bristle.report.page import Front, Ruling, Section, about, page_of
 from bristle.report.table import Table, percent_text
 
+IN_SUM = " (only in a sum)"
 UNITS = {"m": "kg", "mc": "kg·m", "I": "kg·m²", "J": "kg·m²"}
 
 
@@ -15,8 +16,11 @@ def arm_summary(arm: Arm) -> dict[str, Any]:
     """Return the dynamics of an arm in numbers, in SI."""
     dynamics = arm.dynamics
     rows = zip(arm.tables, dynamics.errors.tolist(), dynamics.bodies.tolist(), dynamics.rotors.tolist(), strict=True)
+    in_sums = dynamics.rotors_in_sums
     return {
-        "joints": {name: {"error": error, "body": body, "rotor": rotor} for name, error, body, rotor in rows},
+        "joints": {
+            name: {"error": error, "body": body, "rotor": rotor, "rotor_in_sum": name in in_sums} for name, error, body, rotor in rows
+        },
         "base_parameters": {
             entry.name: {"value": entry.value, "half_width": entry.half_width, "sum_of": dict(entry.members)} for entry in dynamics.base
         },
@@ -26,7 +30,13 @@ def arm_summary(arm: Arm) -> dict[str, Any]:
 def joints_table(arm: Arm) -> Table:
     """Return the error of each joint with the bodies of the arm and any friction, its body and its rotor."""
     rows = [
-        (name, percent_text(100.0 * error), number(body[0]), *(number(value, 1e-3) for value in body[1:4] / body[0]), number(rotor))
+        (
+            name,
+            percent_text(100.0 * error),
+            number(body[0]),
+            *(number(value, 1e-3) for value in body[1:4] / body[0]),
+            number(rotor) + (IN_SUM if name in arm.dynamics.rotors_in_sums else ""),
+        )
         for name, error, body, rotor in zip(arm.tables, arm.dynamics.errors, arm.dynamics.bodies, arm.dynamics.rotors, strict=True)
     ]
     heads = ("Joint", "Error without a friction model", "Mass [kg]", "Centre x [m]", "y [m]", "z [m]", "Rotor inertia [kg·m²]")
@@ -49,7 +59,7 @@ def arm_sections(arm: Arm) -> list[Section]:
     """Return the sections of the report on an arm."""
     text = (
         "The efforts determine the base parameters, which are sums of the parameters of the bodies. The bodies below have these sums, "
-        "positive masses, and otherwise the values of the robot file."
+        f"positive masses, and otherwise the values of the robot file. A rotor inertia{IN_SUM} has no value of its own: read the sum."
     )
     return [Section("arm", "The arm", [text, joints_table(arm), base_table(arm)], "Arm")]
 

@@ -316,6 +316,13 @@ STRUCTURE: dict[str, Sentence] = {
         "gravity of a link acts on the axis, and the model of the plant lacks it",
         'write `gravity = "link"` under `[plant]` of the axis file',
     ),
+    "bodies_differ": says(
+        "gravity of the bodies of the arm is not that of this joint: the effort also varies with the sine and cosine of the angle, up to "
+        "{amplitude:force}. The model does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. Next: record "
+        "more poses and identify the arm again",
+        "the bodies of the arm do not explain all gravity of this joint",
+        "record more poses and identify the arm again. Check units and signs of all joints, and the direction of gravity in the robot file",
+    ),
     "missing_channel": _missing(
         "friction changes with the recorded {channel}. The missing part is {force:force} rms, {percent:.2g} % of friction",
         "`{model}`",
