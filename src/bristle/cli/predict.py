@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from bristle.logs import Log
     from bristle.simulation import Prediction
 
-EXAMPLE = """Examples:
+EXAMPLE = """Example:
   bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop
   bristle predict arm other.csv --out prediction"""
 

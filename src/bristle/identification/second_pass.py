@@ -125,12 +125,12 @@ def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Pass
         again, after = tried(lines)
         taken = after < (1.0 - gain) * before
         for reason in dict.fromkeys(line.reason for line in lines):
-            others = tuple(line for line in lines if line.reason != reason)
-            if not taken or not others:
+            rest = tuple(line for line in lines if line.reason != reason)
+            if not taken or not rest:
                 break
-            without, error = tried(others)
+            without, error = tried(rest)
             if after >= (1.0 - gain) * error:
-                lines, again, after = others, without, error
+                lines, again, after = rest, without, error
     except KeyboardInterrupt:
         return first._replace(unfinished=INTERRUPTED), None
     second = SecondPass(lines, before, after, taken)

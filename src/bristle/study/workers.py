@@ -153,7 +153,7 @@ class Crew:
     def _end(self) -> None:
         with self._lock:
             self._ends = True
-            for process in self.processes:
+            for process in list(self.processes):
                 process.kill()
 
 
