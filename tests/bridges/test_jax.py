@@ -113,7 +113,7 @@ def test_single_precision_is_refused_by_name(friction):
     ("arguments", "text"),
     [
         ({"parameters": {"F_c": 2.0}}, "parameters: no such name; found 'F_c'"),
-        ({"load": 1.0}, "signals: no such name; found 'load', allowed none"),
+        ({"load": 1.0}, "signals: no such name; found 'load', allowed no signals"),
         ({"parameters": np.ones(3)}, "parameters: has a wrong shape; found (3,), allowed (..., 7)"),
         ({"state": np.zeros(2)}, "state: has a wrong shape; found (2,), allowed (..., 4)"),
     ],

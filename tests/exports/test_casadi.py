@@ -10,7 +10,9 @@ from tests.exports.test_c_derivatives import DT, SLOTS, example, in_python
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.engine import interpreted
+from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
+from bristle.translation.tree import INTEGER
 
 casadi = pytest.importorskip("casadi")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -84,3 +86,18 @@ def test_an_invalid_input_stops_the_evaluation(tmp_path):
 def test_an_operator_is_refused(tmp_path):
     with pytest.raises(InputError, match="operators"):
         br.export(br.hysteresis.play(r=1.0), "casadi", tmp_path / "out")
+
+
+def test_a_state_that_is_not_of_the_model_is_refused(tmp_path):
+    model = example("preisach_lugre", ())
+    step, initial = functions(model, tmp_path / "out")
+    state, exported = initial.call([])
+    ended = step.call([state, 1e-6, DT, exported])
+    place = next(1 + k for k, (_, kind) in enumerate(subject_of(model).state.fields) if kind == INTEGER)
+    for value in (-1.0, 1e9, float("nan")):
+        wrong = casadi.DM(state)
+        wrong[place] = value
+        with pytest.raises(RuntimeError):
+            step.call([wrong, 1e-6, DT, exported])
+        with pytest.raises(RuntimeError):
+            step.forward(1).call([wrong, 1e-6, DT, exported, *ended, 0.0 * state, 1.0, 0.0, 0.0 * exported])

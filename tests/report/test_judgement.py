@@ -19,7 +19,18 @@ from bristle.prediction.drive_table import level_values
 from bristle.prediction.following import Following
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, next_steps, why_only_similar
-from bristle.report.judgement import DOUBTS, LACKING, WRITTEN_BY, _error, feedforward_text, judged, misfit, next_measurements, ruling_of
+from bristle.report.judgement import (
+    DOUBTS,
+    LACKING,
+    WRITTEN_BY,
+    _error,
+    feedforward_of,
+    feedforward_text,
+    judged,
+    misfit,
+    next_measurements,
+    ruling_of,
+)
 from bristle.report.messages import warnings_of
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
@@ -305,3 +316,18 @@ def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
     assert ruling_of(whole).reasons == (f"friction of the load: {SENTENCES['sign_reversed'].means}",)
     whole.two_masses.load = None  # one encoder
     assert ruling_of(whole) == judged(bad.best, USUAL)
+
+
+def test_a_contradicted_loop_asks_for_care_with_two_encoders(actual):
+    good = SimpleNamespace(best=actual.best, settings=USUAL)
+    whole = SimpleNamespace(**vars(good), two_masses=SimpleNamespace(load=good, sides={"motor": good, "load": good}))
+    code = next(iter(SENTENCES))
+    contradicted = SimpleNamespace(contradiction=Diagnostic(code))
+    assert ruling_of(whole).level == "usable"
+    assert ruling_of(whole, contradicted) == ("with_care", "Use with care", (SENTENCES[code].means,))
+
+
+def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
+    text = feedforward_text(actual.best)
+    for masses, expected in ((None, text), (SimpleNamespace(), f"of one mass: {text}")):
+        assert feedforward_of(SimpleNamespace(best=actual.best, two_masses=masses)) == expected

@@ -137,9 +137,9 @@ def _half_widths(columns: np.ndarray, residual: np.ndarray, frictions: Sequence[
     for rows, change in zip(blocks, changes, strict=True):
         left, score = gram.copy(), np.zeros(len(gram))
         for joint, friction in enumerate(frictions):
-            part, beside = columns[rows, joint], friction[rows]
-            lost = np.linalg.pinv(np.eye(beside.shape[1]) - beside.T @ beside, rcond=1e-10, hermitian=True)
-            freed = part + beside @ (lost @ (beside.T @ part))
+            part, basis = columns[rows, joint], friction[rows]
+            lost = np.linalg.pinv(np.eye(basis.shape[1]) - basis.T @ basis, rcond=1e-10, hermitian=True)
+            freed = part + basis @ (lost @ (basis.T @ part))
             left -= freed.T @ part
             score += freed.T @ residual[rows, joint]
         change[:] = np.linalg.pinv(left, rcond=1e-14, hermitian=True) @ score

@@ -1,4 +1,4 @@
-"""Bridges to python-control, scikit-learn, Drake and Gymnasium, imported on first use."""
+"""Bridges to python-control, scikit-learn, Drake and Gymnasium, imported on first use; `jax` and `torch` are modules of their own."""
 
 from typing import TYPE_CHECKING
 

@@ -96,7 +96,7 @@ class CompiledFriction(ABC):
         for kind, names, allowed in (("signals", signals, walk.signals), ("parameters", parameters, walk.parameters)):
             for name in set(names) - set(allowed) if isinstance(names, Mapping) else ():
                 raise InputError(
-                    "no such name", path=kind, value=name, mend=did_you_mean(name, allowed), allowed=", ".join(allowed) or "none"
+                    "no such name", path=kind, value=name, mend=did_you_mean(name, allowed), allowed=", ".join(allowed) or f"no {kind}"
                 )
         around = [self._array(signals.get(name, usual), name) for name, usual in walk.signals.items()]
         x = self._array(x, "x")

@@ -19,7 +19,7 @@ from bristle.exports.c_code import Printer
 from bristle.exports.c_parts import CONSTANT, place_of
 from bristle.exports.described import meaning_of
 from bristle.exports.printing import wrapped
-from bristle.exports.subject import Subject, hash_of, settled_subject
+from bristle.exports.subject import Subject, capacity_of, hash_of, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
 from bristle.translation.build import Builder
 from bristle.translation.derivative import Activity, activity_of, is_active, tangent_of, type_of_tangent
@@ -67,6 +67,18 @@ class DerivedStep:
             "d_force": "step.part_1.part_0" if is_active(self.leaving[0]) else "0.0",  # type: ignore[index]
             "d_after": self._after(printer),
         }
+
+    def fields(self, printer: Printer) -> list[dict[str, Any]]:
+        """Return name, type and, of an integer, the number of values of each field of the state."""
+        subject = self.subject
+        return [
+            {
+                "name": printer.names.variable(name),
+                "type": printer.type_name(kind),
+                "capacity": kind != REAL and capacity_of(name, subject.memory_size),
+            }
+            for name, kind in subject.state.fields
+        ]
 
     @property
     def derived(self) -> Any:

@@ -8,7 +8,6 @@ from bristle.exports.c_derivatives import derived_step
 from bristle.exports.c_parts import place_of
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Product, Request
-from bristle.translation.tree import REAL
 
 
 class CasadiFiles(CFiles):
@@ -20,11 +19,7 @@ class CasadiFiles(CFiles):
         """Return the facts of the templates."""
         assert self.derived is not None
         subject, printer = self.subject, self.new_printer()
-        fields: list[dict[str, Any]] = []
-        for at, (name, kind) in enumerate(subject.state.fields, 1):
-            is_real = kind == REAL
-            cast = "" if is_real else f"({printer.type_name(kind)})"
-            fields.append({"name": printer.names.variable(name), "real": is_real, "cast": cast, "at": at})
+        fields = [field | {"at": at} for at, field in enumerate(self.derived.fields(printer), 1)]
         numbers = [f"parameters.{place_of(name, within, printer)}" for name, within, _ in self.derived.tuned.numbers()]
         return super().facts() | {"fields": fields, "numbers": numbers, "states": 1 + len(fields) + subject.memory_size}
 

@@ -26,10 +26,10 @@ from bristle.exports.c import FLAGS, PATIENCE, CFiles, compiler, written_files
 from bristle.exports.c_code import Printer
 from bristle.exports.c_derivatives import DerivedStep, derived_step
 from bristle.exports.described import rendered
-from bristle.exports.subject import capacity_of, subject_of
+from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
 from bristle.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
-from bristle.translation.tree import REAL, Function
+from bristle.translation.tree import Function
 
 RECORDED = {
     tangent_sum: "tape_sum(a, b)",
@@ -136,23 +136,18 @@ class CompiledWalk:
                     (Path(place) / name).write_text(text, encoding="ascii")
                 built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
                 if built.returncode:
-                    raise InputError(f"failed: {built.stderr.strip().splitlines()[0]}", path=command)
+                    raise InputError(f"failed: {built.stderr.strip() or built.returncode}", path=command)
                 os.replace(Path(place) / "built", library)
         return library
 
 
 def _files(derived: DerivedStep) -> dict[str, str]:
     """Return the text of the C files by name."""
-    subject, size = derived.subject, derived.subject.memory_size
-    files, printer = dict[str, str](), Printer(subject.unit)
+    subject, files = derived.subject, dict[str, str]()
     for name, kind in (("friction", CFiles), ("taped", TapeFiles)):
         request = Request(subject.model, name, 1e-3, tunable=True)
         files |= written_files(TEMPLATES, name, kind(subject, request, derived=derived).facts(), {}, request.source)
-    fields = [
-        {"name": printer.names.variable(name), "type": printer.type_name(kind), "capacity": kind != REAL and capacity_of(name, size)}
-        for name, kind in subject.state.fields
-    ]
-    facts = {"fields": fields, "memory": size, "signals": list(subject.signals)}
+    facts = {"fields": derived.fields(Printer(subject.unit)), "memory": subject.memory_size, "signals": list(subject.signals)}
     return files | {"tape.h": rendered("c/tape.h", {}), "walk.c": rendered("c/walk.c", facts)}
 
 

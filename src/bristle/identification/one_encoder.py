@@ -30,6 +30,7 @@ from bristle.identification.two_encoders import (
     KAPPA,
     M_1,
     M_2,
+    UNKNOWN,
     VISCOUS_1,
     VISCOUS_2,
     Cut,
@@ -97,10 +98,9 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
     if spectra is None:
         return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
     start = np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0])
-    free, fit = (
-        OneEncoder(spectra, from_response, np.zeros((spectra.frequency.size, 1, 1), complex)) for from_response in (Prior(), prior)
-    )
-    differs = np.abs(_frequencies(free.nearest(start)) - frequencies)
+    left = np.zeros((spectra.frequency.size, 1, 1), complex)
+    free, fit = OneEncoder(spectra, UNKNOWN, left), OneEncoder(spectra, prior, left)
+    differs = np.abs(_frequencies(free.converged(start)[1]) - frequencies)
     contradicted = bool(np.max(differs / prior.errors) > CONTRADICTED and np.max(differs) < math.log1p(ALIKE))
     solved = (free if contradicted else fit).solution(start)
     masses, fitted = solved.masses, _frequencies(solved.point)

@@ -102,10 +102,10 @@ def without_sensor(log: Log, sensor_delay: float, delay: float) -> Log:
 def alone(log: Log, effort: np.ndarray, *, load: bool = False, softness: float = 0.0) -> Log:
     """Return the log of the motor or of the load, of one mass; the `softness` of a coupling gives the load a position."""
     assert log.effort is not None
-    alone = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
+    bare = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
     encoder, force = log.further.get(LOAD_ENCODER, log.position), Channel(effort, log.effort.unit, log.effort.column)
     position = Channel(encoder.values - softness * effort, log.position.unit, encoder.column)
-    return replace(alone, position=position if load else log.position, effort=force)
+    return replace(bare, position=position if load else log.position, effort=force)
 
 
 def side_logs(log: Log, masses: Masses, lost: LostMotion, *, measured: bool = False) -> tuple[Log, Log]:

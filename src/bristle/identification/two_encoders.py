@@ -249,11 +249,7 @@ class MassFit:
     lowest: ClassVar[np.ndarray] = np.array([0.0] * 3 + [-np.inf] * 6)  # of the parameters
     highest: ClassVar[np.ndarray] = np.full(9, np.inf)
 
-    def nearest(self, point: np.ndarray) -> np.ndarray:
-        """Return the solution near a point."""
-        return self._converged(point)[1]
-
-    def _converged(self, point: np.ndarray) -> tuple[MassFit, np.ndarray]:
+    def converged(self, point: np.ndarray) -> tuple[MassFit, np.ndarray]:
         """Return the fit with the residuals of its solution near a point, and this solution."""
         fit, total = self, self.spectra.total()
         for _ in range(PASSES):
@@ -264,7 +260,7 @@ class MassFit:
     def solution(self, point: np.ndarray) -> Solved:
         """Return the solution near a point, with those of a jackknife over blocks of slides."""
         spectra, total = self.spectra, self.spectra.total()
-        fit, point = self._converged(point)
+        fit, point = self.converged(point)
         count = min(BLOCKS, spectra.lengths.size)
         ends = np.linspace(0, spectra.lengths.size, count + 1).astype(int)
         blocks = [fit.solved(point, spectra.total(slice(a, b)), 3) for a, b in pairwise(ends)]

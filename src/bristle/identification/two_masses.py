@@ -165,11 +165,11 @@ def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
     """Return logs without second encoder and sensor in the coupling, and the pairs if each log has the same of them."""
     if not any(name in log.further for log, _ in pairs for name in OF_COUPLING):
         return list(pairs), ()
-    apart = [
+    rest = [
         (replace(log, further={name: channel for name, channel in log.further.items() if name not in OF_COUPLING}), axis)
         for log, axis in pairs
     ]
-    return apart, pairs if any(_all_have(name, pairs) for name in OF_COUPLING) else ()
+    return rest, pairs if any(_all_have(name, pairs) for name in OF_COUPLING) else ()
 
 
 def _all_have(name: str, pairs: Pairs) -> bool:
@@ -299,7 +299,7 @@ def with_two_masses(
 
 
 def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
-    """Return a result with both masses of a coupling coupling by one encoder, or with the reason why the logs do not show them."""
+    """Return a result with both masses of a coupling that one encoder shows, or with the reason why the logs do not show them."""
     if coupling is None:
         return result
     if isinstance(coupling.masses, str):

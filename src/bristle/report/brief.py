@@ -9,7 +9,7 @@ from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.cards import no_gain
 from bristle.report.compensation import gain_of
-from bristle.report.judgement import DOUBTS, feedforward_text, is_one_sided, ruling_of
+from bristle.report.judgement import DOUBTS, feedforward_of, is_one_sided, ruling_of
 from bristle.report.messages import advice_of, second_pass_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
@@ -49,8 +49,7 @@ def brief(
     lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
     if ruling.level != "measure_again":
         lines += [*_to_type_in(fit, axis), *_gain(simulation, following)]
-    of_one_mass = "" if identification.two_masses is None else "of one mass: "
-    return [*lines, Line("Feedforward", of_one_mass + feedforward_text(fit)), verdict(ruling)]
+    return [*lines, Line("Feedforward", feedforward_of(identification)), verdict(ruling)]
 
 
 def advice_to_record(fit: Fit) -> str:

@@ -15,7 +15,7 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import Step, cards_of, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, feedforward_text, is_one_sided, misfit, next_measurements, ruling_of
+from bristle.report.judgement import WRITTEN_BY, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
@@ -143,7 +143,7 @@ def identification_report(
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
         next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
-        feedforward=feedforward_text(fit),
+        feedforward=feedforward_of(identification),
     )
     return report_page("identification", facts, front, sections, living=living, **options)
 

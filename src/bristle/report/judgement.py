@@ -151,6 +151,12 @@ def feedforward_text(fit: Fit) -> str:
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
 
 
+def feedforward_of(identification: Identification) -> str:
+    """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
+    of_one = getattr(identification, "two_masses", None) is not None  # saved results contain one mass only
+    return "of one mass: " * of_one + feedforward_text(identification.best)
+
+
 def is_one_sided(fit: Fit) -> bool:
     """Return whether the level of friction is unknown in a direction."""
     levels = level_values(fit)

@@ -92,7 +92,7 @@ def _of_identification(identified: Any) -> list[str]:
     from bristle.report.brief import brief  # with matplotlib, which a model does without
     from bristle.report.cards import cards_of
     from bristle.report.compensation import gain_of
-    from bristle.report.judgement import LEVELS, feedforward_text, ruling_of
+    from bristle.report.judgement import LEVELS, feedforward_of, ruling_of
     from bristle.report.messages import second_pass_of, warnings_of
     from bristle.report.page import Ruling, macro, worded
 
@@ -117,7 +117,7 @@ def _of_identification(identified: Any) -> list[str]:
         return gain_at_reversal(simulation, [step.name for step in gained.steps[-2:]])
 
     verdict = Markup('<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>')
-    facts = (f"Feedforward: {feedforward_text(fit)}", second_pass_of(fit))
+    facts = (f"Feedforward: {feedforward_of(identified)}", second_pass_of(fit))
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),

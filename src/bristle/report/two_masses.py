@@ -51,7 +51,7 @@ def two_masses_table(identification: Identification) -> Table | None:
     masses = identification.two_masses
     if masses is None:
         return None
-    rows = [("", capital(item.meaning), _value(item), _behind(item).strip(" %") or "–") for item in masses.quantities]
+    rows = [("", capital(item.meaning), _value(item), _share(item) or "–") for item in masses.quantities]
     for name, side in _sides(masses).items():
         fit = side.best
         for estimate in fit.estimates:
@@ -71,7 +71,8 @@ def two_masses_lines(identification: Identification) -> list[Line]:
     masses = identification.two_masses
     if masses is None:
         return _without(identification.reason_for_one_mass, identification.treatment)
-    texts = [f"{item.meaning} {_value(item)}{_behind(item)}" for item in masses.quantities]
+    shares = map(_share, masses.quantities)
+    texts = [f"{item.meaning} {_value(item)}" + f" {share} %" * bool(share) for item, share in zip(masses.quantities, shares, strict=True)]
     for name, side in _sides(masses).items():
         fit, sides = side.best, level_values(side.best)
         parts = [fit.name, *(_level(fit.parameters[level]) for level in fit.levels)]
@@ -161,5 +162,6 @@ def _width(half: float, value: float) -> str:
     return f"± {short_text(100.0 * half / abs(value))}" if value and math.isfinite(half) else "–"
 
 
-def _behind(item: Any) -> str:
-    return f" {_width(item.half_width, item.value)} %" if item.half_width < item.value else ""
+def _share(item: Any) -> str:
+    """Return the half-width of the interval in percent of the value; empty for a bound."""
+    return _width(item.half_width, item.value) if item.half_width < item.value else ""

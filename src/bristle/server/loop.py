@@ -67,13 +67,13 @@ def write_results(errand: Errand, identified: Identified, command: str, place: P
 
 def _findings(errand: Errand, identified: Identified, outcome: Outcome) -> dict[str, Any]:
     """Return the contents of the page: the verdict, the models, the loop."""
-    from bristle.report.judgement import feedforward_text, misfit, ruling_of
+    from bristle.report.judgement import feedforward_of, misfit, ruling_of
     from bristle.report.model_tables import parameter_table
 
     best, judgement = identified.best, ruling_of(identified, outcome.following)
     return {
         "verdict": judgement.as_data(),
-        "misfit": [*misfit(best), f"feedforward: {feedforward_text(best)}"],
+        "misfit": [*misfit(best), f"feedforward: {feedforward_of(identified)}"],
         "parameters": as_table(parameter_table(best, identified.axis)),
         "command": outcome.command,
         "unfinished": identified.unfinished,

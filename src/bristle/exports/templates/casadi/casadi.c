@@ -29,22 +29,27 @@ static double number(const double *values, int i)
     return values ? values[i] : 0.0;
 }
 
-static void unpacked({{ name }} *axis, const double *s, const double *p)
+/* Return 0 if the state is not of this model. */
+static int unpacked({{ name }} *axis, const double *s, const double *p)
 {
     {{ name }}_start(axis);
     axis->begun = 1;
     axis->position = number(s, 0);
-{% for field in fields %}    axis->state.{{ field.name }} = {{ field.cast }}number(s, {{ loop.index }});
+{% for field in fields %}{% if field.capacity %}    if (!(number(s, {{ field.at }}) >= 0.0 && number(s, {{ field.at }}) < {{ field.capacity }}.0)) {
+        return 0;
+    }
+{% endif %}    axis->state.{{ field.name }} = {{ "(" ~ field.type ~ ")" if field.capacity }}number(s, {{ field.at }});
 {% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
         axis->memory[i] = number(s, {{ 1 + fields | length }} + i);
     }
 {% endif %}{% for place in numbers %}    axis->{{ place }} = number(p, {{ loop.index0 }});
-{% endfor %}}
+{% endfor %}    return 1;
+}
 
 static void packed(const {{ name }} *axis, double *s)
 {
     s[0] = axis->position;
-{% for field in fields %}    s[{{ loop.index }}] = {{ "" if field.real else "(double)" }}axis->state.{{ field.name }};
+{% for field in fields %}    s[{{ loop.index }}] = {{ "(double)" if field.capacity }}axis->state.{{ field.name }};
 {% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
         s[{{ 1 + fields | length }} + i] = axis->memory[i];
     }
@@ -56,10 +61,12 @@ static int changed(const double **arg, const double **seed, double *d_next, doub
     {{ name }}_tangent d;
     const double d_x = number(seed[1], 0), d_dt = number(seed[2], 0);
 {% for signal in signals %}    const double d_{{ signal }} = number(seed[{{ 3 + loop.index }}], 0);
-{% endfor %}    unpacked(&axis, arg[0], arg[3]);
+{% endfor %}    if (!unpacked(&axis, arg[0], arg[3])) {
+        return 1;
+    }
     {{ name }}_start_d(&d);
     d.position = number(seed[0], 0);
-{% for field in fields if field.real %}    d.state.{{ field.name }} = number(seed[0], {{ field.at }});
+{% for field in fields if not field.capacity %}    d.state.{{ field.name }} = number(seed[0], {{ field.at }});
 {% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
         d.memory[i] = number(seed[0], {{ 1 + fields | length }} + i);
     }
@@ -68,7 +75,7 @@ static int changed(const double **arg, const double **seed, double *d_next, doub
     }
     {{ name }}_force_d(&axis, &d, 1, number(arg[1], 0), &d_x, number(arg[2], 0), &d_dt, {% for signal in signals %}number(arg[{{ 3 + loop.index }}], 0), &d_{{ signal }}, {% endfor %}d_force);
     d_next[0] = d.position;
-{% for field in fields %}    d_next[{{ loop.index }}] = {{ "d.state." ~ field.name if field.real else "0.0" }};
+{% for field in fields %}    d_next[{{ loop.index }}] = {{ "0.0" if field.capacity else "d.state." ~ field.name }};
 {% endfor %}{% if memory %}    for (int i = 0; i < {{ memory }}; ++i) {
         d_next[{{ 1 + fields | length }} + i] = d.memory[i];
     }
@@ -79,7 +86,9 @@ EXPORTED int {{ name }}_step(const double **arg, double **res, casadi_int *iw, d
 {
     {{ name }} axis;
     (void)iw, (void)w, (void)mem;
-    unpacked(&axis, arg[0], arg[3]);
+    if (!unpacked(&axis, arg[0], arg[3])) {
+        return 1;
+    }
     const double force = {{ name }}_force{{ "_at" if signals }}(&axis, number(arg[1], 0), number(arg[2], 0){% for signal in signals %}, number(arg[{{ 3 + loop.index }}], 0){% endfor %});
     if (res[0]) {
         packed(&axis, res[0]);
