@@ -1,5 +1,6 @@
 """Actuators for robot simulators: forces of bristle in every axis of a Warp array, in Newton, and behind the interface of Isaac Lab."""
 
+import ast
 import importlib
 import sys
 import types
@@ -56,6 +57,17 @@ def test_files_are_python(name):
         if file.endswith(".py"):
             compile(text, file, "exec")
     assert set(files) == {"knee_warp.py", "knee_newton.py", "knee_isaaclab.py", "README.md"}
+
+
+def test_draws_are_written_with_one_column_for_each_number():
+    text = write(Request(ELEMENTS, "knee", DT, info=INFO)).files["knee_warp.py"]
+    assigned = {
+        node.targets[0].id: node.value
+        for node in ast.parse(text).body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+    }
+    assert ast.literal_eval(assigned["DRAWS"]) == {"F_C": [18.0, 22.0], "nu_i_0": [0.3, 0.5], "nu_i_1": [0.7, 0.5]}
+    assert ast.literal_eval(assigned["NUMBERS"]) == {"F_C": 20.0, "k_i_0": 6e6, "k_i_1": 3e6, "nu_i_0": 0.4, "nu_i_1": 0.6}
 
 
 @pytest.mark.slow

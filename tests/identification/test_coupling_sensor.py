@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.files import read_axis, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import Hysteresis, LostMotion
-from bristle.identification.side_logs import behind_sensor, effort_delay, side_logs, without_sensor
+from bristle.identification.side_logs import alone, behind_sensor, effort_delay, side_logs, without_sensor
 from bristle.identification.two_encoders import Masses
 from bristle.identification.two_masses import apart, two_masses
 from bristle.report.two_masses import two_masses_lines, two_masses_table, write_two_masses
@@ -147,3 +147,11 @@ def test_hysteresis_of_the_coupling_does_not_bias_friction_of_either_side(seed):
     found = two_masses([(log, br.Axis(resolution=drive.step))], partial(identify, model="lugre", blocks=0, draws=0))
     for side, truth in zip(found.sides.values(), drive.friction, strict=True):
         assert side.best.parameters["F_C"].value == pytest.approx(truth[1], rel=0.03)
+
+
+def test_a_load_behind_a_coupling_is_where_its_spring_holds_it():
+    log, _ = sensed()
+    stiffness, force = 2e5, log.further["coupling_effort"].values
+    load = alone(log, force, load=True, softness=1.0 / stiffness)
+    assert stiffness * (log.position.values - load.position.values) == pytest.approx(force, abs=1e-9)
+    assert np.array_equal(load.effort.values, force)
