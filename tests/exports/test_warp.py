@@ -67,7 +67,7 @@ def test_draws_are_written_with_one_column_for_each_number():
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
     }
     assert ast.literal_eval(assigned["DRAWS"]) == {"F_C": [18.0, 22.0], "nu_i_0": [0.3, 0.5], "nu_i_1": [0.7, 0.5]}
-    assert ast.literal_eval(assigned["NUMBERS"]) == {"F_C": 20.0, "k_i_0": 6e6, "k_i_1": 3e6, "nu_i_0": 0.4, "nu_i_1": 0.6}
+    assert ast.literal_eval(assigned["NUMBERS"]) == {"F_C": 20.0, "k_i_0": 6e6, "k_i_1": 3e6, "nu_i_0": 0.4, "nu_i_1": 0.6, "sigma_2": 0.0}
 
 
 @pytest.mark.slow
