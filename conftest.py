@@ -1,6 +1,5 @@
-"""pytest looks for examples only in bridges whose library is installed."""
+"""pytest looks for examples only in modules whose library is installed."""
 
-from importlib.util import find_spec
+from tests.optional import MISSING
 
-LIBRARIES = {"drake": "pydrake", "gymnasium": "gymnasium"}
-collect_ignore = [f"src/bristle/bridges/{module}.py" for module, library in LIBRARIES.items() if find_spec(library) is None]
+collect_ignore = [f"src/{module.replace('.', '/')}.py" for module in MISSING]

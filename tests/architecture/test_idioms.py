@@ -69,22 +69,27 @@ def idioms_in(text: str) -> Counter[str]:
     return Counter({name: len(pattern.findall(text)) for name, pattern in PATTERNS.items()})
 
 
+def files(root: Path, ending: str) -> Iterator[Path]:
+    """The files of a project, without those of an environment in a hidden folder."""
+    return (path for path in root.rglob(ending) if not any(part.startswith(".") for part in path.relative_to(root).parts))
+
+
 def pages(root: Path) -> dict[str, list[str]]:
     """The hand-written pages of a project."""
-    paths = [path for ending in ("*.md", "*.rst") for path in root.rglob(ending) if "build" not in path.parts]
+    paths = [path for ending in ("*.md", "*.rst") for path in files(root, ending) if "build" not in path.parts]
     texts = {str(path.relative_to(root)): path.read_text(encoding="utf-8") for path in paths}
     return {path: [prose_of_markdown(text)] for path, text in texts.items() if GENERATED not in text}
 
 
 def strings(root: Path) -> dict[str, list[str]]:
     """Docstrings and texts of the code of a project, without its tests."""
-    paths = (path for path in root.rglob("*.py") if not {"tests", "test", "benchmarks", "build"} & set(path.relative_to(root).parts))
+    paths = (path for path in files(root, "*.py") if not {"tests", "test", "benchmarks", "build"} & set(path.relative_to(root).parts))
     return {str(path.relative_to(root)): list(prose_of_python(path.read_text(encoding="utf-8"))) for path in paths}
 
 
 def names(root: Path) -> dict[str, list[str]]:
     """The names of the tests of a project."""
-    paths = root.rglob("test_*.py")
+    paths = files(root, "test_*.py")
     return {str(path.relative_to(root)): list(names_of_tests(path.read_text(encoding="utf-8"))) for path in paths}
 
 
