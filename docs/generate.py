@@ -11,7 +11,6 @@ import importlib
 import inspect
 import json
 import math
-import pkgutil
 import re
 import sys
 import tomllib
@@ -380,14 +379,21 @@ def _ours(annotation: Any, module: str) -> list[type]:
 
 
 @cache
+def _homes() -> dict[str, set[str]]:
+    """Return the modules of ours that define each class, from their text: an import may need a library that is not here."""
+    found: dict[str, set[str]] = {}
+    for file in PACKAGE.rglob("*.py"):
+        for one in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(one, ast.ClassDef):
+                found.setdefault(one.name, set()).add(".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts))
+    return found
+
+
+@cache
 def _elsewhere(name: str) -> type | None:
     """Return the class of this name that any module of ours defines, where there is but one."""
-    found = set()
-    for _, module, _ in pkgutil.walk_packages(bristle.__path__, "bristle."):
-        if not module.endswith("__main__"):
-            known = vars(importlib.import_module(module)).get(name)
-            found |= {known} if inspect.isclass(known) and known.__module__ == module else set()
-    return found.pop() if len(found) == 1 else None
+    homes = _homes().get(name, set())
+    return getattr(importlib.import_module(*homes), name) if len(homes) == 1 else None
 
 
 def _fields(cls: type) -> dict[str, Any]:
