@@ -30,6 +30,7 @@ TAKEN = (
     "examples/*/*.png",
     "examples/*/*.svg",
     "examples/*/*.toml",
+    "examples/source_paper/*.py",
     "examples/*/*.ipynb",
 )
 LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
