@@ -5,12 +5,14 @@ compensators from a log of the same rig, as on a machine: triangles of falling a
 position of the encoder and effort command.
 """
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 import bristle as br
+from bristle.core.errors import InputWarning
 
 HERE = Path(__file__).parent
 RIGS = {"direct drive, gms": HERE / "direct_drive.toml", "linear motor, lugre": HERE / "linear_motor.toml"}
@@ -31,9 +33,12 @@ def log_of(experiment):
 def compensators(experiment, axis):
     """Return the models of the paper and of bristle, identified from one log of the rig."""
     log = log_of(experiment)
-    printed = br.identify(log, "preisach_lugre", axis=axis, blocks=0, draws=0).best.friction
+    with warnings.catch_warnings():
+        # On the linear motor, which has no loops over the position, the fit ends next to the bound f_p > F_S of (9).
+        warnings.simplefilter("ignore", InputWarning)
+        printed = br.identify(log, "preisach_lugre", axis=axis, blocks=0, draws=0).best.friction.with_values(transition="paper")
     ranked = br.identify(log, "maxwell_slip,lugre,dahl", axis=axis, draws=0)
-    return {PRINTED: printed.with_values(transition="paper"), IDENTIFIED: ranked.best.friction}
+    return {PRINTED: printed, IDENTIFIED: ranked.best.friction}
 
 
 def compensated(file):
