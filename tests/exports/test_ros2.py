@@ -90,7 +90,8 @@ def test_the_package_contains_the_c_of_the_model_unchanged():
     assert f"class {described['type'].partition('::')[2]} :" in files["knee_controller.cpp"]
     yaml = pytest.importorskip("yaml").safe_load(files["knee_controller.yaml"])
     assert yaml["controller_manager"]["ros__parameters"]["knee_friction"]["type"] == described["name"]
-    assert yaml["knee_friction"]["ros__parameters"]["joint_1"]["friction"] == {"F_C": 20.0, "k_i": [6e6, 3e6], "nu_i": [0.4, 0.6], "sigma_2": 1e-5}
+    given = yaml["knee_friction"]["ros__parameters"]["joint_1"]["friction"]
+    assert given == {"F_C": 20.0, "k_i": [6e6, 3e6], "nu_i": [0.4, 0.6], "sigma_2": 1e-5}
     assert "[N*m]" in files["knee_controller.cpp"]
 
 
@@ -176,7 +177,7 @@ def test_lead_limit_and_gain_are_parameters(harness):
 def test_friction_of_each_joint_is_a_parameter_of_a_tunable_export(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.4, 0.6])
     tuned, x = built(tmp_path / "out", model, tunable=True), 1e-2 * walk(2000)
-    effort = run(tuned, "chained", rows_of(x[1:]), *AT_ONCE, "a.friction.F_C=31.5", "a.friction.k_i=6e6,1e6")[:, 0]
+    effort = run(tuned, "chained", rows_of(x[1:]), *AT_ONCE, "a.friction.F_C=31.5", "a.friction.k_i=6e6,1e6", measured=x[0])[:, 0]
     expected = python(model.with_values(F_C=31.5, k_i=[6e6, 1e6]), x)
     assert differing(effort[1:], expected[1:]) == 0
     assert run(tuned, "chained", rows_of(x), "b.friction.F_C=-1.0").startswith("b.friction: a parameter is outside its range")

@@ -60,7 +60,7 @@ class Deviation(NamedTuple):
     """Error of the elements along moves: rms and largest force error in % of the level [N or N*m].
 
     The level is the sliding friction; of a model without sliding friction, the largest force along the moves. The `reach`
-    [m or rad] is the longest move of a model whose force grows without bound.
+    [m or rad] is the farthest position of a model whose force grows without bound.
     """
 
     rms: float
@@ -81,7 +81,7 @@ class Deviation(NamedTuple):
         if self.reach:
             reach = with_unit(self.reach, unit_of("length", kind))
             beyond = "beyond, the force of the model grows without bound, and that of the scene does not"
-            return f"force error along moves of up to {reach}: {rms} % rms, at most {largest} % of the largest force; {beyond}"
+            return f"force error along moves within {reach}: {rms} % rms, at most {largest} % of the largest force; {beyond}"
         return f"force error along moves inside and outside pre-sliding: {rms} % rms, at most {largest} % of the sliding friction"
 
 

@@ -32,10 +32,10 @@ class Limits(NamedTuple):
 def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, float]:
     """Return positions of moves inside and outside pre-sliding and at full speed [m or rad], time step [s] and largest speed.
 
-    With a `reach` [m or rad], no move is longer.
+    With a `reach` [m or rad], no position is farther from the start.
     """
     fastest = fastest_of(request)
-    distance = reach / TIMES[-1] or turning_distance(request.model, request.axis, fastest)[0]
+    distance = 0.5 * reach / TIMES[-1] or turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
     distances = [times * distance for times in TIMES] + [max(SHORTEST * fastest, TIMES[-1] * distance)] * (not reach)
     return np.concatenate([moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]), dt, fastest

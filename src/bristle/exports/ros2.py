@@ -1,6 +1,5 @@
 """ROS 2: a package with a chainable controller of ros2_control around the C of a friction model, which it includes unchanged."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,10 +33,8 @@ def write(request: Request) -> Product:
     own = {file.format(request.name) for file in OF_C}
     of_c = {file: text for file, text in c.files().items() if file in own}
     settings, force = settings_of(request), unit_of("force", request.model.kind)
-    notes = (
-        f"the joint must be {'prismatic' if request.model.kind == 'translational' else 'revolute'}, and its drive must accept an effort in {force}",
-        "the controller was not run in ROS 2",
-    )
+    joint = "prismatic" if request.model.kind == "translational" else "revolute"
+    notes = (f"the joint must be {joint}, and its drive must accept an effort in {force}", "the controller was not run in ROS 2")
     package = f"{request.name}_controller"
     facts = c.facts() | {"package": package, "notes": [plain(note) for note in notes], "lead_max": LEAD_MAX, "lead": _yaml(settings.lead)}
     facts |= {"limit": _yaml(settings.limit * abs(settings.effort.si)), "tuned": _tuned(tuned, c.new_printer()) if tuned else []}
