@@ -108,7 +108,6 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
     if elements is None:
         distance = reach / LARGEST or turning_distance(model, request.axis, fastest)[0]
         yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
-        yields = np.append(yields, [math.inf] * bool(reach))
         elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
     error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
     return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level), reach)
@@ -141,11 +140,10 @@ def _fitted(x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, rat
     """Return the elements, or without yields the dry friction, and the damping that fit a force along positions best."""
     dx = np.diff(x)
     dry = np.zeros((dx.size, 1)) if yields.size else (np.sign(dx) + ratio * (dx != 0.0))[:, None]
-    # Columns of similar size: the force of each element over its largest force, and damping at full speed.
-    most = np.minimum(yields, np.max(np.abs(x)))
-    A = np.hstack([_columns(x, yields, ratio) / most, dry, dx[:, None] / np.max(dx)])
+    # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
+    A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / np.max(dx)])
     shares = non_negative(A[dx != 0.0], force[dx != 0.0])
-    return Elements(shares[:-2] / most, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0)
+    return Elements(shares[:-2] / yields, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0)
 
 
 def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:

@@ -16,7 +16,6 @@ import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.fingerprint import fingerprint
-from bristle.core.packing import pack, structure_of
+from bristle.core.packing import pack
 from bristle.core.variable import variables_of
 from bristle.engine.compilation import cache_folder
 
@@ -134,35 +133,27 @@ def _key(model: Model) -> str:
     """Return the key of a compiled model: of its values, its functions, and all code of bristle."""
     component, p = model.component, model.parameters
     state = component.initial_state(p)
-    types: list[type] = []
-
-    def collect(structure: Any) -> None:
-        if isinstance(structure, tuple):
-            types.append(structure[0])
-            for part in structure[1]:
-                collect(part)
-
-    collect(structure_of(p))
     described = (model.name, model.kind, component.variables, variables_of(type(state)), state, component.memory_size(p), pack(p).tobytes())
     around = [surrounding.field for surrounding in getattr(component, "surroundings", ())]
-    functions = fingerprint(component.trial, component.commit, type(component).assemble, *types)
-    text = repr((platform.machine(), described, around, functions, _code_of_bristle()))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    functions = fingerprint(component.trial, component.commit, type(component).assemble, *_types(p))
+    return hashlib.sha256(repr((platform.machine(), described, around, functions, _code_of_bristle())).encode()).hexdigest()[:32]
+
+
+def _types(p: Any) -> list[type]:
+    """Return the types of a tuple and of the tuples inside, whose names stand for their functions."""
+    return [type(p), *(kind for part in p if hasattr(part, "_fields") for kind in _types(part))]
 
 
 @cache
 def _code_of_bristle() -> str:
     """Return the checksum of all modules and templates of bristle."""
-    digest = hashlib.sha256()
-
-    def read(folder: Traversable) -> None:
+    digest, folders = hashlib.sha256(), [importlib.resources.files("bristle")]
+    for folder in folders:  # which grows
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
             if entry.is_dir():
-                read(entry)
+                folders.append(entry)
             elif entry.name.endswith((".py", ".c", ".h")):
                 digest.update(entry.name.encode() + entry.read_bytes())
-
-    read(importlib.resources.files("bristle"))
     return digest.hexdigest()
 
 
@@ -171,12 +162,12 @@ def _record(place: Path) -> dict[str, Any] | None:
     try:
         record = json.loads(place.read_text(encoding="ascii"))
         library = place.parent / record["library"]
-        if hashlib.sha256(library.read_bytes()).hexdigest() == record["sha256"]:
-            return record
-        library.unlink()
+        if hashlib.sha256(library.read_bytes()).hexdigest() != record["sha256"]:
+            library.unlink()
+            return None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return None
+    return record
 
 
 def _write(place: Path, text: str) -> None:

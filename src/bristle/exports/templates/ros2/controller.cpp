@@ -7,12 +7,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <memory>
 #include <mutex>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "controller_interface/chainable_controller_interface.hpp"
@@ -56,6 +53,7 @@ struct Joint
     /* Return the friction of the step that ends at a reference, times the present gain, which follows `wish` by `slew`. */
     double fed(double position, double velocity, double dt, double wish, double slew)
     {
+        const double now = gain;
         if (dt > 0.0) {
             const bool has_position = std::isfinite(position), has_velocity = std::isfinite(velocity);
             /* A contact on another reference, or with a fault, begins anew after its force has faded. */
@@ -76,16 +74,9 @@ struct Joint
             } else if (gain == 0.0) {
                 begun = false;
             }
-            const double now = gain;
             gain += std::clamp((known ? wish : 0.0) - gain, -slew * dt, slew * dt);
-            return limited(now * contact.force);
         }
-        return limited(gain * contact.force);
-    }
-
-    double limited(double force) const
-    {
-        return limit > 0.0 ? std::clamp(force, -limit, limit) : force;
+        return limit > 0.0 ? std::clamp(now * contact.force, -limit, limit) : now * contact.force;
     }
 };
 
@@ -102,10 +93,8 @@ public:
         timeout_ = parameter("reference_timeout", 0.1, "Time without a message after which there is no reference [s]", 0.0);
         changed_ = get_node()->add_on_set_parameters_callback([this](const std::vector<rclcpp::Parameter> & given) {
             for (const auto & each : given) {
-                if (each.get_name() == "gain") {
-                    gain_ = each.as_double();
-                } else if (each.get_name() == "slew") {
-                    slew_ = each.as_double();
+                if (each.get_name() == "gain" || each.get_name() == "slew") {
+                    (each.get_name() == "gain" ? gain_ : slew_) = each.as_double();
                 }
             }
             rcl_interfaces::msg::SetParametersResult result;
@@ -169,31 +158,21 @@ public:
                 joints_[j].begin(measured);
             }
         }
-        std::fill(reference_interfaces_.begin(), reference_interfaces_.end(), MISSING);
-        std::fill(received_.begin(), received_.end(), MISSING);
         const std::lock_guard<std::mutex> lock(mutex_);
         arrived_ = false;
+        std::fill(reference_interfaces_.begin(), reference_interfaces_.end(), MISSING);
+        std::fill(received_.begin(), received_.end(), MISSING);
         return CallbackReturn::SUCCESS;
     }
 
     InterfaceConfiguration command_interface_configuration() const override
     {
-        std::vector<std::string> names;
-        for (const auto & joint : joints_) {
-            for (const auto kind : commanded_) {
-                names.push_back(joint.name + "/" + KINDS[kind]);
-            }
-        }
-        return {controller_interface::interface_configuration_type::INDIVIDUAL, names};
+        return claimed(commanded_);
     }
 
     InterfaceConfiguration state_interface_configuration() const override
     {
-        std::vector<std::string> names;
-        for (const auto & joint : joints_) {
-            names.push_back(joint.name + "/position");
-        }
-        return {controller_interface::interface_configuration_type::INDIVIDUAL, names};
+        return claimed({0});
     }
 
     /* Older versions of ros2_control call the first function, newer ones the second, versions between both. */
@@ -264,6 +243,17 @@ private:
             get_node()->template declare_parameter<T>(name, usual, descriptor);
         }
         return get_node()->get_parameter(name).template get_value<T>();
+    }
+
+    InterfaceConfiguration claimed(const std::vector<std::size_t> & kinds) const
+    {
+        InterfaceConfiguration made{controller_interface::interface_configuration_type::INDIVIDUAL, {}};
+        for (const auto & joint : joints_) {
+            for (const auto kind : kinds) {
+                made.names.push_back(joint.name + "/" + KINDS[kind]);
+            }
+        }
+        return made;
     }
 
     CallbackReturn refused(const std::string & reason)
