@@ -84,10 +84,6 @@ public:
     {
         return get_value<double>();
     }
-    std::vector<std::string> as_string_array() const
-    {
-        return get_value<std::vector<std::string>>();
-    }
 
 private:
     std::string name_;

@@ -107,14 +107,14 @@ public:
     CallbackReturn on_configure(const rclcpp_lifecycle::State &) override
     {
         commanded_.clear();
-        for (const auto & kind : get_node()->get_parameter("command_interfaces").as_string_array()) {
+        for (const auto & kind : get_node()->get_parameter("command_interfaces").get_value<std::vector<std::string>>()) {
             commanded_.push_back(static_cast<std::size_t>(std::find(KINDS.begin(), KINDS.end(), kind) - KINDS.begin()));
         }
         if (std::count(commanded_.begin(), commanded_.end(), 2u) != 1 || std::count(commanded_.begin(), commanded_.end(), KINDS.size())) {
             return refused("command_interfaces: must contain effort, and only position and velocity besides");
         }
         joints_.clear();
-        for (const auto & name : get_node()->get_parameter("joints").as_string_array()) {
+        for (const auto & name : get_node()->get_parameter("joints").get_value<std::vector<std::string>>()) {
             Joint joint;
             joint.name = name;
             joint.lead = parameter(name + ".lead", {{ lead }}, "Delay and lag of the drive, by which the effort precedes the motion [s]", 0.0, {{ lead_max }});
