@@ -105,7 +105,7 @@ def test_each_axis_has_the_forces_of_bristle_to_the_bit(exported, name):
 @pytest.mark.parametrize("levels", [("F_C",), ("F_C_pos", "F_C_neg")], ids=["symmetric", "asymmetric"])
 def test_axes_with_drawn_parameters_have_their_own_forces(exported, levels):
     drawn = {"nu_i": np.array([[0.3, 0.7], [0.5, 0.5]])} | {name: np.array([18.0, 22.0]) - k for k, name in enumerate(levels)}
-    values = {name: value for name, value in ELEMENTS.values.items() if name != "F_C"} | dict.fromkeys(levels, 20.0)
+    values = {name: ELEMENTS.values[name] for name in ("k_i", "nu_i")} | dict.fromkeys(levels, 20.0)
     friction = with_slots(br.friction.maxwell_slip, ["asymmetry"] * (len(levels) - 1))(**values)
     module, x = exported(friction, f"drawn_{len(levels)}", info={"bands": {"draws": drawn}}), walks()
     axes = module.Friction(AXES, "cpu")
@@ -113,7 +113,7 @@ def test_axes_with_drawn_parameters_have_their_own_forces(exported, levels):
     rows = [dict(zip(module.NUMBERS, row, strict=True)) for row in axes.parameters.numpy()]
     first = [row[levels[0]] == 18.0 for row in rows]
     assert 0 < sum(first) < AXES
-    own = {of: friction.with_values(**{name: value[not of] for name, value in drawn.items()}) for of in (True, False)}
+    own = {of: friction.with_values(**{name: value[int(not of)] for name, value in drawn.items()}) for of in (True, False)}
     assert all(row[levels[-1]] == own[of].values[levels[-1]] for of, row in zip(first, rows, strict=True))
     assert np.array_equal(along(axes, x), np.transpose([br.response(own[of], x[:, at], DT) for at, of in enumerate(first)]))
 
