@@ -20,7 +20,7 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
 CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".cc", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex"}
-CARRIED |= {".typed", ".comp", ".hal", ".jinja"}  # of LinuxCNC; Python for robot simulators
+CARRIED |= {".typed", ".comp", ".hal", ".jinja", ".cpp", ".yaml"}  # of LinuxCNC; Python for robot simulators; ROS 2
 LICENCES = """
 import json
 from importlib.metadata import distributions

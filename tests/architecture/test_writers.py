@@ -17,7 +17,7 @@ OTHERS = {
     "server/worker.py": {"write_text", "open"},
     "exports/c.py": {"write_text"},  # temporary folders, gone when they are left
     "exports/fmu.py": {"write_text"},
-    "exports/walk.py": {"os.replace", "write_text"},  # the cache of kernels
+    "exports/walk.py": {"os.replace", "unlink", "write_text"},  # the cache of kernels
     "cli/terminal.py": {"open", "os.open"},  # the null device
     "study/store.py": {"write_table"},
     "study/workers.py": {"os.open"},

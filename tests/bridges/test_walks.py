@@ -1,5 +1,9 @@
 """Derivatives along walks, forward and in reverse, are those of bristle for every friction model."""
 
+import subprocess
+import sys
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.engine.test_derivatives import CASES, NAMES, model_of
@@ -10,6 +14,7 @@ import bristle as br
 from bristle.core.errors import InputError
 from bristle.engine import force_along, interpreted
 from bristle.exports import CompiledWalk
+from bristle.exports.walk import _key
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4  # of the walks in Python
@@ -132,3 +137,34 @@ def test_a_missing_compiler_and_a_failure_are_named():
         CompiledWalk.build({"a.c": "int a;"}, None, [])
     with pytest.raises(InputError, match=f"{COMPILER}: failed: .*error"):
         CompiledWalk.build({"a.c": "int a"}, COMPILER, [])
+
+
+def test_a_cached_model_needs_neither_translation_nor_compiler(monkeypatch):
+    first = CompiledWalk(LUGRE)
+    monkeypatch.setattr(CompiledWalk, "_built", lambda *_: pytest.fail("translates again"))
+    second = CompiledWalk(LUGRE)
+    assert second.library == first.library
+    assert list(second.parameters.items()) == list(first.parameters.items())
+    assert (second.signals, second.start.tolist()) == (first.signals, first.start.tolist())
+    slower = "from tests.bridges.test_walks import LUGRE, CompiledWalk; CompiledWalk(LUGRE); import sys; print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", slower], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+@pytest.mark.parametrize("damage", [b"", b"not a library"])
+def test_a_damaged_library_or_record_is_built_again(damage):
+    model, x = LUGRE.with_values(F_C=12.5), walk(5)
+    library = CompiledWalk(model).library
+    record = next(place for place in library.parent.glob("walk-*.json") if library.name in place.read_text())
+    for file in (library, record):
+        file.unlink()  # a loaded library must not change
+        file.write_bytes(damage)
+        compiled = CompiledWalk(model)
+        _, force = run(compiled, "walk", 1, 5, inputs_of(compiled, x), [compiled.start, x])
+        assert differing(force[1:], force_along(model, np.diff(x) / DT, DT, x[1:])) == 0
+
+
+def test_each_value_and_each_function_of_a_model_has_a_key():
+    changed = object.__new__(type(LUGRE.component))  # a component of another function, which cannot be registered
+    vars(changed).update(vars(LUGRE.component) | {"trial": LUGRE.component.commit})
+    others = [LUGRE.with_values(F_C=21.0), replace(LUGRE, kind="rotational"), replace(LUGRE, component=changed)]
+    assert len({_key(model) for model in (LUGRE, *others)}) == 4

@@ -10,8 +10,9 @@ import pytest
 
 import bristle as br
 from bristle.exports.targets import Request
+from bristle.exports.tunable import tunable_of
 from bristle.exports.warp import write
-from bristle.friction import MODELS
+from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
 DT, AXES, SAMPLES = 5e-4, 48, 300
@@ -59,15 +60,32 @@ def test_files_are_python(name):
     assert set(files) == {"knee_warp.py", "knee_newton.py", "knee_isaaclab.py", "README.md"}
 
 
-def test_draws_are_written_with_one_column_for_each_number():
-    text = write(Request(ELEMENTS, "knee", DT, info=INFO)).files["knee_warp.py"]
+def constants_of(model, info):
+    """Return NUMBERS and DRAWS of the written module."""
+    text = write(Request(model, "knee", DT, info=info)).files["knee_warp.py"]
     assigned = {
-        node.targets[0].id: node.value
+        node.targets[0].id: ast.unparse(node.value)
         for node in ast.parse(text).body
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
     }
-    assert ast.literal_eval(assigned["DRAWS"]) == {"F_C": [18.0, 22.0], "nu_i_0": [0.3, 0.5], "nu_i_1": [0.7, 0.5]}
-    assert ast.literal_eval(assigned["NUMBERS"]) == {"F_C": 20.0, "k_i_0": 6e6, "k_i_1": 3e6, "nu_i_0": 0.4, "nu_i_1": 0.6, "sigma_2": 0.0}
+    return [eval(assigned[name], {"float": float}) for name in ("NUMBERS", "DRAWS")]
+
+
+def test_draws_are_written_with_one_column_for_each_number():
+    numbers, draws = constants_of(ELEMENTS, INFO)
+    assert draws == {"F_C": [18.0, 22.0], "nu_i_0": [0.3, 0.5], "nu_i_1": [0.7, 0.5]}
+    assert numbers == {"F_C": 20.0, "k_i_0": 6e6, "k_i_1": 3e6, "nu_i_0": 0.4, "nu_i_1": 0.6, "sigma_2": 0.0}
+
+
+@pytest.mark.fast_cases(2)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MODELS)
+def test_draws_of_an_asymmetric_model_cover_every_number(name):
+    model = example_of(with_slots(MODELS[name], ["asymmetry"]))
+    draws = {key: np.stack([value, value]) for key, value in tunable_of(model).values.items()}
+    numbers, drawn = constants_of(model, {"bands": {"draws": draws}})
+    assert drawn == {key: [value, value] for key, value in numbers.items()}
+    assert any(key.endswith("_neg") for key in drawn)
 
 
 @pytest.mark.slow
@@ -84,15 +102,20 @@ def test_each_axis_has_the_forces_of_bristle_to_the_bit(exported, name):
 
 
 @pytest.mark.slow
-def test_axes_with_drawn_parameters_have_their_own_forces(exported):
-    module, x = exported(ELEMENTS, "drawn", info=INFO), walks()
-    friction = module.Friction(AXES, "cpu")
-    friction.draw(seed=1)
-    values = [dict(zip(module.NUMBERS, row, strict=True)) for row in friction.parameters.numpy()]
-    assert {value["F_C"] for value in values} == {18.0, 22.0}
-    assert all((value["F_C"] == 18.0) == (value["nu_i_0"] == 0.3) for value in values)
-    models = [ELEMENTS.with_values(F_C=value["F_C"], nu_i=[value["nu_i_0"], value["nu_i_1"]]) for value in values]
-    assert np.array_equal(along(friction, x), np.transpose([br.response(own, x[:, at], DT) for at, own in enumerate(models)]))
+@pytest.mark.parametrize("levels", [("F_C",), ("F_C_pos", "F_C_neg")], ids=["symmetric", "asymmetric"])
+def test_axes_with_drawn_parameters_have_their_own_forces(exported, levels):
+    drawn = {"nu_i": np.array([[0.3, 0.7], [0.5, 0.5]])} | {name: np.array([18.0, 22.0]) - k for k, name in enumerate(levels)}
+    values = {name: ELEMENTS.values[name] for name in ("k_i", "nu_i")} | dict.fromkeys(levels, 20.0)
+    friction = with_slots(br.friction.maxwell_slip, ["asymmetry"] * (len(levels) - 1))(**values)
+    module, x = exported(friction, f"drawn_{len(levels)}", info={"bands": {"draws": drawn}}), walks()
+    axes = module.Friction(AXES, "cpu")
+    axes.draw(seed=1)
+    rows = [dict(zip(module.NUMBERS, row, strict=True)) for row in axes.parameters.numpy()]
+    first = [row[levels[0]] == 18.0 for row in rows]
+    assert 0 < sum(first) < AXES
+    own = {of: friction.with_values(**{name: value[int(not of)] for name, value in drawn.items()}) for of in (True, False)}
+    assert all(row[levels[-1]] == own[of].values[levels[-1]] for of, row in zip(first, rows, strict=True))
+    assert np.array_equal(along(axes, x), np.transpose([br.response(own[of], x[:, at], DT) for at, of in enumerate(first)]))
 
 
 @pytest.mark.slow

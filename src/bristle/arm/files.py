@@ -65,7 +65,7 @@ def arm_scene(robot: Robot, bodies: np.ndarray, rotors: np.ndarray, frictions: M
         except InputError as error:
             notes[name] = f"no friction, because it {error.message}"
         if friction.deviation is not None and not friction.deviation.is_exact:
-            notes[name] = friction.deviation.text()
+            notes[name] = friction.deviation.text(frictions[name].kind)
         Xml.SubElement(element, "joint", attributes | friction.attributes)
         mass, centre, about = centred(row)
         full = " ".join(repr(float(about[i, j])) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextvars import ContextVar
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,8 @@ def cache_folder() -> Path | None:
     if folder_name == "":
         return None
     root = Path(folder_name) if folder_name else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
-    folder = root / f"{sys.implementation.cache_tag}-numba-{compiler().__version__}"
+    # The version comes from the metadata, because loading numba takes longer.
+    folder = root / f"{sys.implementation.cache_tag}-numba-{version('numba')}"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_own(folder):

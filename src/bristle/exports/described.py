@@ -151,8 +151,9 @@ def folded(text: str, margin: str) -> str:
 
 
 LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as an SPDX identifier
-COMMENTS = {".st": ("(* ", " *)")} | dict.fromkeys((".txt", ".hal", ".py"), ("# ", "")) | dict.fromkeys((".mjs", ".comp"), ("// ", ""))
-COMMENTS |= dict.fromkeys((".c", ".h", ".cu"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
+COMMENTS = {".st": ("(* ", " *)")} | dict.fromkeys((".txt", ".hal", ".py", ".yaml"), ("# ", ""))
+COMMENTS |= dict.fromkeys((".mjs", ".comp"), ("// ", ""))
+COMMENTS |= dict.fromkeys((".c", ".h", ".cu", ".cpp"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
 DIGITS = 12  # of a hash in a version
 
 

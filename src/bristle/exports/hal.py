@@ -57,10 +57,7 @@ class Settings(NamedTuple):
 
 def write(request: Request) -> Product:
     """Return the component, the HAL files with their units and lead, and the self-test."""
-    if request.mode != "torque":
-        message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
-        mend = "Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)"
-        raise InputError(message, path="hal", value=request.mode, allowed="an amplifier in torque mode", mend=mend)
+    refuse_velocity_mode(request, "hal")
     checksum = request.source.provenance.get("model_sha256", "") or request.source.model_hash
     request = replace(request, name=_name_of(request.name, checksum), single=False)
     settings, place = settings_of(request), place_of(request.plant)
@@ -86,6 +83,14 @@ def write(request: Request) -> Product:
     texts = {file.format(request.name): rendered(template, facts) for file, template in FILES.items()}
     files: dict[str, str | bytes] = {**with_rights(texts | ({f"{request.name}_table.hal": table} if table else {}), request.source)}
     return Product(files | _played(request.name, references[:, None], feeds), notes)
+
+
+def refuse_velocity_mode(request: Request, target: str) -> None:
+    """Refuse an axis whose amplifier does not follow an effort."""
+    if request.mode != "torque":
+        message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
+        mend = "Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)"
+        raise InputError(message, path=target, value=request.mode, allowed="an amplifier in torque mode", mend=mend)
 
 
 def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str]:

@@ -7,7 +7,8 @@ Each element deflects by :math:`z_i` with the motion, until it slips at its yiel
 makes friction asymmetric: elements of equal limits that start deflected by :math:`-\rho d_i` behind the constant force
 :math:`\rho k_i d_i` are identical to it. Maxwell slip and stops in parallel are such a sum. For any other model with
 pre-sliding, stiffness and damping are the non-negative least-squares fit along moves from rest to rest, over 1, 3, 10 and
-30 pre-sliding distances and at full speed. A static model has dry friction D instead of elements.
+30 pre-sliding distances and at full speed. A static model has dry friction D instead of elements. The moves of a model whose
+force grows without bound end where its stiffness has doubled.
 """
 
 import math
@@ -16,12 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.dimensions import Kind, unit_of
 from bristle.core.errors import InputError
 from bristle.core.least_squares import non_negative
-from bristle.core.typography import number
+from bristle.core.typography import number, with_unit
 from bristle.engine import force_along, interpreted
 from bristle.engine.contact import steady_force
-from bristle.exports.moves import moves_for, turning_distance
+from bristle.exports.moves import fastest_of, hardening_distance, moves_for, turning_distance
 from bristle.exports.targets import Request
 from bristle.friction import base_of, is_static, unvaried
 from bristle.friction.slots import by_direction
@@ -55,46 +57,60 @@ class Elements(NamedTuple):
 
 
 class Deviation(NamedTuple):
-    """Error of the elements along moves: rms and largest force error in % of the level, the sliding friction [N or N*m]."""
+    """Error of the elements along moves: rms and largest force error in % of the level [N or N*m].
+
+    The level is the sliding friction; of a model without sliding friction, the largest force along the moves. The `reach`
+    [m or rad] is the farthest position of a model whose force grows without bound.
+    """
 
     rms: float
     largest: float
     level: float
+    reach: float = 0.0
 
     @property
     def is_exact(self) -> bool:
         """Whether rounding explains the error."""
         return self.largest < EXACT
 
-    def text(self) -> str:
+    def text(self, kind: Kind) -> str:
         """Return the error as a sentence."""
         if self.is_exact:
             return "the scene has the force of the model: no error along moves inside and outside pre-sliding"
         rms, largest = (number(share, digits=3) for share in (self.rms, self.largest))
+        if self.reach:
+            reach = with_unit(self.reach, unit_of("length", kind))
+            beyond = "beyond, the force of the model grows without bound, and that of the scene does not"
+            return f"force error along moves within {reach}: {rms} % rms, at most {largest} % of the largest force; {beyond}"
         return f"force error along moves inside and outside pre-sliding: {rms} % rms, at most {largest} % of the sliding friction"
 
 
 def elements_of(request: Request) -> tuple[Elements, Deviation]:
     """Return the elements of a friction model, frozen at nominal load and temperature, and their error along moves."""
-    model = unvaried(request.model)
-    x, dt, fastest = moves_for(request)
-    v, offset = np.diff(x) / dt, offset_of(model.component.variables, model.values)
+    model, fastest, reach = unvaried(request.model), fastest_of(request), 0.0
+    offset = offset_of(model.component.variables, model.values)
+    try:
+        sides = [steady_force(model, side * 1e-3 * fastest) - offset for side in (1.0, -1.0)]
+        x, dt, _ = moves_for(request)
+    except InputError:  # the force grows without bound in sliding
+        reach = hardening_distance(model, fastest)
+        sides, (x, dt, _) = [0.0, 0.0], moves_for(request, reach)
+    v = np.diff(x) / dt
     try:
         with interpreted():  # compiling would take longer
             force = force_along(model, v, dt, x[1:])
-        sides = [steady_force(model, side * 1e-3 * fastest) - offset for side in (1.0, -1.0)]
-        distance = turning_distance(model, request.axis, fastest)[0]
     except InputError as error:
-        mend = "Use --to c, or identify a model with a level of sliding friction"
-        raise InputError("has a force that grows without bound in sliding", path="mjcf", value=model.name, mend=mend) from error
-    level = 0.5 * (sides[0] - sides[1]) or np.finfo(float).tiny
+        raise InputError("has no finite force along moves", path="mjcf", value=model.name, mend="Use --to c") from error
+    largest = float(np.max(np.abs(force - offset)))
+    level = 0.5 * (sides[0] - sides[1]) or largest or 1.0
     ratio = float(np.clip(0.5 * sum(sides) / level, -0.999, 0.999))
     elements = elements_in(model, offset)
     if elements is None:
+        distance = reach / LARGEST or turning_distance(model, request.axis, fastest)[0]
         yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
         elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
     error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
-    return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level))
+    return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level), reach)
 
 
 def elements_in(model: Model, offset: float) -> Elements | None:

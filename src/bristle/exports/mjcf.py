@@ -66,7 +66,7 @@ class JointFriction(NamedTuple):
 def write(request: Request) -> Product:
     """Return the scene, with notes on differences of MuJoCo."""
     friction = friction_of_joint(request)
-    error = friction.deviation and friction.deviation._asdict()
+    error = friction.deviation and {name: value for name, value in friction.deviation._asdict().items() if value or name != "reach"}
     return Product({f"{request.name}.xml": _scene(request, friction)}, friction.notes, error=error)
 
 
@@ -76,7 +76,7 @@ def _scene(request: Request, friction: JointFriction) -> str:
     time = math.sqrt(mass / friction.stiffness) if friction.stiffness else STEP
     about, error = OF_LUGRE, ""
     if friction.deviation is not None:
-        about, error = OF_ELEMENTS if friction.tendons else "{error}.", friction.deviation.text().capitalize()
+        about, error = OF_ELEMENTS if friction.tendons else "{error}.", friction.deviation.text(model.kind)
         step = min(STEP, float(f"{0.2 * time:.1g}")) if friction.tendons else STEP
     # A comment in XML must not contain "--".
     facts, table = (text.replace("--", "- -") for text in ("\n".join(request.source.lines), parameter_table(model, request.source)))
@@ -107,7 +107,7 @@ def friction_of_joint(request: Request) -> JointFriction:
     if slots:
         notes = (f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range", *notes)
     attributes = {key: repr(float(value)) for key, value in (("frictionloss", elements.dry), ("damping", elements.damping)) if value}
-    notes = (deviation.text(), *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()), *notes)
+    notes = (deviation.text(request.model.kind), *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()), *notes)
     return JointFriction(attributes, _tendons(name, elements), actuators, float(np.sum(elements.stiffness)), deviation, notes)
 
 

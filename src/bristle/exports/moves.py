@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, Motion
 from bristle.engine.contact import steady_force
 from bristle.exports.targets import Request
 from bristle.prediction.drive_table import reversal_distance
@@ -18,6 +18,7 @@ ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if
 SHORTEST = 0.1  # of a move [s]
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
+HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness before
 
 
 class Limits(NamedTuple):
@@ -28,13 +29,35 @@ class Limits(NamedTuple):
     jerk: float = math.inf
 
 
-def moves_for(request: Request) -> tuple[np.ndarray, float, float]:
-    """Return positions of moves inside and outside pre-sliding and at full speed [m or rad], time step [s] and largest speed."""
-    fastest = request.speed or (request.axis and request.axis.velocity_limit) or FASTEST
-    distance = turning_distance(request.model, request.axis, fastest)[0]
+def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, float]:
+    """Return positions of moves inside and outside pre-sliding and at full speed [m or rad], time step [s] and largest speed.
+
+    With a `reach` [m or rad], no position is farther from the start.
+    """
+    fastest = fastest_of(request)
+    distance = 0.5 * reach / TIMES[-1] or turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
-    distances = [*(times * distance for times in TIMES), max(SHORTEST * fastest, TIMES[-1] * distance)]
+    distances = [times * distance for times in TIMES] + [max(SHORTEST * fastest, TIMES[-1] * distance)] * (not reach)
     return np.concatenate([moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]), dt, fastest
+
+
+def fastest_of(request: Request) -> float:
+    """Return the largest speed of the axis [m/s or rad/s]."""
+    return request.speed or (request.axis and request.axis.velocity_limit) or FASTEST
+
+
+def hardening_distance(model: Model, fastest: float) -> float:
+    """Return the distance at which a virgin contact has hardened, 1 m or rad at most [m or rad]."""
+    component, p, speed = model.component, model.parameters, 1e-3 * fastest
+    state, memory = component.initial_state(p), component.new_memory(p)
+    at, least = 0.0, math.inf
+    for x in np.geomspace(1e-9, 1.0, 200).tolist():
+        force, move = component.trial(state, memory, Motion(speed, x), (x - at) / speed, p)
+        stiffness = abs(force) / (0.5 * (at + x))  # the force is that in the middle of the step
+        if not stiffness <= HARDENED * least:
+            break
+        state, at, least = component.commit(state, memory, move, p), x, min(least, stiffness)
+    return at
 
 
 def moves_over(distance: float, limits: Limits, dt: float) -> np.ndarray:

@@ -232,6 +232,10 @@ _HAL = (
     "a HAL component of LinuxCNC for an amplifier in torque mode, a HAL file for the machine, a table for the component lincurve, and a "
     "self-test that checks the results bit by bit. The component needs halcompile"
 )
+_ROS2 = (
+    "a ROS 2 package with a chainable controller of ros2_control: it adds the friction along the reference of joints to their effort. The "
+    "controller contains the C files, bit-identical to Python"
+)
 _FMU = (
     "FMUs for FMI {}.0. The first FMU contains the friction. If the model file has a plant, a second FMU contains friction and plant. Both "
     "support co-simulation and, if the model has continuous time, model exchange. The FMU of a control law supports co-simulation. "
@@ -248,6 +252,7 @@ _LISTED = (
     _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
     _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
     _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write write_law=hal.hal_law_files", _HAL),
+    _target("ros2", "ROS 2", "held", "pushes tunable", "write=ros2.write", _ROS2),
     _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
     _target("warp", "Warp", "", "", "write=warp.write", _WARP),
     _target("casadi", "CasADi", "held", "", "write=casadi.write", _CASADI),

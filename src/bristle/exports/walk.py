@@ -1,14 +1,16 @@
-"""C of a friction model along walks of many axes, with forward and reverse derivatives, for frameworks of automatic differentiation.
+"""A friction model along walks of many axes, compiled, for frameworks of automatic differentiation.
 
-The reverse mode evaluates the derived step of `bristle.exports.c_derivatives` with an index in place of each tangent. A
-linear operation on tangents then records its slopes on a tape, and a pass backward over the tape adds up the adjoints (S.
-Linnainmaa, BIT 16(2), 1976, doi:10.1007/BF01931367). The tape contains only those numbers of the memory that a step reads.
+Translating a model takes longer than loading a library. Therefore a record in the cache, under a key of the model and of
+the code of bristle, names the library.
 """
 
 import atexit
 import ctypes
 import hashlib
+import importlib.resources
+import json
 import os
+import platform
 import shutil
 import subprocess
 import tempfile
@@ -21,49 +23,12 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.fingerprint import fingerprint
+from bristle.core.packing import pack
+from bristle.core.variable import variables_of
 from bristle.engine.compilation import cache_folder
-from bristle.exports.c import FLAGS, PATIENCE, CFiles, compiler, written_files
-from bristle.exports.c_code import Printer
-from bristle.exports.c_derivatives import DerivedStep, derived_step
-from bristle.exports.described import rendered
-from bristle.exports.subject import subject_of
-from bristle.exports.targets import Request
-from bristle.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
-from bristle.translation.tree import Function
 
-RECORDED = {
-    tangent_sum: "tape_sum(a, b)",
-    tangent_difference: "tape_recorded(1.0, a, -1.0, b)",
-    tangent_scaled: "tape_scaled(a, b)",
-    tangent_combined: "tape_recorded(a, b, c, d)",
-}
-D_VELOCITY = "tape_recorded(1.0, tape_recorded(1.0 / dt, d_x_k, -1.0 / dt, at->position), -velocity / dt, d_dt_k)"
-TEMPLATES = {"{}.h": "c/header.h", "{}.c": "c/source.c"}
-
-
-class TapePrinter(Printer):
-    """Prints functions whose linear operations on tangents record on a tape."""
-
-    def definitions(self) -> str:
-        """Return the tape, structures and functions."""
-        return f'#include "tape.h"\n\n{super().definitions()}'
-
-    def _function(self, function: Function) -> str:
-        recorded = RECORDED.get(function.source)
-        if recorded is None:
-            return super()._function(function)
-        arguments = ", ".join(f"double {argument.name}" for argument in function.parameters)
-        return f"{self.inline} double {function.name}({arguments})\n{{\n    return {recorded};\n}}\n"
-
-
-class TapeFiles(CFiles):
-    """Files of a friction model whose derived step records on a tape."""
-
-    printer = TapePrinter
-
-    def facts(self) -> dict[str, Any]:
-        """Return the facts of the templates."""
-        return super().facts() | {"d_velocity": D_VELOCITY}
+PATIENCE = 120.0  # of the compiler [s]
 
 
 class CompiledWalk:
@@ -87,13 +52,36 @@ class CompiledWalk:
     """
 
     def __init__(self, model: Model) -> None:
+        folder = cache_folder() or _folder_of_process()
+        place = folder / f"walk-{_key(model)}.json"
+        record = _record(place)
+        if record is None:
+            record = self._built(model)
+            _write(place, json.dumps(record))
+        self.library = folder / record["library"]
+        self.parameters = {name: np.atleast_1d(np.asarray(model.values[name], dtype=float)) for name in record["parameters"]}
+        self.signals: dict[str, float] = record["signals"]
+        self.start = np.array(record["start"])
+        self._functions = ctypes.CDLL(str(self.library))
+
+    @classmethod
+    def _built(cls, model: Model) -> dict[str, Any]:
+        """Translate and compile a model; return the name and checksum of its library, and its arguments."""
+        from bristle.exports.c import FLAGS, compiler  # these modules load slowly
+        from bristle.exports.c_derivatives import derived_step
+        from bristle.exports.subject import subject_of
+        from bristle.exports.walk_code import walk_files
+
         derived = derived_step(subject_of(model), tunable=True)
         subject = derived.subject
-        self.library = self.build(_files(derived), compiler(), ["-O2", *FLAGS.split()])
-        self.parameters = {name: np.atleast_1d(value) for name, value in derived.tuned.values.items()}
-        self.signals = {name: subject.usual[name] for name in subject.signals}
-        self.start = np.array([0.0, 0.0, 0.0, *map(float, subject.virgin), *np.zeros(subject.memory_size)])
-        self._functions = ctypes.CDLL(str(self.library))
+        library = cls.build(walk_files(derived), compiler(), ["-O2", *FLAGS.split()])
+        return {
+            "library": library.name,
+            "sha256": hashlib.sha256(library.read_bytes()).hexdigest(),
+            "parameters": list(derived.tuned.values),
+            "signals": {name: subject.usual[name] for name in subject.signals},
+            "start": [0.0, 0.0, 0.0, *map(float, subject.virgin), *[0.0] * subject.memory_size],
+        }
 
     def run(self, function: str, lanes: int, steps: int, inputs: Sequence[np.ndarray], outputs: Sequence[np.ndarray]) -> None:
         """Run a function of the library on contiguous arrays of doubles."""
@@ -141,14 +129,53 @@ class CompiledWalk:
         return library
 
 
-def _files(derived: DerivedStep) -> dict[str, str]:
-    """Return the text of the C files by name."""
-    subject, files = derived.subject, dict[str, str]()
-    for name, kind in (("friction", CFiles), ("taped", TapeFiles)):
-        request = Request(subject.model, name, 1e-3, tunable=True)
-        files |= written_files(TEMPLATES, name, kind(subject, request, derived=derived).facts(), {}, request.source)
-    facts = {"fields": derived.fields(Printer(subject.unit)), "memory": subject.memory_size, "signals": list(subject.signals)}
-    return files | {"tape.h": rendered("c/tape.h", {}), "walk.c": rendered("c/walk.c", facts)}
+def _key(model: Model) -> str:
+    """Return the key of a compiled model: of its values, its functions, and all code of bristle."""
+    component, p = model.component, model.parameters
+    state = component.initial_state(p)
+    described = (model.name, model.kind, component.variables, variables_of(type(state)), state, component.memory_size(p), pack(p).tobytes())
+    around = [surrounding.field for surrounding in getattr(component, "surroundings", ())]
+    functions = fingerprint(component.trial, component.commit, type(component).assemble, *_types(p))
+    return hashlib.sha256(repr((platform.machine(), described, around, functions, _code_of_bristle())).encode()).hexdigest()[:32]
+
+
+def _types(p: Any) -> list[type]:
+    """Return the types of a tuple and of the tuples inside, whose names stand for their functions."""
+    return [type(p), *(kind for part in p if hasattr(part, "_fields") for kind in _types(part))]
+
+
+@cache
+def _code_of_bristle() -> str:
+    """Return the checksum of all modules and templates of bristle."""
+    digest, folders = hashlib.sha256(), [importlib.resources.files("bristle")]
+    for folder in folders:  # which grows
+        for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
+            if entry.is_dir():
+                folders.append(entry)
+            elif entry.name.endswith((".py", ".c", ".h")):
+                digest.update(entry.name.encode() + entry.read_bytes())
+    return digest.hexdigest()
+
+
+def _record(place: Path) -> dict[str, Any] | None:
+    """Return the record of a compiled model; None if record or library is missing or damaged, and a damaged library is removed."""
+    try:
+        record = json.loads(place.read_text(encoding="ascii"))
+        library = place.parent / record["library"]
+        if hashlib.sha256(library.read_bytes()).hexdigest() != record["sha256"]:
+            library.unlink()
+            return None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return record
+
+
+def _write(place: Path, text: str) -> None:
+    """Write a record whole."""
+    with tempfile.TemporaryDirectory(dir=place.parent, prefix="native-") as folder:
+        written = Path(folder) / "record"
+        written.write_text(text, encoding="ascii")
+        os.replace(written, place)
 
 
 @cache
