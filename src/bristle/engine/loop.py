@@ -1,6 +1,6 @@
 """A plant with friction, driven by a recorded effort or by a sampled controller."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,9 +90,12 @@ class LoopTrace(Trace):
     ----------
     compensation : ndarray, shape (sample,)
         Effort fed forward along the measured motion [N or N*m].
+    controller : Model
+        The control law with its learned parameters, for the next run.
     """
 
     compensation: np.ndarray
+    controller: Model
 
 
 class Compensator(NamedTuple):
@@ -336,7 +339,15 @@ def run_closed_loop(
         )
     )
     rows = history.reshape(drivers.ROWS, count)
-    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached])
+    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached], controller=_learned(control))
+
+
+def _learned(control: Instance) -> Model:
+    """Return the control law of a run with its learned parameters."""
+    model, learned = control.model, control.component.learned
+    if learned is None or not np.all(np.isfinite(control.state)):  # a diverged loop has learned nothing
+        return model
+    return replace(model, parameters=learned(control.state_now, model.parameters))
 
 
 def begun(
