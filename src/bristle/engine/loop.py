@@ -91,7 +91,7 @@ class LoopTrace(Trace):
     compensation : ndarray, shape (sample,)
         Effort fed forward along the measured motion [N or N*m].
     controller : Model
-        The control law with its learned parameters, for the next run.
+        The control law with its learned parameters, for the next run; unchanged after divergence.
     """
 
     compensation: np.ndarray
@@ -338,16 +338,10 @@ def run_closed_loop(
             history,
         )
     )
-    rows = history.reshape(drivers.ROWS, count)
-    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached], controller=_learned(control))
-
-
-def _learned(control: Instance) -> Model:
-    """Return the control law of a run with its learned parameters."""
-    model, learned = control.model, control.component.learned
-    if learned is None or not np.all(np.isfinite(control.state)):  # a diverged loop has learned nothing
-        return model
-    return replace(model, parameters=learned(control.state_now, model.parameters))
+    rows, law, learned = history.reshape(drivers.ROWS, count), controller, controller.component.learned
+    if learned is not None and reached == count:
+        law = replace(controller, parameters=learned(control.state_now, controller.parameters))
+    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached], controller=law)
 
 
 def begun(
