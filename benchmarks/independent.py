@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,20 +98,21 @@ def follow(law: Any, friction: Friction, desired: np.ndarray, seed: int, lag: fl
 
     generator, component, p = np.random.default_rng(10_000 + seed), law.component, law.parameters
     x, v, acting, coming, h = float(desired[0, 0]), float(desired[1, 0]), 0.0, 0.0, DT / STEPS
-    force, count, states, state = np.zeros(friction.k.size), desired.shape[1], [], None
-    rows = np.empty((5, count))
-    for k in range(count):
-        measured = RESOLUTION * round((x + NOISE * generator.standard_normal()) / RESOLUTION)
+    force, states, state, rows = np.zeros(friction.k.size), [], None, []
+    noise, follows = NOISE * generator.standard_normal(desired.shape[1]), 1.0 - math.exp(-h / lag)
+    for wanted, wrong in zip(desired.T.tolist(), noise.tolist(), strict=True):
+        measured = RESOLUTION * round((x + wrong) / RESOLUTION)
         if state is None:
-            state = component.start(measured, v, float(desired[2, 0]), DT, p)
-        effort, state = component.step(state, Reference(*(float(value) for value in desired[:, k])), measured, DT, p)
+            state = component.start(measured, v, wanted[2], DT, p)
+        effort, state = component.step(state, Reference(*wanted), measured, DT, p)
         states.append(state)
-        rows[:3, k], rows[4, k] = (desired[0, k] - x, measured, effort), x
-        x, v, acting, rows[3, k] = advanced(
-            friction.kind, friction.numbers, friction.k, friction.limit, force, x, v, acting, coming, 1.0 - np.exp(-h / lag), h, STEPS
+        place = x
+        x, v, acting, total = advanced(
+            friction.kind, friction.numbers, friction.k, friction.limit, force, x, v, acting, coming, follows, h, STEPS
         )
+        rows.append((wanted[0] - place, measured, effort, total, place))
         coming = effort  # a delay of one sample
-    return Run(*rows, states)
+    return Run(*np.array(rows).T, states)
 
 
 def harmonic(parts: list[tuple[float, float, float]], duration: float) -> np.ndarray:

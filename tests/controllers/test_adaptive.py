@@ -177,15 +177,15 @@ def test_weights_carry_to_another_motion(learned):
 
     carried = learned.controller
     assert carried.values["w_6"] > 5.0
-    assert error(carried) < 0.5 * error(law)
+    assert error(carried) < 0.7 * error(law)
     frozen = carried.with_values(Gamma=0.0)
-    assert error(frozen) < 0.5 * error(law)
+    assert error(frozen) < 0.15 * error(law.with_values(Gamma=0.0))
     begun = frozen.component.start(0.0, 0.0, 0.0, DT, frozen.parameters)
     assert [getattr(begun, f"w_{i}") for i in range(7)] == [carried.values[f"w_{i}"] for i in range(7)]
 
 
 def test_weights_above_their_bound_are_refused():
-    with pytest.raises(InputError, match="needs w_max >= w_0 to w_6.*Raise w_max"):
+    with pytest.raises(InputError, match=r"needs w_max >= w_0 to w_6.*Raise w_max"):
         controllers.adaptive_hysteresis(**GAINS, **LEARNING, w_0=-61.0)
 
 

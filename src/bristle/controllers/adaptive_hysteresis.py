@@ -145,24 +145,7 @@ def step(state, reference, measured, dt, p):
 def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
-    return State(
-        before.q,
-        before.v,
-        before.q,
-        p.w_0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        p.w_1,
-        p.w_2,
-        p.w_3,
-        p.w_4,
-        p.w_5,
-        p.w_6,
-    )
+    return State(before.q, before.v, before.q, p.w_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, p.w_1, p.w_2, p.w_3, p.w_4, p.w_5, p.w_6)
 
 
 def learned_parameters(state, p):
