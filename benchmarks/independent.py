@@ -11,7 +11,7 @@ from numba import njit
 
 DT, STEPS = 5e-4, 5  # [s] sample time; integration steps in a sample
 M = 631.65  # [kg]
-GAINS = {"J": M, "lambda_": 150.0, "K_1": 150.0, "cutoff": 400.0}
+GAINS: dict[str, Any] = {"J": M, "lambda_": 150.0, "K_1": 150.0, "cutoff": 400.0}
 RESOLUTION, NOISE, LAG = 0.125e-6, 0.01e-6, 2e-4  # [m] of the encoder; [m]; [s] of the current loop
 BRISTLES, SLIDERS = 0, 1
 
@@ -112,7 +112,8 @@ def follow(law: Any, friction: Friction, desired: np.ndarray, seed: int, lag: fl
         )
         rows.append((wanted[0] - place, measured, effort, total, place))
         coming = effort  # a delay of one sample
-    return Run(*np.array(rows).T, states)
+    error, read, command, total, position = np.array(rows).T
+    return Run(error, read, command, total, position, states)
 
 
 def harmonic(parts: list[tuple[float, float, float]], duration: float) -> np.ndarray:

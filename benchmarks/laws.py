@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -21,9 +22,9 @@ from bristle.core.contracts import Model
 
 JUDGES = (301, 302, 303, 304)
 MACHINES = JUDGES[:3]  # of two axes each
-OBSERVER = {"g_1": 60.0, "g_2": 600.0, "F_C": 42.7, "sigma_0": 18e6, "band": 0.2e-6}
-ADAPTIVE = {"reach": 7e-6, "Gamma": 8e5, "w_max": 60.0, "delta": 2e-5}
-STRIBECK = {"F_C": 42.7, "F_S": 50.3, "v_S": 4e-4, "F_v": 4737.0}
+OBSERVER: dict[str, Any] = {"g_1": 60.0, "g_2": 600.0, "F_C": 42.7, "sigma_0": 18e6, "band": 0.2e-6}
+ADAPTIVE: dict[str, Any] = {"reach": 7e-6, "Gamma": 8e5, "w_max": 60.0, "delta": 2e-5}
+STRIBECK: dict[str, Any] = {"F_C": 42.7, "F_S": 50.3, "v_S": 4e-4, "F_v": 4737.0}
 PD = controllers.sliding_mode(**GAINS)
 FIRST = harmonic([(4.0e-6, 0.25, 0.0), (2.5e-6, 0.61, 1.0)], 13.0)
 SECOND = {
@@ -42,7 +43,7 @@ def summary(values: list[float]) -> str:
 
 def observer() -> None:
     """Print the error of the observed force, and the following error, on frictions of three structures."""
-    plugged = {"g_1": 1e-9, "g_2": 1e9, "F_C": 1e9, "sigma_0": 0.0}  # an observer that observes nothing
+    plugged: dict[str, Any] = {"g_1": 1e-9, "g_2": 1e9, "F_C": 1e9, "sigma_0": 0.0}  # an observer that observes nothing
     laws = {
         "PD": PD,
         "disturbance observer, 60 1/s": controllers.disturbance_observer(**GAINS, g=60.0),
@@ -226,7 +227,7 @@ def smooth(axis: Friction, desired: np.ndarray) -> np.ndarray:
     return constant(axis, desired) + axis.numbers[3] * desired[1]
 
 
-def stribeck(**own: float) -> Callable[[Friction], Model]:
+def stribeck(**own: Any) -> Callable[[Friction], Model]:
     """Return the law over a reversal with the true level of each axis."""
 
     def law(axis: Friction) -> Model:

@@ -19,15 +19,20 @@ The errors of the observer follow :math:`\ddot\epsilon + (g_1 + g_2)\,\dot\epsil
 
 .. math:: g_2 \ge g_1 + 2\sqrt{2\sigma_0/J}
 
-bristle refuses other gains. The slowest pole is then :math:`-g_1`, in sliding; pre-sliding is faster. The direction
-:math:`s` changes when the measured position is farther than a band behind its last extreme. The law needs no sign of a
-velocity, and the integration takes only increments of the position: its implicit step is stable for every :math:`g_2`.
+bristle refuses other gains. The slowest pole is :math:`-g_1`, in sliding. The direction :math:`s` changes when the
+measured position is farther than a band behind its last extreme, so that no sign of a noisy velocity enters. The
+implicit step of the integration is stable for every :math:`g_2`.
 
-From the abstract and the opening of [1]_ and [2]_ come the friction state, the reduced-order observer without measured velocity, the real
-eigenvalues, the dominant pole and the compensator beside a PID. The equations are derived here, with Dahl's stiffness.
-The source proves stability by the criterion of [3]_, which needs a bounded rate of :math:`a`. Here the circle
-criterion shows it for any rate: the condition of real eigenvalues implies
-:math:`\sqrt{g_1 g_2 + 2\sigma_0/J} < g_1 + g_2 + \sqrt{g_1 g_2}`.
+Only the abstract and the opening of both papers by Ruderman were readable [1]_, [2]_. From them come the friction state,
+the reduced-order observer without measured velocity, the real eigenvalues, the dominant pole and the compensator beside
+a PID. The equations are derived here, with Dahl's stiffness. Ruderman proves stability by Ignatyev's criterion [3]_,
+which needs a bounded rate of :math:`a`. Here the circle criterion proves it for any rate: the condition of real
+eigenvalues implies :math:`\sqrt{g_1 g_2 + 2\sigma_0/J} < g_1 + g_2 + \sqrt{g_1 g_2}`.
+
+On simulated axes (``python -m benchmarks.laws observer``), the error of the observed force is 1.0 to 1.4 N rms, and that
+of a disturbance observer with the same dominant pole 2.6 to 3.0 N. With an identified friction model fed forward, the
+disturbance observer follows more accurately. Set :math:`\sigma_0 = 0` with such a model: the rest of the friction lacks
+the stiffness of pre-sliding.
 
 References
 ----------

@@ -13,12 +13,12 @@ The compensation :math:`c` is Stribeck's force along the motion that is expected
          \left(1 - (1 - s\,s_0)\,e^{-|r_T - r_0|/x_0}\right)
 
 :math:`s_0` is the direction before the last reversal, :math:`r_0` the position of this reversal. :math:`\hat F` is the
-feedforward. With :math:`x_0 = 0` the law has Stribeck's parameters and the lead only, as the pre-compensation of [1]_,
-of which only the abstract was readable. The equations are derived here: [1]_ minimises a predicted error instead.
+feedforward. With :math:`x_0 = 0` the law has Stribeck's parameters and the lead only, like the pre-compensation by Xiao,
+Wan and Qin [1]_. Only its abstract was readable: it minimises a predicted error. The equations are derived here.
 
-The lead covers the lag of the drive. Friction with pre-sliding reverses late, over a distance: there the
-distance :math:`x_0` is the better parameter, and a lead alone increases the quadrant glitches. The law has one reversal
-in memory. Within pre-sliding, and with an identified model with memory, the feedforward of that model is better.
+The lead covers the lag of the drive. Friction with pre-sliding reverses late, over a distance. There a lead alone
+increases the quadrant glitches, and the distance :math:`x_0` reduces them (``python -m benchmarks.laws circles``). The
+law remembers one reversal only. Within pre-sliding it fails: there feed a model with memory forward.
 
 References
 ----------
