@@ -72,3 +72,11 @@ def test_the_distance_reduces_the_error_of_a_reversal_and_a_lead_alone_increases
     at_once = glitch()
     assert glitch(x_0=2e-6, lead=2e-3) < 0.5 * at_once
     assert glitch(lead=5e-3) > at_once
+
+
+def test_the_force_of_a_start_from_rest_rises_from_zero():
+    t = DT * np.arange(200)
+    force = fed(still_law(x_0=2e-6), t, 0.05 * t**2, 0.1 * t, np.full(t.size, 0.1))
+    assert force[0] == 0.0
+    assert np.all(force >= 0.0)
+    assert force[-1] == pytest.approx(40.0, rel=1e-3)
