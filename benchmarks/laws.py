@@ -141,15 +141,15 @@ def trained(desired: np.ndarray, effort: np.ndarray, seed: int, hidden: int = 10
     from scipy.optimize import least_squares
 
     scale = np.std(desired[:3], axis=1)
-    rows, size = (desired[:3] / scale[:, None])[:, 2000::20].T, float(np.std(effort))
-    wanted, generator = effort[2000::20] / size, np.random.default_rng(seed)
+    rows, size = (desired[:3] / scale[:, None])[:, 2000::40].T, float(np.std(effort))
+    wanted, generator = effort[2000::40] / size, np.random.default_rng(seed)
 
     def output(weights: np.ndarray, inputs: np.ndarray) -> np.ndarray:
         inner, outer = weights[: 4 * hidden].reshape(4, hidden), weights[4 * hidden :]
         return np.tanh(inputs @ inner[:3] + inner[3]) @ outer[:-1] + outer[-1]
 
-    starts = [generator.standard_normal(5 * hidden + 1) for _ in range(4)]
-    fits = [least_squares(lambda w: np.append(output(w, rows) - wanted, 1e-2 * w), start, max_nfev=200) for start in starts]
+    starts = [generator.standard_normal(5 * hidden + 1) for _ in range(2)]
+    fits = [least_squares(lambda w: np.append(output(w, rows) - wanted, 1e-2 * w), start, max_nfev=60) for start in starts]
     best = min(fits, key=lambda fit: fit.cost).x
     return lambda motion: size * output(best, (motion[:3] / scale[:, None]).T)
 
