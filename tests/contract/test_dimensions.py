@@ -227,6 +227,14 @@ LAWS = {
         controllers.lugre_observer,
         {**ON_SURFACE, "F_C": 3.0, "F_S": 4.0, "v_S": 0.2, "sigma_0": 1e3, "sigma_2": 2.0, "k": 0.5},
     ),
+    "asymptotic_observer": (
+        controllers.asymptotic_observer,
+        {**ON_SURFACE, "g_1": 60.0, "g_2": 200.0, "F_C": 3.0, "sigma_0": 1e3, "K_I": 10.0, "band": 1e-3},
+    ),
+    "predictive_reversal": (
+        controllers.predictive_reversal,
+        {**ON_SURFACE, "F_C": 3.0, "F_S": 4.0, "v_S": 0.2, "F_v": 2.0, "lead": 1e-3, "x_0": 1e-3},
+    ),
     "adaptive_hysteresis": (controllers.adaptive_hysteresis, {**ON_SURFACE, "reach": 0.01, "Gamma": 50.0, "w_max": 5.0, "delta": 0.01}),
     "pid": (PID, {"K_P": 2e3, "K_I": 2e4, "K_D": 80.0}),
 }

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, sensors
-from bristle.core import FrictionModel, Variable, kernel
+from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.contracts import Reference
 from bristle.engine import run_closed_loop
 from bristle.plants import inertia
@@ -163,6 +163,37 @@ def test_weights_stay_bounded_for_a_thousand_seconds_with_an_encoder():
     for first in (20.0, 480.0, 980.0):
         assert rms(trace, first, first + 20.0) < 0.15e-6
     assert np.max(np.abs(trace.command)) < 2.0 * 1.6 * np.sum(WEIGHTS)
+
+
+def test_weights_carry_to_another_motion(learned):
+    # The law of the run that learned begins with its weights: at first try it follows a motion of other amplitudes and frequencies.
+    law = controllers.adaptive_hysteresis(**GAINS, **LEARNING)
+    other = motion(8.0)[:, ::2] * np.array([[0.7], [1.4], [2.8], [0.0]])
+    same = AGEING(f=WEIGHTS, reach=REACH, half=0.0, more=1.6)
+
+    def error(chosen):
+        trace = run_closed_loop(inertia(M=M), same, chosen, sensors.encoder(), other, DT, steps=4)
+        return float(np.sqrt(np.mean((other[0] - trace.position) ** 2)))
+
+    carried = learned.controller
+    assert carried.values["w_6"] > 5.0
+    assert error(carried) < 0.7 * error(law)
+    frozen = carried.with_values(Gamma=0.0)
+    assert error(frozen) < 0.15 * error(law.with_values(Gamma=0.0))
+    begun = frozen.component.start(0.0, 0.0, 0.0, DT, frozen.parameters)
+    assert [getattr(begun, f"w_{i}") for i in range(7)] == [carried.values[f"w_{i}"] for i in range(7)]
+
+
+def test_weights_above_their_bound_are_refused():
+    with pytest.raises(InputError, match=r"needs w_max >= w_0 to w_6.*Raise w_max"):
+        controllers.adaptive_hysteresis(**GAINS, **LEARNING, w_0=-61.0)
+
+
+def test_a_loop_that_diverges_has_learned_nothing():
+    wild = controllers.adaptive_hysteresis(**{**GAINS, "K_1": -0.0, "lambda_": 1e7}, **LEARNING)
+    trace = follow(wild, 1.0)
+    assert trace.status.name == "NOT_FINITE"
+    assert trace.controller == wild
 
 
 # --- the observer of LuGre --------------------------------------------------------------------------------------

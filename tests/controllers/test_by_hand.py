@@ -4,7 +4,17 @@ import math
 
 import pytest
 
-from bristle.controllers import adaptive_hysteresis, cascade, disturbance_observer, lugre_observer, open_loop, sliding_mode, super_twisting
+from bristle.controllers import (
+    adaptive_hysteresis,
+    asymptotic_observer,
+    cascade,
+    disturbance_observer,
+    lugre_observer,
+    open_loop,
+    predictive_reversal,
+    sliding_mode,
+    super_twisting,
+)
 from bristle.controllers.limits import within_drive
 from bristle.controllers.velocity import FILTERED_DIFFERENCE, TRACKING_OBSERVER, motion_before, observed, samples_before
 from bristle.core.contracts import Reference
@@ -202,7 +212,23 @@ COMMON = {"J": (0.0, 1.0), "lambda_": (0.0, 300.0), "K_1": (0.0, 300.0), "limit"
             {"F_C": (1e-12, 1.0), "F_S": (1e-12, 1.0), "v_S": (1e-12, 1.0), "sigma_0": (0.0, 1.0), "sigma_2": (0.0, 1.0), "k": (0.0, 1.0)},
             {"sigma_2": 0.0, "k": 0.0},
         ),
-        (adaptive_hysteresis, {"reach": (1e-12, 1.0), "Gamma": (0.0, 1.0), "w_max": (0.0, 1.0), "delta": (0.0, 1.0)}, {"delta": 0.0}),
+        (
+            adaptive_hysteresis,
+            {"reach": (1e-12, 1.0), "Gamma": (0.0, 1.0), "w_max": (0.0, 1.0), "delta": (0.0, 1.0), "w_0": (-math.inf, 1.0)}
+            | {f"w_{i}": (0.0, 1.0) for i in range(1, 7)},
+            {"delta": 0.0} | {f"w_{i}": 0.0 for i in range(7)},
+        ),
+        (
+            asymptotic_observer,
+            {"J": (1e-12, 1.0), "g_1": (1e-9, 60.0), "g_2": (0.0, 600.0), "F_C": (1e-12, 1.0), "sigma_0": (0.0, 1.0)}
+            | {"K_I": (0.0, 1.0), "band": (0.0, 1.0)},
+            {"K_I": 0.0, "band": 0.0},
+        ),
+        (
+            predictive_reversal,
+            {"F_C": (0.0, 1.0), "F_S": (0.0, 1.0), "v_S": (1e-12, 1.0), "F_v": (0.0, 1.0), "lead": (0.0, 1.0), "x_0": (0.0, 1.0)},
+            {"F_v": 0.0, "lead": 0.0, "x_0": 0.0},
+        ),
     ],
 )
 def test_gains_are_not_negative_and_nominal_gains_fit_a_machine(law, own, defaults):
@@ -216,7 +242,18 @@ def test_gains_are_not_negative_and_nominal_gains_fit_a_machine(law, own, defaul
 
 
 @pytest.mark.parametrize(
-    "law", [cascade, sliding_mode, super_twisting, disturbance_observer, lugre_observer, adaptive_hysteresis], ids=lambda law: law.name
+    "law",
+    [
+        cascade,
+        sliding_mode,
+        super_twisting,
+        disturbance_observer,
+        lugre_observer,
+        adaptive_hysteresis,
+        asymptotic_observer,
+        predictive_reversal,
+    ],
+    ids=lambda law: law.name,
 )
 def test_a_law_begins_at_rest_at_zero_with_empty_integrals(law):
     assert set(law.State()) == {0.0}

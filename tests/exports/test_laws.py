@@ -38,10 +38,16 @@ LAWS = {
         J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4, sigma_0=18e6, sigma_2=4737.4, k=1.0, cutoff=400.0
     ),
     "learning": br.controllers.adaptive_hysteresis(
-        J=M, lambda_=150.0, K_1=150.0, reach=7e-6, Gamma=8e5, w_max=60.0, delta=2e-5, cutoff=400.0
+        J=M, lambda_=150.0, K_1=150.0, reach=7e-6, Gamma=8e5, w_max=60.0, delta=2e-5, cutoff=400.0, w_0=3.0, w_2=8.0, w_6=5.0
+    ),
+    "observed": br.controllers.asymptotic_observer(
+        J=M, lambda_=150.0, K_1=150.0, g_1=60.0, g_2=600.0, F_C=42.7, sigma_0=18e6, K_I=20.0, band=2e-7, cutoff=400.0
+    ),
+    "reversing": br.controllers.predictive_reversal(
+        J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4, F_v=4737.0, lead=2e-3, x_0=2e-6, cutoff=400.0
     ),
 }
-SECOND = ("bristles", "learning")  # what is fed forward enters them as it does the others'
+SECOND = ("bristles", "learning", "observed", "reversing")  # what is fed forward enters them as it does the others'
 assert {law.name for law in LAWS.values()} == set(br.controllers.CONTROLLERS)
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
 RISEN = br.friction.find("lugre+transmitted")(**STIFF, sigma_1=52430.0, sigma_2=4737.4, c_T=0.4)
@@ -87,6 +93,8 @@ FIRST = [
     ("twisting", "nothing"),
     ("bristles", "desired"),
     ("learning", "desired"),
+    ("observed", "desired"),
+    ("reversing", "desired"),
     ("cascade", "all"),
     ("cascade", "toothed_measured"),
     ("cascade", "sprung"),

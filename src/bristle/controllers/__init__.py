@@ -8,6 +8,8 @@ from bristle.controllers.disturbance_observer import disturbance_observer as dis
 from bristle.controllers.super_twisting import super_twisting as super_twisting
 from bristle.controllers.lugre_observer import lugre_observer as lugre_observer
 from bristle.controllers.adaptive_hysteresis import adaptive_hysteresis as adaptive_hysteresis
+from bristle.controllers.asymptotic_observer import asymptotic_observer as asymptotic_observer
+from bristle.controllers.predictive_reversal import predictive_reversal as predictive_reversal
 from bristle.controllers.open_loop import open_loop as open_loop
 # isort: on
 

@@ -23,6 +23,10 @@ The dead zone :math:`\delta` keeps the counts of the encoder out of the learning
 :math:`F = w_0 + \sum w_i E_i[r]`, then :math:`V = J\varsigma^2/2 + \sum \tilde w_i^2/(2\Gamma)` falls outside the dead
 zone, with the errors :math:`\tilde w_i` of the learned weights.
 
+The weights belong to the state of the operators, not to the time, so they carry to other references. A run begins with
+the weights of its parameters. The result of a simulation has the law with the learned weights, for the next run; trials
+of an experiment with learning pass them on. With :math:`\Gamma = 0` the weights are a feedforward.
+
 References
 ----------
 .. [1] K. Kuhnen, P. Krejci, "Compensation of complex hysteresis and creep effects in piezoelectrically actuated
@@ -37,14 +41,17 @@ from typing import Annotated, NamedTuple
 from bristle.controllers import quantities
 from bristle.controllers.surface import surface_at
 from bristle.controllers.velocity import motion_before
-from bristle.core.contracts import Controller
+from bristle.core.contracts import Controller, Relation
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
 ELEMENTS = 6.0
+WEIGHTS = ("w_0", "w_1", "w_2", "w_3", "w_4", "w_5", "w_6")
 
 Stress = Annotated[float, Variable("1", "normalised output of a stop operator", min=-1.0, max=1.0)]
 Weight = Annotated[float, Variable("force", "learned strength of a stop operator", min=0.0)]
+
+FirstWeight = Annotated[float, Variable("force", "strength of a stop operator at the start", min=0.0)]
 
 
 class Parameters(NamedTuple):
@@ -60,6 +67,13 @@ class Parameters(NamedTuple):
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf
+    w_0: Annotated[float, Variable("force", "constant part at the start")] = 0.0
+    w_1: FirstWeight = 0.0
+    w_2: FirstWeight = 0.0
+    w_3: FirstWeight = 0.0
+    w_4: FirstWeight = 0.0
+    w_5: FirstWeight = 0.0
+    w_6: FirstWeight = 0.0
 
 
 class State(NamedTuple):
@@ -131,7 +145,17 @@ def step(state, reference, measured, dt, p):
 def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
-    return State(before.q, before.v, before.q, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return State(before.q, before.v, before.q, p.w_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, p.w_1, p.w_2, p.w_3, p.w_4, p.w_5, p.w_6)
+
+
+def learned_parameters(state, p):
+    """Return the parameters with the learned weights, for the next run."""
+    return p._replace(**{name: float(getattr(state, name)) for name in WEIGHTS})
+
+
+def largest(p):
+    """Return the largest weight at the start [N or N*m]."""
+    return max(abs(getattr(p, name)) for name in WEIGHTS)
 
 
 MODEL = adaptive_hysteresis = Controller(
@@ -141,5 +165,7 @@ MODEL = adaptive_hysteresis = Controller(
     State=State,
     step=step,
     start=start,
+    learned=learned_parameters,
+    relations=(Relation("w_max >= w_0 to w_6", lambda p: largest(p) <= p.w_max, "Raise w_max, or lower the weights"),),
     reference="doi:10.1109/TAC.2009.2012984",
 )

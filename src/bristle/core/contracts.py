@@ -223,12 +223,14 @@ class Controller(Component):
     ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of a controller that takes over a motion.
     ``resume(state, reference, measured, effort, dt, p) -> state`` is optional, for a controller with an integral or a
     memory of its reference: the state after it has followed the reference and applied an effort (`NOT_KNOWN`, a NaN, if
-    unknown). All three are kernels, so exported control laws start in the same way.
+    unknown). All three are kernels, so exported control laws start in the same way. ``learned(state, p) -> p`` is optional,
+    for a law that learns: the parameters with which the next run begins.
     """
 
     step: Callable[..., Any]
     start: Callable[..., Any]
     resume: Callable[..., Any] | None = None
+    learned: Callable[[Any, Any], Any] | None = None
 
     family: ClassVar[str] = "controller"
     functions: ClassVar[tuple[str, ...]] = ("step",)

@@ -25,7 +25,8 @@ class Relation(NamedTuple):
     """A condition between parameters, such as F_S >= F_C.
 
     An `advisory` relation causes a warning instead of an error. A `structural` relation, such as equal lengths of arrays,
-    keeps kernels within their arrays, so it is checked even without validation.
+    keeps kernels within their arrays, so it is checked even without validation. `allowed` states the range that the
+    other parameters leave.
     """
 
     condition: str
@@ -33,6 +34,7 @@ class Relation(NamedTuple):
     mend: str
     advisory: bool = False
     structural: bool = False
+    allowed: Callable[[Any], str] | None = None
 
 
 class Redundancy(NamedTuple):

@@ -47,7 +47,8 @@ def check_relations(component: Documented, parameters: Any, path: str, *, struct
             message = f"{path}: should have {relation.condition}, but {facts}. {relation.mend}"
             warnings.warn(message, InputWarning, stacklevel=4)
         else:
-            raise InputError(f"needs {relation.condition}, but {facts}", path=path, mend=relation.mend)
+            allowed = relation.allowed(parameters) if relation.allowed else ""
+            raise InputError(f"needs {relation.condition}, but {facts}", path=path, allowed=allowed, mend=relation.mend)
 
 
 def coerced(component: Documented, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:

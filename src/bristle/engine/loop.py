@@ -1,6 +1,6 @@
 """A plant with friction, driven by a recorded effort or by a sampled controller."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,9 +90,12 @@ class LoopTrace(Trace):
     ----------
     compensation : ndarray, shape (sample,)
         Effort fed forward along the measured motion [N or N*m].
+    controller : Model
+        The control law with its learned parameters, for the next run; unchanged after divergence.
     """
 
     compensation: np.ndarray
+    controller: Model
 
 
 class Compensator(NamedTuple):
@@ -335,8 +338,10 @@ def run_closed_loop(
             history,
         )
     )
-    rows = history.reshape(drivers.ROWS, count)
-    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached])
+    rows, law, learned = history.reshape(drivers.ROWS, count), controller, controller.component.learned
+    if learned is not None and reached == count:
+        law = replace(controller, parameters=learned(control.state_now, controller.parameters))
+    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached], controller=law)
 
 
 def begun(

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
@@ -69,6 +70,8 @@ class VariantResult(Tabular):
         Whether reports compare the true error, because a variant of the experiment leads by the wind-up of a screw.
     load_reference : ndarray or None
         Desired position of the load, if `reference` leads it by the wind-up of a screw [m or rad].
+    controller : Model or None
+        The control law with its learned parameters, for the next run; None in an open loop.
     """
 
     name: str
@@ -94,6 +97,7 @@ class VariantResult(Tabular):
     motion: Statistics = NO_STATISTICS
     at_load: bool = False
     load_reference: np.ndarray | None = None
+    controller: Model | None = None
 
     @property
     def compared(self) -> str:

@@ -12,7 +12,7 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.edge import PROGRESS, Progress, guarded
 from bristle.core.errors import InputError
-from bristle.core.experiment import Learning, Start, Variant
+from bristle.core.experiment import Start, Variant
 from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
@@ -79,8 +79,7 @@ def _runs_of(variant: Variant) -> Iterator[VariantResult]:
 
 def _run_of(variant: Variant) -> Callable[[np.ndarray, int], VariantResult]:
     """Return a function that simulates one run of a variant along a desired motion, with learning if configured."""
-    once = partial(_simulate_once, variant)
-    return once if variant.learning is None else partial(learn, variant.learning, variant.run.sample_time, once)
+    return partial(_simulate_once if variant.learning is None else learn, variant)
 
 
 def seeded(model: Model, run: int) -> Model:
@@ -146,6 +145,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         feedforward=effort[:count] + compensation,
         motion=statistics_of(trace.position[judged]),
         load_reference=wanted,
+        controller=trace.controller if isinstance(trace, LoopTrace) and variant.effort is None else None,
         **{name: getattr(trace, name) for name in RECORDED},
     )
 
@@ -202,9 +202,7 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])
 
 
-def learn(
-    learning: Learning, dt: float, once: Callable[[np.ndarray, int], VariantResult], desired: np.ndarray, number: int
-) -> VariantResult:
+def learn(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     r"""Return the last of several trials; all trials have the same start and different noise.
 
     .. math:: u_{j+1} = Q\left[u_j + k_e\,e_j + k_d\,\dot e_j\right]
@@ -219,13 +217,17 @@ def learn(
     """
     from scipy.signal import butter, sosfiltfilt
 
+    learning, dt = variant.learning, variant.run.sample_time
+    if learning is None:
+        raise TypeError("the variant has no learning")
     if not learning.cutoff < 0.5 / dt:
         raise InputError("out of range", path="controller.learning.cutoff", value=learning.cutoff, allowed=f"< {0.5 / dt:g} Hz")
     low_pass = butter(2, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []
     while True:
-        result = once(desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + 1000 * len(errors))
+        result = _simulate_once(variant, desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + 1000 * len(errors))
+        variant = replace(variant, controller=result.controller or variant.controller)
         errors.append(result.following_error.peak_to_peak)
         if len(errors) == learning.trials or result.status is Status.NOT_FINITE:
             return replace(result, trials=tuple(errors))
