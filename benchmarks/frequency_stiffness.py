@@ -143,7 +143,7 @@ def columns_of(sweep: Sweep) -> dict[str, np.ndarray]:
 
 
 @numba.njit(cache=True)  # type: ignore[misc]
-def _force(kind, x, v, dx, h, stiffness, level, numbers, springs, reaches, memory, stack):  # noqa: PLR0912, PLR0913, PLR0917
+def _force(kind, x, v, dx, h, stiffness, level, numbers, springs, reaches, memory, stack):
     """Return the friction force after a step `dx`; `memory` and `stack` change."""
     high, v_s, micro, viscous, further = numbers
     if kind == LUGRE:
@@ -211,7 +211,7 @@ def _lost(x):
 
 
 @numba.njit(cache=True)  # type: ignore[misc]
-def _simulated(kind, mass, stiffness, level, numbers, springs, reaches, dt, gains, by_effort, signal, pushes, step, dither):  # noqa: PLR0913, PLR0917
+def _simulated(kind, mass, stiffness, level, numbers, springs, reaches, dt, gains, by_effort, signal, pushes, step, dither):
     """Return recorded position and effort of a loop."""
     count = signal.size
     position, effort = np.empty(count), np.empty(count)
@@ -233,10 +233,10 @@ def _simulated(kind, mass, stiffness, level, numbers, springs, reaches, dt, gain
         effort[k] = u
         drive = u + pushes[k]
         for _ in range(SUBSTEPS):
-            middle = v + 0.5 * h * (drive - force) / mass
+            middle, late = v + 0.5 * h * (drive - force) / mass, v + h * (drive - force) / mass
             dx = h * middle
             x += dx
-            force = _force(kind, x, middle, dx, h, stiffness, level, numbers, springs, reaches, memory, stack)
+            force = _force(kind, x, late, dx, h, stiffness, level, numbers, springs, reaches, memory, stack)
             v = middle + 0.5 * h * (drive - force) / mass
     return position, effort
 
@@ -259,9 +259,7 @@ def frequency_stiffness(first: int = FIRST, count: int = COUNT) -> Iterator[Shar
     yield Share("sweep, stiffness reported", 100.0 * len(shown) / count, 0.0, 100.0, count)
     for name in ("stiffness", "damping"):
         for kind in ("", *KINDS):
-            rows = [
-                (found, truth if name == "stiffness" else damping) for of, found, truth, damping in shown if kind in (of, "")
-            ]
+            rows = [(found, truth if name == "stiffness" else damping) for of, found, truth, damping in shown if kind in (of, "")]
             widths = [getattr(found, f"{name}_half_width") / truth for found, truth in rows]
             inside = [abs(getattr(found, name) - truth) <= getattr(found, f"{name}_half_width") for found, truth in rows]
             errors = [abs(getattr(found, name) / truth - 1.0) for found, truth in rows]

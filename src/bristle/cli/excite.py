@@ -29,7 +29,7 @@ def excite(
         typer.Option(
             "--for",
             metavar="NAME[,NAME...]",
-            help="Goals of the motion: presliding, break-away, damping, stribeck, resonance; by default all but resonance.",
+            help="Goals of the motion: presliding, break-away, damping, stribeck (default); on request stiffness, resonance.",
         ),
     ] = None,
     model: Annotated[
