@@ -58,7 +58,7 @@ HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
 NEAR, ROUNDS, SURE = 12, 3, 1e-3  # windows that share a variance; fits with new weights; smallest relative error of a window
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTOR, SPARE = 1.8, np.array([0.001, 0.004, 0.0])  # half-width over standard error; further, relative: mass, damping, stiffness
+FACTOR, SPARE = 1.9, np.array([0.001, 0.004, 0.0])  # half-width over standard error; further, relative: mass, damping, stiffness
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 
