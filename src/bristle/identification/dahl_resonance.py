@@ -48,17 +48,17 @@ CYCLES = 4.0  # of a window
 OF_RATE, PER_OCTAVE = 0.1, 6  # highest frequency over the sampling frequency; frequencies tried
 PURE, OVERLAP = 0.8, 0.25  # least share of the sweep in the motion of a window; most common share of two windows
 STEPS = 1.2  # encoder steps: smallest amplitude
-FEWEST, SPAN, AMPLITUDES = 15, 3.0, 1.6  # windows; ratio of frequencies; ratio of amplitudes
+FEWEST, SPAN, AMPLITUDES, FADED = 15, 3.0, 1.6, (0.1, 0.9)  # windows; ratio of frequencies; of amplitudes, between quantiles
 NODES, SHRINK = 5, 1.25  # amplitudes with their own loss; between trials of the largest amplitude
 MOST_LOSS, SOFTEST = 0.25, 0.65  # of the stiffness, at the largest amplitude: loss and stiffness
 DELAYS, DELAY_STEP = (-5.0, 9.0), 0.5  # samples
-PRIORS = ((1.2, 1.2), (1.5, 2.0), (0.0, 1.0), (0.0, 1.0), (1.0, 0.3))  # mean, deviation: g_1, g_2, g_3, e, exponent of the hold
+PRIORS = ((1.2, 1.2), (1.5, 2.0), (0.0, 1.0), (0.0, 1.0), (0.5, 0.5))  # mean, deviation: g_1, g_2, g_3, e, exponent of the hold
 LOWEST = (1e-3, 0.0, 1e-2, DELAYS[0], 0.0, 0.0, -20.0, -20.0, -1.0)
 HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
 NEAR, ROUNDS, SURE = 12, 3, 1e-3  # windows that share a variance; fits with new weights; smallest relative error of a window
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTOR, SPARE = 1.9, np.array([0.001, 0.004, 0.0])  # half-width over standard error; further, relative: mass, damping, stiffness
+FACTOR, SPARE = 1.9, np.array([0.002, 0.004, 0.002])  # half-width over standard error; further, relative: mass, damping, stiffness
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 
@@ -163,8 +163,8 @@ def _windows_of(position: np.ndarray, effort: np.ndarray, dt: float, step: float
     moved, pulled = position - position[:1], effort
     while moved.size >= lengths[0]:
         for length in (length for length in lengths if length <= moved.size):
-            views = (sliding_window_view(signal, length)[:: length // 3] for signal in (moved, pulled))
-            fields, share = _projected(*views, halved * dt)
+            positions, efforts = (sliding_window_view(signal, length)[:: length // 3] for signal in (moved, pulled))
+            fields, share = _projected(positions, efforts, halved * dt)
             chosen = (share > PURE) & (fields[1].real > STEPS * step)
             found.append((fields[:, chosen], halved * (length // 3) * np.flatnonzero(chosen), share[chosen]))
         # The mean of two samples acts on both signals and leaves their ratio as it is.
@@ -203,7 +203,8 @@ def _projected(position: np.ndarray, effort: np.ndarray, dt: float) -> tuple[np.
 
 def _before_sliding(windows: _Windows, dt: float) -> _Windows | None:
     """Return the windows with amplitudes at which the contact is a spring; None without a sweep of several amplitudes."""
-    while windows.is_sweep and np.ptp(np.log(windows.amplitude)) > math.log(AMPLITUDES):
+    # A sweep of one amplitude fades in and out.
+    while windows.is_sweep and np.ptp(np.quantile(np.log(windows.amplitude), FADED)) > math.log(AMPLITUDES):
         _, (_, _, stiffness, change, loss) = _rough(windows, dt)
         if stiffness > 0.0 and stiffness + change > SOFTEST * stiffness and loss < MOST_LOSS * stiffness:
             return windows
