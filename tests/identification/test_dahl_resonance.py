@@ -128,7 +128,8 @@ def test_the_terminal_reports_a_contradiction_in_a_sentence():
         "The fit contradicts the sweep in stiffness. Prefer the sweep",
     ]
     assert len(sweep_lines(reported(True, stiffness=(1e5, 1e3)))) == 1
-    assert sweep_lines(reported("too few")) and not sweep_lines(reported(None))
+    assert sweep_lines(reported("too few"))
+    assert not sweep_lines(reported(None))
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
 NEAR, ROUNDS, SURE = 12, 3, 1e-3  # windows that share a variance; fits with new weights; smallest relative error of a window
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTOR, SPARE = 1.9, np.array([0.002, 0.004, 0.002])  # half-width over standard error; further, relative: mass, damping, stiffness
+FACTORS, SPARE = np.array([1.9, 1.9, 1.75]), np.array([0.002, 0.004, 0.002])  # over standard error; relative: mass, damping, stiffness
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 
@@ -193,8 +193,8 @@ def _projected(position: np.ndarray, effort: np.ndarray, dt: float) -> tuple[np.
     drift = moved @ line
     moved, pulled = (signal - signal @ line @ np.stack([np.ones_like(t), t]) for signal in (moved, pulled))
     harmonics = moved @ tests
-    first = np.where(harmonics[:, 0] == 0.0, TINY, harmonics[:, 0])
-    amplitude = 2.0 * np.abs(first) / w.sum()
+    first = np.where(harmonics[:, 0] == 0.0, 1.0, harmonics[:, 0])
+    amplitude = 2.0 * np.abs(harmonics[:, 0]) / w.sum()
     share = 0.5 * amplitude**2 * w.sum() / np.maximum(moved**2 @ w, TINY)
     ratios = pulled @ tests[:, 0] / first, harmonics[:, 2] / first, harmonics[:, 1] / first
     fields = np.stack([np.full(count, omega, complex), amplitude, *ratios, np.full(count, span)])
@@ -308,4 +308,4 @@ class _Fit:
         changes = (self.weight * self._response(point))[:, None] * self.gains
         pulls = slope[: 2 * count].T @ np.concatenate([changes.real, changes.imag])
         cover = inverse @ (scores.T @ scores + priors.T @ priors + pulls @ pulls.T) @ inverse
-        return FACTOR * np.sqrt(np.maximum(np.diag(cover)[:3], 0.0)) + SPARE * point[:3]
+        return FACTORS * np.sqrt(np.maximum(np.diag(cover)[:3], 0.0)) + SPARE * point[:3]
