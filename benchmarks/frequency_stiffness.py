@@ -29,7 +29,7 @@ __all__ = ["Sweep", "columns_of", "frequency_stiffness", "sweep_of", "tried"]
 LUGRE, DAHL, MAXWELL, GMS, BRANCHES = range(5)
 KINDS = ("lugre", "dahl", "maxwell slip", "gms", "branches")
 SUBSTEPS = 8
-FIRST, COUNT = 1000, 320  # judged once
+FIRST, COUNT = 2000, 320
 
 
 @dataclass(frozen=True)

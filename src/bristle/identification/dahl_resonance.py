@@ -58,7 +58,7 @@ HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
 NEAR, ROUNDS, SURE = 12, 3, 1e-3  # windows that share a variance; fits with new weights; smallest relative error of a window
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTORS, SPARE = np.array([1.9, 1.9, 1.75]), np.array([0.002, 0.004, 0.002])  # over standard error; relative: mass, damping, stiffness
+FACTORS, SPARE = np.array([1.9, 1.9, 1.6]), np.array([0.002, 0.004, 0.002])  # over standard error; relative: mass, damping, stiffness
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 
