@@ -6,18 +6,17 @@ grows (Dahl resonance [1]_). With the first harmonics `U` of the effort and `X` 
 .. math:: \frac{U}{X}\,e^{j\omega\tau} = K(A) - \omega^2 M + j\,\bigl(\omega c(A) + H(A)\bigr), \qquad
    K = K_0 - (g_1 + g_3\,\omega)\,H - g_2 H^2 / K_0, \quad c = c_0 + e\,H .
 
-`K` and `H` are stiffness and loss of the hysteresis. The loss vanishes with the amplitude, and with it the difference of `K`
-from the stiffness :math:`K_0` at the amplitude zero: for elements that slip at thresholds with a power law as density,
-:math:`g_2 = 0`, and for Dahl friction :math:`g_1 = 0`. Therefore the loss, and not the amplitude, extrapolates `K` and `c`. The
-loss is free at up to five amplitudes. The sum :math:`c_0` has the bristle damping and the viscous friction.
+`K` and `H` are stiffness and loss of the hysteresis. The loss vanishes with the amplitude, and with it :math:`K - K_0`: for
+elements that slip at thresholds with a power law as density, :math:`g_2 = 0`, and for Dahl friction :math:`g_1 = 0`. Therefore
+the loss, free at five amplitudes, extrapolates `K` and `c`. :math:`c_0` is the sum of bristle damping and viscous friction.
 
 The harmonics come from windows of four periods with the weight `w`. Derivatives move from the position to the weight, so that
 
 .. math:: \int w\,e^{-j\omega t}\,\ddot x\,dt = \int \frac{d^2 (w\,e^{-j\omega t})}{dt^2}\,x\,dt
 
-holds for each motion, and a transient does not matter [2]_. A constant force has no harmonic. The effort of a closed loop is no
-problem either: both signals far exceed noise at the frequency of the sweep. Half-widths of the 95 % intervals come from
-the scatter of the windows, and from the error of the encoder at the amplitude of each window.
+holds for each motion, and a transient does not matter [2]_. A constant force has no harmonic. In a closed loop, both signals
+far exceed noise at the frequency of the sweep. Half-widths of the 95 % intervals come from the scatter of the windows, and from
+the error of the encoder.
 
 References
 ----------
