@@ -112,8 +112,8 @@ class Beside(NamedTuple):
 def _sum_of(parts: Sequence[tuple[Estimate, float]]) -> tuple[float | None, float | None]:
     """Return the sum of shares of estimates, and its half-width if the log determines each of them; None without estimates."""
     halves = [0.5 * share * (item.ends[1] - item.ends[0]) if item.ends else 0.0 for item, share in parts]
-    sure = parts and all(item.status in ("identified", "held") for item, _ in parts)
-    return (sum(share * item.value for item, share in parts) if parts else None), (math.hypot(*halves) if sure else None)
+    is_sure = parts and all(item.status in ("identified", "held") for item, _ in parts)
+    return (sum(share * item.value for item, share in parts) if parts else None), (math.hypot(*halves) if is_sure else None)
 
 
 class _Windows(NamedTuple):
@@ -126,7 +126,7 @@ class _Windows(NamedTuple):
     velocity: Any
     duration: Any
 
-    def where(self, chosen: np.ndarray) -> _Windows:
+    def part(self, chosen: np.ndarray) -> _Windows:
         return _Windows._make(values[chosen] for values in self)
 
     @property
@@ -140,16 +140,16 @@ def dahl_resonance(logs: Sequence[Log], step: float, highest: float = math.inf) 
 
     `step` is that of the encoder [m or rad], and `highest` the highest frequency [Hz] at which the axis is one mass.
     """
-    dt, found = float(logs[0].sample_time), [np.empty((6, 0), complex)]
+    dt, fields = float(logs[0].sample_time), [np.empty((6, 0), complex)]
     for log in logs:
         assert log.effort is not None
         parts = log.segments or (slice(0, len(log)),)
-        found += [_windows_of(log.position.values[part], log.effort.values[part], float(log.sample_time), step) for part in parts]
-    omega, amplitude, *ratios, duration = np.concatenate(found, axis=1)
+        fields += [_windows_of(log.position.values[part], log.effort.values[part], float(log.sample_time), step) for part in parts]
+    omega, amplitude, *ratios, duration = np.concatenate(fields, axis=1)
     windows = _before_sliding(_Windows._make([omega.real, amplitude.real, *ratios, duration.real]), dt)
     if windows is None:
         return None
-    windows = windows.where(windows.omega <= 2.0 * math.pi * highest)
+    windows = windows.part(windows.omega <= 2.0 * math.pi * highest)
     if not windows.is_sweep:
         return f"the load is coupled elastically, and the sweep has too few frequencies below {highest:.3g} Hz"
     return _Fit(windows, dt, step).result
@@ -157,7 +157,7 @@ def dahl_resonance(logs: Sequence[Log], step: float, highest: float = math.inf) 
 
 def _windows_of(position: np.ndarray, effort: np.ndarray, dt: float, step: float) -> np.ndarray:
     """Return the windows of a stretch in which the motion is a sweep, with little overlap, shape (field, window)."""
-    found, halved = [(np.empty((6, 0), complex), np.empty(0, int), np.empty(0))], 1
+    rows, halved = [(np.empty((6, 0), complex), np.empty(0, int), np.empty(0))], 1
     lengths = [math.ceil(CYCLES / OF_RATE * 2.0 ** (part / PER_OCTAVE)) for part in range(PER_OCTAVE)]
     moved, pulled = position - position[:1], effort
     while moved.size >= lengths[0]:
@@ -165,18 +165,18 @@ def _windows_of(position: np.ndarray, effort: np.ndarray, dt: float, step: float
             positions, efforts = (sliding_window_view(signal, length)[:: length // 3] for signal in (moved, pulled))
             fields, share = _projected(positions, efforts, halved * dt)
             chosen = (share > PURE) & (fields[1].real > STEPS * step)
-            found.append((fields[:, chosen], halved * (length // 3) * np.flatnonzero(chosen), share[chosen]))
+            rows.append((fields[:, chosen], halved * (length // 3) * np.flatnonzero(chosen), share[chosen]))
         # The mean of two samples acts on both signals and leaves their ratio as it is.
         moved, pulled = (0.5 * (signal[:-1:2] + signal[1::2]) for signal in (moved, pulled))
         halved *= 2
-    candidates, begin, share = (np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True))
+    candidates, begin, share = (np.concatenate(parts, axis=-1) for parts in zip(*rows, strict=True))
     ends = begin + np.round(candidates[5].real / dt).astype(int)
-    taken, kept = np.zeros(position.size, bool), list[int]()
+    covered, places = np.zeros(position.size, bool), list[int]()
     for place in np.argsort(-share):
-        if taken[begin[place] : ends[place]].mean() <= OVERLAP:
-            taken[begin[place] : ends[place]] = True
-            kept.append(int(place))
-    return candidates[:, sorted(kept, key=begin.__getitem__)]
+        if covered[begin[place] : ends[place]].mean() <= OVERLAP:
+            covered[begin[place] : ends[place]] = True
+            places.append(int(place))
+    return candidates[:, sorted(places, key=begin.__getitem__)]
 
 
 def _projected(position: np.ndarray, effort: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
@@ -207,22 +207,22 @@ def _before_sliding(windows: _Windows, dt: float) -> _Windows | None:
         _, (_, _, stiffness, change, loss) = _rough(windows, dt)
         if stiffness > 0.0 and stiffness + change > SOFTEST * stiffness and loss < MOST_LOSS * stiffness:
             return windows
-        windows = windows.where(windows.amplitude <= np.max(windows.amplitude) / SHRINK)
+        windows = windows.part(windows.amplitude <= np.max(windows.amplitude) / SHRINK)
     return None
 
 
 def _rough(windows: _Windows, dt: float) -> tuple[float, np.ndarray]:
     """Return delay, mass, damping, stiffness, and changes of stiffness and loss up to the largest amplitude, by linear least squares."""
-    share, one = windows.amplitude / np.max(windows.amplitude), np.ones_like(windows.amplitude)
-    columns = np.stack([windows.acceleration, windows.velocity, one, share, 1j * share], axis=1)
+    share, ones = windows.amplitude / np.max(windows.amplitude), np.ones_like(windows.amplitude)
+    columns = np.stack([windows.acceleration, windows.velocity, ones, share, 1j * share], axis=1)
     scale, trials = np.mean(np.abs(columns), axis=0), list[tuple[float, float, np.ndarray]]()
     A = _first_weight(windows)[:, None] * columns / scale
     A = np.concatenate([A.real, A.imag])
     for delay in np.arange(*DELAYS, DELAY_STEP) * dt:
         b = _first_weight(windows) * windows.response * np.exp(1j * windows.omega * delay)
         b = np.concatenate([b.real, b.imag])
-        found = unbounded(A, b)
-        trials.append((float(np.sum((A @ found - b) ** 2)), float(delay), found / scale))
+        solution = unbounded(A, b)
+        trials.append((float(np.sum((A @ solution - b) ** 2)), float(delay), solution / scale))
     return min(trials, key=lambda trial: trial[0])[1:]
 
 
@@ -269,8 +269,10 @@ class _Fit:
         from scipy.optimize import least_squares
 
         low, high = self.bounds
-        room = 1e-6 * (high - low)
-        ended: Any = least_squares(self._residual, np.clip(start, low + room, high - room), bounds=self.bounds, x_scale="jac", max_nfev=200)
+        margin = 1e-6 * (high - low)
+        ended: Any = least_squares(
+            self._residual, np.clip(start, low + margin, high - margin), bounds=self.bounds, x_scale="jac", max_nfev=200
+        )
         return ended.x, ended.jac
 
     def _reweighted(self, point: np.ndarray) -> np.ndarray:
