@@ -24,6 +24,7 @@ from benchmarks.coverage import Share, coverage
 from benchmarks.elastic import elastic
 from benchmarks.exported import exported
 from benchmarks.fits import fits
+from benchmarks.frequency_stiffness import frequency_stiffness
 from benchmarks.gradients import gradients
 from benchmarks.hal import hal
 from benchmarks.lanes import lanes
@@ -212,6 +213,7 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
         lies,
         structures,
         elastic,
+        frequency_stiffness,
         one_loop,
         unstated_lag,
         pushes,

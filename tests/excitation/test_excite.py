@@ -126,6 +126,17 @@ def test_the_chirp_passes_the_resonance_of_the_mass_on_the_contact():
     assert piece.speed == pytest.approx(2.0 * np.pi * piece.reference.values["f_1"] * piece.amplitude)
 
 
+def test_chirps_for_the_stiffness_have_rising_amplitudes_up_to_that_for_the_damping():
+    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
+    (damping,) = planned(purposes="damping", model=friction).motion.pieces
+    pieces = planned(purposes="stiffness", model=friction).motion.pieces
+    amplitudes = np.array([piece.amplitude for piece in pieces])
+    assert amplitudes[-1] == pytest.approx(damping.amplitude)
+    assert np.all(np.diff(amplitudes) > 0.0)
+    assert 2.0 <= amplitudes[-1] / amplitudes[0] <= 8.001
+    assert len({piece.reference.values["f_1"] for piece in (damping, *pieces)}) == 1
+
+
 def test_travel_limits_the_motion():
     motion = planned(travel="20 mm").motion
     assert np.ptp(motion.position) <= 0.02
@@ -151,6 +162,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
+        (replace(STAGE, resolution=0.5e-6, jerk_limit=1e6), {"purposes": "stiffness"}, "too coarse for several amplitudes"),
         (Axis(), {}, "axis: contains too few data .* Write velocity, acceleration and stroke under"),
         (STAGE, {"purposes": ""}, "purposes: names no purpose"),
         (STAGE, {"purposes": []}, "purposes: names no purpose"),

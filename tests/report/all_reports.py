@@ -44,7 +44,7 @@ def results():
     sides = ((_named(facts["comparison"].logs_before[0], LOGS[0]),), (_named(facts["comparison"].logs_after[0], LOGS[1]),))
     facts["comparison"] = replace(facts["comparison"], logs_before=sides[0], logs_after=sides[1])
     motion = excite(STAGE, rehearsed=False)
-    friction, fitted = np.sign(motion.motion.velocity), SimpleNamespace(best=facts["identification"].best)
+    friction, fitted = np.sign(motion.motion.velocity), SimpleNamespace(best=facts["identification"].best, sweep=None)
     rehearsal = SimpleNamespace(identification=fitted, truth={}, peak_effort=1.0, lag=0.0, loop=False, friction=friction)
     u = np.linspace(-1e-6, 1e-6, 50)
     return facts | {

@@ -56,7 +56,7 @@ def excited(
 ):
     best = Some(name="lugre", estimates=estimates, diagnostics=())
     known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "following_error": 2e-5, "loop": True, "friction": np.zeros(2)}
-    rehearsal = Some(identification=Some(best=best), **known | changes) if rehearsed else None
+    rehearsal = Some(identification=Some(best=best, sweep=None), **known | changes) if rehearsed else None
     limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
     prior = Some(assumed=assumed, friction=Some(name="dahl"))
     axis = Some(name="stage", effort_limit=limit, following_error_limit=error_limit)

@@ -29,7 +29,7 @@ def excite(
         typer.Option(
             "--for",
             metavar="NAME[,NAME...]",
-            help="Goals of the motion: presliding, break-away, damping, stribeck, resonance; by default all but resonance.",
+            help="Goals of the motion: presliding, break-away, damping, stribeck (default); on request stiffness, resonance.",
         ),
     ] = None,
     model: Annotated[
@@ -48,7 +48,7 @@ def excite(
     """
     from bristle.core import InputError
     from bristle.files import read_log
-    from bristle.report.excitation import FILES, designed_motion, outlook_table, piece_table
+    from bristle.report.excitation import FILES, designed_motion, outlook_tables, piece_table
 
     axis_file, options = toml_content(axis), {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
     model_file, out = toml_content(model), output.out
@@ -64,10 +64,9 @@ def excite(
             motion.write(folder, following)
 
     excitation = motion.excitation
-    outlook = None if excitation.rehearsal is None else outlook_table(excitation)
     notes = (f"Note: {note}" for note in excitation.notes)
     then = f"Then: {motion.next_command(str(out / 'axis.toml')) if out else following}"
     summary = motion.summary(FILES if out else {}, following)
     words, reasons = summary["verdict"]["words"], "; ".join(summary["verdict"]["reasons"])
     verdict = f"Verdict: {words}{': ' if reasons else ''}{reasons}."
-    output.tell(summary, piece_table(excitation), outlook, *notes, verdict, then)
+    output.tell(summary, piece_table(excitation), *outlook_tables(excitation), *notes, verdict, then)

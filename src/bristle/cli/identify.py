@@ -330,6 +330,7 @@ def identification_parts(
     from bristle.report.log import break_away_table
     from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
+    from bristle.report.sweep import sweep_table
     from bristle.report.table import capital
     from bristle.report.two_masses import two_masses_table
 
@@ -338,7 +339,7 @@ def identification_parts(
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
     parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
     parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts += [table] if (table := two_masses_table(identification)) is not None else []
+    parts += [table for table in (sweep_table(identification), two_masses_table(identification)) if table is not None]
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
@@ -350,6 +351,7 @@ def show_identification(
 ) -> None:
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
+    from bristle.report.sweep import sweep_lines
     from bristle.report.two_masses import two_masses_lines
 
     identification = outcome.identification
@@ -359,4 +361,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    show_lines([*lines, *two_masses_lines(identification), *results, feedforward, verdict, *following])
+    show_lines([*lines, *sweep_lines(identification), *two_masses_lines(identification), *results, feedforward, verdict, *following])

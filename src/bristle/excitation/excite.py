@@ -27,7 +27,7 @@ SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
 SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
-LEAVES_FIRST = ("resonance", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
+LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
 START = Variable("length", "start of the motion")
@@ -117,7 +117,7 @@ def excite(
         Position of the axis at the start of the motion [m or rad]; the middle of the stroke by default.
     purposes : sequence of str, optional
         Names of `PURPOSES`, in a list or separated by commas; by default all that are possible on the axis,
-        without ``resonance``.
+        without ``resonance`` and ``stiffness``.
     model : Model, (Model, Model) or path-like, optional
         An earlier model: the friction, a pair of plant and friction, or a model file. By default, bristle derives a model
         from the limits.

@@ -1,9 +1,9 @@
-"""Five kinds of experiment: their information, their requirements, and their pieces of motion.
+"""Six kinds of experiment: their information, their requirements, and their pieces of motion.
 
 `presliding` has a conditioning slide, decaying loops, and pairs of triangles of increasing size: the slide and the loops
 bring the contact into a known state. `break-away` reverses from rest at several rates, in both directions, until friction
-has saturated. `damping` is a chirp of small amplitude through the resonance of the mass on the contact. `stribeck` moves to
-and fro at constant velocities, from creeping to the largest velocity.
+has saturated. `damping` is a chirp of small amplitude through the resonance of the mass on the contact, and `stiffness` has
+such chirps of rising amplitude. `stribeck` moves to and fro at constant velocities, from creeping to the largest velocity.
 """
 
 import math
@@ -31,6 +31,7 @@ SPEEDS = 10
 SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 
 CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
+SIZES = (5, 2.0, 8.0)  # chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
 LEGS, LONGEST_LEG = 4, 8.0  # fewest legs of a slide with a sine; longest leg [s]
@@ -245,12 +246,35 @@ def _no_damping(limits: MotionLimits) -> str:
 
 def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, of about this duration [s]."""
+    return [_chirp(limits, "damping", seconds, _chirp_amplitude(limits))]
+
+
+def _chirp(limits: MotionLimits, purpose: str, seconds: float, amplitude: float) -> ExcitationPiece:
     low, high = CHIRPED[0] * (limits.resonance or 0.0), _highest_frequency(limits)
-    omega, amplitude = 2.0 * math.pi * high, _chirp_amplitude(limits)
     duration = max(seconds - REST, 4.0 / low)
     ramp = min(2.0 / low, 0.2 * duration)
     reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
-    return [ExcitationPiece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
+    return ExcitationPiece(purpose, "chirp", reference, REST, 2.0 * math.pi * high * amplitude, amplitude)
+
+
+def _no_stiffness(limits: MotionLimits) -> str:
+    """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
+    if reason := _no_damping(limits):
+        return reason
+    if (amplitude := _chirp_amplitude(limits)) < SIZES[1] * CHIRP_COUNTS * limits.count:
+        return (
+            f"the encoder is too coarse for several amplitudes up to {limits.in_unit(amplitude, 'length')} "
+            f"(its step is {limits.in_unit(limits.count, 'length')})"
+        )
+    return ""
+
+
+def _stiffness(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
+    """Return the motion, of about this duration [s]."""
+    count, _, ratio = SIZES
+    largest = _chirp_amplitude(limits)
+    smallest = max(CHIRP_COUNTS * limits.count, largest / ratio)
+    return [_chirp(limits, "stiffness", seconds / count, float(amplitude)) for amplitude in np.geomspace(smallest, largest, count)]
 
 
 def _chirp_amplitude(limits: MotionLimits) -> float:
@@ -309,6 +333,7 @@ PURPOSES: dict[str, Purpose] = {
     "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding),
     "break-away": Purpose("break-away force and distance, and their dependence on the rate", 0.12, _no_presliding, _break_away),
     "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
+    "stiffness": Purpose("stiffness and damping of the contact without a friction model", 0.25, _no_stiffness, _stiffness, on_request=True),
     "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
     "resonance": Purpose(
         "antiresonance and resonance of an elastic coupling, and both masses", 0.25, _no_resonance, _resonance, on_request=True

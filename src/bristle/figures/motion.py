@@ -38,7 +38,7 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     parts = _parts(planned)
     force, word = style.effort_scale(planned.kind, friction)
     effort = force.label(f"Friction {word.lower()}")
-    slow = next((parts[name] for name in ("presliding", "break-away", "damping", "resonance") if name in parts), None)
+    slow = next((parts[name] for name in ("presliding", "break-away", "damping", "stiffness", "resonance") if name in parts), None)
     fast = parts.get("stribeck")
     count = (slow is not None) + (fast is not None)
     figure, grid = style.panels(LOW * count - 0.3, rows=count, across=SIDE, top=0.12)

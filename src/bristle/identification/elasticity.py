@@ -101,8 +101,12 @@ class Elastic(NamedTuple):
     @property
     def one_mass(self) -> float:
         """Highest frequency [Hz] at which the axis is one mass."""
-        share = self.inertia_ratio / (1.0 + self.inertia_ratio)
-        return self.antiresonance * math.sqrt(ONE_MASS / (share + ONE_MASS))
+        return below_resonance(self.antiresonance, self.inertia_ratio)
+
+
+def below_resonance(antiresonance: float, inertia_ratio: float) -> float:
+    """Return the highest frequency [Hz] at which an axis with this antiresonance [Hz] is one mass."""
+    return antiresonance * math.sqrt(ONE_MASS / (inertia_ratio / (1.0 + inertia_ratio) + ONE_MASS))
 
 
 def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:

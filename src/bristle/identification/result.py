@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, Self
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from bristle.core.diagnostic import HeldOut
+from bristle.core.lazy import cached_property
 from bristle.core.typography import with_unit
 from bristle.identification.estimate import Estimate
 from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
@@ -19,6 +21,7 @@ from bristle.simulation.statistics import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
+    from bristle.identification.dahl_resonance import DahlResonance
     from bristle.identification.second_pass import SecondPass
     from bristle.identification.simulated_bands import Bands
     from bristle.identification.two_masses import TwoMasses
@@ -361,6 +364,15 @@ class Identification:
         if self.unfinished:
             raise KeyboardInterrupt
         return self
+
+    @cached_property
+    def sweep(self) -> DahlResonance | str | None:
+        """Stiffness and damping from sweeps of small amplitude, or the reason against them; None if the logs have no such sweeps."""
+        from bristle.identification.dahl_resonance import dahl_resonance
+        from bristle.identification.elasticity import below_resonance
+
+        facts = [self.treatment[name] for name in ("antiresonance", "inertia_ratio") if name in self.treatment]
+        return dahl_resonance((self.log, *self.further_logs), self.log.position.step, below_resonance(*facts) if facts else math.inf)
 
     @property
     def passages(self) -> tuple[Passage, ...]:

@@ -16,6 +16,7 @@ from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
+from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, length_text, span_text
 
 WIDE = 100.0  # half-width of an interval that does not identify a parameter [%]
@@ -94,7 +95,7 @@ def excitation_report(excitation: Excitation, *, identify: str, **options: Any) 
     ]
     sections = [
         Section("motion", "The motion", motion, "Motion"),
-        Section("outlook", "Expected results", [basis, None if rehearsal is None else outlook_table(excitation)], "Outlook"),
+        Section("outlook", "Expected results", [basis, *outlook_tables(excitation)], "Outlook"),
         Section("assumptions", "Omissions and assumptions", [Block("items", excitation.notes)], "Limits"),
     ]
     facts = {"motion": excitation.motion, "expected": None if rehearsal is None else rehearsal.friction}
@@ -112,6 +113,14 @@ def piece_table(excitation: Excitation) -> Table:
         spans = (span_text(amplitudes, unit_of("length", kind)), span_text(speeds, unit_of("length/time", kind)))
         rows.append((purpose, name, str(len(members)), f"{begin:.1f} to {end:.1f}", *spans))
     return Table("The motion", ("Purpose", "Piece", "Count", "Time [s]", "Amplitude", "Speed"), rows)
+
+
+def outlook_tables(excitation: Excitation) -> list[Table]:
+    """Return the results of the rehearsal: parameters, and stiffness and damping from sweeps."""
+    if excitation.rehearsal is None:
+        return []
+    sweep = sweep_table(excitation.rehearsal.identification)
+    return [outlook_table(excitation), *([sweep] if sweep else [])]
 
 
 def outlook_table(excitation: Excitation) -> Table:

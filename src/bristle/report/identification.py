@@ -30,6 +30,7 @@ from bristle.report.model_tables import (
 )
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
 from bristle.report.simulation import focus_of
+from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, percent_text
 from bristle.report.two_masses import two_masses_table
 
@@ -160,8 +161,9 @@ def why_only_similar(fit: Fit) -> str:
 
 
 def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
-    """Return the parameters of the best model, and with a second encoder those of two masses."""
-    return [Block("table", parameter_table(identification.best, axis), ("long",)), two_masses_table(identification)]
+    """Return the parameters of the best model, those of sweeps, and those of two masses."""
+    parameters = Block("table", parameter_table(identification.best, axis), ("long",))
+    return [parameters, sweep_table(identification), two_masses_table(identification)]
 
 
 def _correlations(fit: Fit) -> Table:

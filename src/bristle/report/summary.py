@@ -14,6 +14,7 @@ from bristle.report.messages import as_data, assumptions_of, message, note_of, p
 from bristle.report.model_tables import drive_values
 from bristle.report.prediction import prediction_as_data
 from bristle.report.simulation import variants_as_data
+from bristle.report.sweep import sweep_data
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -85,7 +86,13 @@ def identification_summary(
         "settings": identification.settings.as_data(),
         "break_aways": [break_away._asdict() for break_away in identification.break_aways],
         "provenance": provenance,
-    } | ({} if identification.two_masses is None else {"two_masses": identification.two_masses.as_data()})
+    } | _where_shown(identification)
+
+
+def _where_shown(identification: Identification) -> dict[str, Any]:
+    """Return the entries of logs with two masses, and with sweeps of small amplitude."""
+    masses = identification.two_masses
+    return ({} if masses is None else {"two_masses": masses.as_data()}) | sweep_data(identification)
 
 
 def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
