@@ -136,7 +136,7 @@ class Passive:
         low[-lossless:], penalty[-lossless:] = -np.inf, 0.0
         high[-lossless - 1] = scale[-lossless - 1]  # the factor of the model's friction does not fall below 0
         stacked = np.column_stack([np.vstack([A / scale, np.diag(penalty)]), np.concatenate([target, np.zeros(count)])])
-        triangle = np.linalg.qr(stacked, mode="r")
+        triangle = np.asarray(np.linalg.qr(stacked, mode="r"))
         self.weights = bounded(triangle[:, :-1], triangle[:, -1], low, high)[0] / scale
         return self
 

@@ -62,7 +62,12 @@ def test_missing_element_is_found_and_kept():
     assert verdict.unseen.percent > 50.0
     fitted = Passive().fit(record(1, 1e5))
     assert np.min(fitted.weights[:-2]) >= 0.0
-    assert fitted.weights[-3] <= 1.0
+
+
+def test_friction_of_the_model_never_changes_its_sign():
+    rows = record(1, 0.0)
+    rows.effort[:] -= 2.0 * rows.explained
+    assert Passive().fit(rows).weights[-3] == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("method", [Passive, Sparse])
