@@ -22,7 +22,7 @@ from bristle.arm.identify import identify_arm
 from bristle.arm.motion import Motion
 from bristle.core import Axis, content_of
 from bristle.core.cores import core_count
-from bristle.files import read_axis
+from bristle.files import axes_in, read_axis
 from bristle.files.model import TREATMENT
 from bristle.identification import identify
 from bristle.logs import read_log
@@ -62,7 +62,7 @@ def _record(file: Path, example: str, model: str) -> tuple[float, int]:
     axis = read_axis(EXAMPLES / example / "axis.toml")
     log = read_log(file, axis)
     middle = round(FIRST * len(log))
-    return inside(_cut(log, slice(0, middle)), _cut(log, slice(middle, len(log))), axis, axis, model)
+    return inside(cut(log, slice(0, middle)), cut(log, slice(middle, len(log))), axis, axis, model)
 
 
 def _joint(first: Path, second: Path, axes: tuple[Path, Path]) -> tuple[float, int]:
@@ -84,7 +84,7 @@ def inside(first: Log, second: Log, axis: Axis, axis_of_second: Axis, model: str
     return predicted.inside_percent, predicted.effort.size
 
 
-def _cut(log: Log, span: slice) -> Log:
+def cut(log: Log, span: slice) -> Log:
     """Return a part of a log."""
 
     def part(value: Any) -> Any:
@@ -109,7 +109,7 @@ def _joints(folder: Path) -> dict[str, tuple[Path, Path, tuple[Path, Path]]]:
         file.write_text("\n".join([head, *part, ""]))
     robot, table = content_of(folder / "robot.toml"), content_of(folder / "joints.toml")
     identified = identify_arm(files["first"], robot, table)
-    motions: dict[str, Motion] = {"first": identified.motion, "second": arm.read_joints(files["second"], table)}
+    motions: dict[str, Motion] = {"first": identified.motion, "second": arm.read_joints(files["second"], axes_in(table))[1]}
     for name, motion in motions.items():
         for file, text in replace(identified, motion=motion).files.items():
             path = folder / name / file
