@@ -19,7 +19,7 @@ from bristle.report.table import Table
 PAGE, DATA = "score-board.md", "score-board.json"
 
 
-def board(bench: Bench, found: Mapping[str, Any], *, provenance: Mapping[str, str]) -> dict[str, Any]:
+def board(bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return the scores in percent, by score, task and competitor, with their 95 % intervals."""
     scores = dict[str, Any]()
     for score, description in SCORES.items():
@@ -27,7 +27,7 @@ def board(bench: Bench, found: Mapping[str, Any], *, provenance: Mapping[str, st
         for task, results in tasks.items():
             for competitor in bench.competitors:
                 units = [unit for unit in bench.units if unit.task.name == task and unit.competitor == competitor]
-                cases = [found[unit.file]["scores"][score] for unit in units if unit.file in found]
+                cases = [finished[unit.file]["scores"][score] for unit in units if unit.file in finished]
                 results[competitor.name] = _over_cases(cases, bench.seed)
         if tasks:
             scores[score] = {"description": description, "tasks": tasks}
@@ -70,8 +70,8 @@ def verdicts(summary: Mapping[str, Any]) -> list[str]:
     """Return the best competitors of each score, in a sentence."""
     sentences = []
     for score, entry in summary["scores"].items():
-        finished = [{name: one["value"] for name, one in task.items() if one["status"] == OK} for task in entry["tasks"].values()]
-        best = Counter(min(values, key=values.__getitem__) for values in finished if values)
+        values_of = [{name: result["value"] for name, result in task.items() if result["status"] == OK} for task in entry["tasks"].values()]
+        best = Counter(min(values, key=values.__getitem__) for values in values_of if values)
         listed = ", ".join(f"{name} ({count})" for name, count in best.most_common()) or "no competitor"
         sentences.append(f"Smallest {score} score, by number of tasks: {listed}.")
     return sentences
@@ -115,10 +115,10 @@ def page(summary: Mapping[str, Any]) -> str:
         parts += [f"## {head}", f"{text[0].upper()}{text[1:]}.", "\n".join(f"| {' | '.join(row)} |" for row in rows)]
     for score, entry in summary["scores"].items():
         failures += [
-            f"- `{name}` on `{task}`, {score}: {one['reason'] or one['status']}"
+            f"- `{name}` on `{task}`, {score}: {result['reason'] or result['status']}"
             for task, results in entry["tasks"].items()
-            for name, one in results.items()
-            if one["failed"] and one["status"] != ABSENT
+            for name, result in results.items()
+            if result["failed"] and result["status"] != ABSENT
         ]
     lists = {"Failures": failures} | {
         head: [f"- `{name}`: {text}" for name, text in summary[head.lower()].items()] for head in ("Skipped", "Tasks", "Competitors")

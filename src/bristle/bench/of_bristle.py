@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from bristle.bench.record import Record, log_of
+from bristle.core import Feedforward
 from bristle.identification import identify
 from bristle.prediction import effort_of_motion
-from bristle.simulation import friction_along
+from bristle.simulation import feedforward_effort
 
 NAMES = {"s": "sigma_0"}  # stiffness at a reversal under other names
 
@@ -25,25 +26,25 @@ def identified(train: Sequence[Record], models: str) -> Any:
         return identify(logs, models, axis=train[0].axis, draws=0, settings={"lines_gain": 1.0})
 
 
-def effort(found: Any, motion: Record) -> np.ndarray:
+def effort(identification: Any, motion: Record) -> np.ndarray:
     """Return the effort of the best model along a motion."""
     columns = {"time": motion.time, "position": motion.position}
-    predicted = effort_of_motion(found.best.plant, found.best.friction, columns, motion.axis, found.treatment)
-    known = np.flatnonzero(np.isfinite(predicted))
-    return np.interp(np.arange(predicted.size), known, predicted[known])  # the ends are held
+    predicted = effort_of_motion(identification.best.plant, identification.best.friction, columns, motion.axis, identification.treatment)
+    inside = np.flatnonzero(np.isfinite(predicted))
+    return np.interp(np.arange(predicted.size), inside, predicted[inside])  # the ends are held
 
 
-def friction_force(found: Any, reference: Record) -> np.ndarray:
+def friction_force(identification: Any, reference: Record) -> np.ndarray:
     """Return the friction of the best model along a desired motion."""
-    velocity = np.diff(reference.position, append=reference.position[-1:]) / reference.sample_time
-    return friction_along(found.best.friction, velocity, reference.sample_time)
+    fed = Feedforward(friction=identification.best.friction)
+    return feedforward_effort(fed, reference.position, reference.acceleration, reference.sample_time)
 
 
-def numbers(found: Any) -> dict[str, float]:
+def numbers(identification: Any) -> dict[str, float]:
     """Return the parameters of the best model."""
-    values = {**found.best.plant.values, **found.best.friction.values}
-    both = {name: [values[f"{name}_{side}"] for side in ("pos", "neg")] for name in ("F_C", "F_S", "sigma_2") if f"{name}_pos" in values}
-    values |= {name: np.mean(pair) for name, pair in both.items()} | {new: values[old] for old, new in NAMES.items() if old in values}
+    values = {**identification.best.plant.values, **identification.best.friction.values}
+    sides = {name: [values[f"{name}_{side}"] for side in ("pos", "neg")] for name in ("F_C", "F_S", "sigma_2") if f"{name}_pos" in values}
+    values |= {name: np.mean(pair) for name, pair in sides.items()} | {new: values[old] for old, new in NAMES.items() if old in values}
     if "k_i" in values:
         values["sigma_0"] = float(np.sum(values["k_i"]))
     return {name: float(value) for name, value in values.items() if np.ndim(value) == 0 and not isinstance(value, str)}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -72,6 +73,23 @@ class Record:
     def edge(self) -> int:
         """Samples at each end that the scores leave out."""
         return min(round(EDGE / (_cutoff(self.axis, self.sample_time) * self.sample_time)), self.time.size // 4)
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Data of one case of a task: what a competitor receives, and what only the bench knows."""
+
+    train: list[Record]
+    test: list[Record] = field(default_factory=list)
+    """With the effort, which competitors never receive."""
+    reference: Record | None = None
+    """Desired motion: of the loop to predict, or of the axis to compensate."""
+    followed: np.ndarray | None = None
+    """Measured following error of that loop [m or rad]."""
+    loop_mass: float = 0.0
+    truth: Mapping[str, float] = field(default_factory=dict)
+    left: Callable[[np.ndarray | None], float] | None = None
+    """Following error of the axis with a feedforward effort, or without (None) [m]."""
 
 
 def smoothed(signal: np.ndarray, dt: float, axis: Axis) -> np.ndarray:

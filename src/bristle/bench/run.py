@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from bristle.bench.child import ABSENT, NEEDED, Fault, Orders, answers
+from bristle.bench.record import Data
 from bristle.bench.scores import ANSWER_OF, scored
-from bristle.bench.task import Data, Task, tasks_named
+from bristle.bench.task import Task, tasks_named
 from bristle.core import Content, InputError, Progress, content_of, core_count, did_you_mean
 from bristle.files import CODE_LIMIT, Growing, as_json
 from bristle.study.run import in_words
@@ -50,11 +51,11 @@ def competitors_named(names: Sequence[str]) -> tuple[Competitor, ...]:
             allowed, mend = f"{', '.join(COMPETITORS)}, or a Python file", did_you_mean(name, COMPETITORS)
             raise InputError("is not a competitor", path="COMPETITOR", value=name, allowed=allowed, mend=mend)
     built_in = [name for name in COMPETITORS if name in names or len(files) == len(names)]
-    found = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*(FOLDER / f"{name}.py" for name in built_in), *files)]
-    titles = [competitor.name for competitor in found]
+    entered = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*(FOLDER / f"{name}.py" for name in built_in), *files)]
+    titles = [competitor.name for competitor in entered]
     if twice := next((title for title in titles if titles.count(title) > 1), ""):
         raise InputError("has the name of another competitor", path="COMPETITOR", value=twice, mend="Rename the file")
-    return tuple(found)
+    return tuple(entered)
 
 
 def _competitor(content: Content) -> Competitor:
@@ -111,7 +112,7 @@ class Bench:
     def skipped(self) -> dict[str, str]:
         """Tasks and competitors that cannot run here, with the reason."""
         listed = {"task": self.tasks, "competitor": self.competitors}
-        return {f"{word} {one.name}": one.missing for word, several in listed.items() for one in several if one.missing}
+        return {f"{word} {part.name}": part.missing for word, parts in listed.items() for part in parts if part.missing}
 
     @property
     def units(self) -> list[Unit]:
@@ -122,24 +123,25 @@ class Bench:
 
     def run(self, folder: Growing, workers: int | None = None, progress: Progress | None = None) -> dict[str, Any]:
         """Return the results by file; run only those that the folder lacks."""
-        found, missing = dict[str, Any](), list[Unit]()
+        finished, missing = dict[str, Any](), list[Unit]()
         for unit in self.units:
-            kept = json.loads(folder.read(f"{self.date}/{unit.file}") or b"{}")
-            if kept.get("made_from") == unit.made_from:
-                found[unit.file] = kept
+            earlier = json.loads(folder.read(f"{self.date}/{unit.file}") or b"{}")
+            if earlier.get("made_from") == unit.made_from:
+                finished[unit.file] = earlier
             else:
                 missing.append(unit)
-        before, spent, threads = len(found), 0.0, workers or core_count()
+        before, spent, threads = len(finished), 0.0, workers or core_count()
         with closing(Here(self._result, threads).results(missing)) as results:  # type: ignore[arg-type]
             for unit, result in results:
                 folder.write(f"{self.date}/{unit.file}", as_json(result))  # type: ignore[attr-defined]
-                found[unit.file], spent = result, spent + result["seconds"]  # type: ignore[attr-defined]
-                left = spent / (len(found) - before) * (before + len(missing) - len(found)) / threads
+                finished[unit.file], spent = result, spent + result["seconds"]  # type: ignore[attr-defined]
+                left = spent / (len(finished) - before) * (before + len(missing) - len(finished)) / threads
                 if progress is not None:
                     progress(
-                        len(found) / (before + len(missing)), f"{len(found)} of {before + len(missing)} results, {in_words(left)} left"
+                        len(finished) / (before + len(missing)),
+                        f"{len(finished)} of {before + len(missing)} results, {in_words(left)} left",
                     )
-        return found
+        return finished
 
     def _result(self, unit: Any) -> dict[str, Any]:
         """Return the scores of a competitor on a case."""
@@ -150,8 +152,8 @@ class Bench:
         with _LOCK:
             data = _data(task.name, case, self.seed)
         began = time.monotonic()
-        found = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answers(Orders.of(competitor.content, functions, data), LIMIT)
-        scores = {name: score._asdict() for name, score in scored(task.scores, found, data, self.seed).items()}
+        replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answers(Orders.of(competitor.content, functions, data), LIMIT)
+        scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
         return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}
 
 

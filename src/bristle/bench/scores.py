@@ -9,8 +9,7 @@ import numpy as np
 
 from bristle.bench.child import NOT_FINITE, Fault
 from bristle.bench.loop import following_error
-from bristle.bench.record import Record, smoothed
-from bristle.bench.task import Data
+from bristle.bench.record import Data, Record, smoothed
 
 BLOCKS, DRAWS = 20, 1000  # blocks of a record, draws of a bootstrap
 AROUND = 0.1  # [s] before and after a reversal
@@ -31,11 +30,11 @@ class Score(NamedTuple):
 ANSWER_OF = {"force": "predict", "reversals": "predict", "loop": "loop", "parameters": "parameters", "compensation": "feedforward"}
 
 
-def scored(scores: Sequence[str], found: Mapping[str, Any], data: Data, seed: int) -> dict[str, Score]:
+def scored(scores: Sequence[str], answers: Mapping[str, Any], data: Data, seed: int) -> dict[str, Score]:
     """Return the scores of the answers of a competitor."""
     results = {}
     for name in scores:
-        answer = found[ANSWER_OF[name]]
+        answer = answers[ANSWER_OF[name]]
         if isinstance(answer, Fault):
             results[name] = Score(status=answer.status, reason=answer.reason)
         else:
@@ -111,7 +110,7 @@ def _pair(record: Record, predicted: np.ndarray) -> tuple[Record, np.ndarray, np
 def _blocks(error: np.ndarray, signal: np.ndarray) -> list[tuple[Any, Any]]:
     """Return the sums of squares of an error and its signal by block."""
     parts = (np.array_split(values**2, BLOCKS) for values in (error, signal))
-    return [(np.sum(one, axis=0), np.sum(other, axis=0)) for one, other in zip(*parts, strict=True)]
+    return [(np.sum(left, axis=0), np.sum(right, axis=0)) for left, right in zip(*parts, strict=True)]
 
 
 def _ratio(sums: Sequence[tuple[Any, Any]], rng: np.random.Generator) -> Score:

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle import controllers, friction, plants, references, sensors
-from bristle.bench.record import Record
-from bristle.bench.task import Data
+from bristle.bench.record import Data, Record
 from bristle.core import Axis, Experiment, Feedforward, Model, Run, Variant
 from bristle.paper.robust.loops import log_of, loop, peak_to_peak, setting
 from bristle.paper.robust.truths import SIMULATED, truths_named
@@ -32,10 +31,10 @@ def simulated(table: Mapping[str, Any], case: str, seed: int) -> Data:
     """Return the data of a simulated axis."""
     rng = np.random.default_rng([seed, zlib.crc32(case.encode())])
     drawn = {name: float(np.exp(rng.uniform(*np.log(ends)))) for name, ends in table["draw"].items()}
-    return (_known if table["simulated"] == "known" else _unknown)(case, drawn, rng)
+    return (_with_parameters if table["simulated"] == "known" else _in_presliding)(case, drawn, rng)
 
 
-def _known(case: str, drawn: Mapping[str, float], rng: np.random.Generator) -> Data:
+def _with_parameters(case: str, drawn: Mapping[str, float], rng: np.random.Generator) -> Data:
     """Return the logs of an axis with LuGre friction, its parameters, and the loop along a second motion."""
     mass, damping = drawn["M"], 0.4 * np.sqrt(drawn["sigma_0"] * drawn["M"])
     truth: dict[str, Any] = {name: drawn[name] for name in ("F_C", "v_S", "sigma_0", "sigma_2")} | {"F_S": drawn["F_C"] * drawn["stribeck"]}
@@ -71,13 +70,13 @@ def _followed(plant: Model, contact: Model, law: Model, reference: np.ndarray, s
     return simulate(Experiment("axis", plant.kind, (variant,))).variants["axis"]
 
 
-def _unknown(case: str, drawn: Mapping[str, float], rng: np.random.Generator) -> Data:
+def _in_presliding(case: str, drawn: Mapping[str, float], rng: np.random.Generator) -> Data:
     """Return the log of an axis in pre-sliding, and the loop that a feedforward compensates."""
     (truth,) = truths_named([case.split()[0]])
     contact = truth.friction.with_values(**drawn, wavelength=float(rng.uniform(4e-6, 12e-6)))
     log, axis = log_of(replace(truth, friction=contact))
     variant = loop(setting("set_c")["none"], contact.with_values(seed=int(rng.integers(2**30))), None)
-    run, known = variant.run, replace(axis, columns={}, text=b"")
+    run, plain = variant.run, replace(axis, columns={}, text=b"")
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     position = np.asarray(variant.reference.component.sample(time, variant.reference.parameters)[0])
 
@@ -87,5 +86,5 @@ def _unknown(case: str, drawn: Mapping[str, float], rng: np.random.Generator) ->
         return peak_to_peak(replace(variant, injected=ahead), 0)
 
     assert log.effort is not None
-    train = Record.of(log.time.values, log.position.values, log.effort.values, known)
-    return Data([train], reference=Record.of(time, position, None, known), left=left)
+    train = Record.of(log.time.values, log.position.values, log.effort.values, plain)
+    return Data([train], reference=Record.of(time, position, None, plain), left=left)

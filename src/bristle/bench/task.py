@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bristle.bench.record import MEASURED, Record
+from bristle.bench.record import MEASURED, Data, Record
 from bristle.core import Axis, InputError, content_of, did_you_mean
 from bristle.files import TOML_LIMIT, as_toml, read_axis, read_log, read_toml
 
@@ -23,23 +23,6 @@ SCORES = {
     "parameters": "mean error of the parameters [%], at most 100 % each",
     "compensation": "following error with feedforward [% of that without]",
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Data:
-    """Data of one case of a task: what a competitor receives, and what only the bench knows."""
-
-    train: list[Record]
-    test: list[Record] = field(default_factory=list)
-    """With the effort, which competitors never receive."""
-    reference: Record | None = None
-    """Desired motion: of the loop to predict, or of the axis to compensate."""
-    followed: np.ndarray | None = None
-    """Measured following error of that loop [m or rad]."""
-    loop_mass: float = 0.0
-    truth: Mapping[str, float] = field(default_factory=dict)
-    left: Callable[[np.ndarray | None], float] | None = None
-    """Following error of the axis with a feedforward effort, or without (None) [m]."""
 
 
 @dataclass(frozen=True)
@@ -110,21 +93,21 @@ def tasks_named(names: tuple[str, ...] = ()) -> tuple[Task, ...]:
     for name in names:
         if name not in TASKS:
             raise InputError("is not a task", path="--task", value=name, allowed=", ".join(TASKS), mend=did_you_mean(name, TASKS))
-    found = []
+    chosen = []
     for name in TASKS:
         if not names or name in names:
             content = content_of(FOLDER / f"{name}.toml", limit=TOML_LIMIT)
-            found.append(Task(name, read_toml(content)[0], content.checksum))
-    return tuple(found)
+            chosen.append(Task(name, read_toml(content)[0], content.checksum))
+    return tuple(chosen)
 
 
 def _recorded(log: Any, axis: Axis, span: list[float] | None = None) -> tuple[Record, Record | None]:
     """Return the record of a part of a log, and its desired motion if the log has a reference."""
     time = log.time.values - log.time.values[0]
     part = slice(None) if span is None else slice(*np.searchsorted(time, span))
-    known, time = replace(axis, columns={}, text=b""), time[part] - time[part][0]
-    record = Record.of(time, log.position.values[part], log.effort.values[part], known)
-    return record, None if log.reference is None else Record.of(time, log.reference.values[part], None, known)
+    plain, time = replace(axis, columns={}, text=b""), time[part] - time[part][0]
+    record = Record.of(time, log.position.values[part], log.effort.values[part], plain)
+    return record, None if log.reference is None else Record.of(time, log.reference.values[part], None, plain)
 
 
 def _arm(folder: Path, axis: Axis, table: Mapping[str, Any]) -> Data:
@@ -132,7 +115,7 @@ def _arm(folder: Path, axis: Axis, table: Mapping[str, Any]) -> Data:
     import json
 
     arrays, joints = np.load(folder / "robot.npz"), json.loads((folder / "geometry.json").read_text(encoding="utf-8"))["joints"]
-    gears, known, records = np.array([joint["gear"] for joint in joints]), replace(axis, columns={}, text=b""), []
+    gears, plain, records = np.array([joint["gear"] for joint in joints]), replace(axis, columns={}, text=b""), []
     robot = as_toml(
         {
             "joint": [
@@ -144,5 +127,5 @@ def _arm(folder: Path, axis: Axis, table: Mapping[str, Any]) -> Data:
     )
     for part, count in (("train", table["train_samples"]), ("val", None)):
         position, effort = np.deg2rad(arrays[f"y_{part}"].T[:count]), arrays[f"u_{part}"].T[:count] * gears
-        records.append(Record.of(0.1 * np.arange(len(position)), position, effort, known, robot))
+        records.append(Record.of(0.1 * np.arange(len(position)), position, effort, plain, robot))
     return Data([records[0]], [records[1]])

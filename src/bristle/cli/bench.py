@@ -72,7 +72,7 @@ def _list(bench: Bench, *, as_json: bool) -> int:
     from bristle.report.table import Table
 
     tasks = {task.name: {"title": task.title, "scores": ", ".join(task.scores), "skipped": task.missing} for task in bench.tasks}
-    entered = {one.name: {"method": one.description, "skipped": one.missing} for one in bench.competitors}
+    entered = {part.name: {"method": part.description, "skipped": part.missing} for part in bench.competitors}
     if as_json:
         print_json({"tasks": tasks, "competitors": entered, "scores": SCORES})
         return 0
@@ -96,11 +96,11 @@ def _run(bench: Bench, output: Output, workers: int | None) -> int:
     with growing_folder(output.out, "score board", made_anew=lambda _: True) as (folder, damaged), progress("beginning") as report:
         folder.set_all_aside(damaged)
         with interruptible(output.out, "results"):
-            found = bench.run(folder, workers, report)
-        summary = board(bench, found, provenance=provenance(output.command))
+            finished = bench.run(folder, workers, report)
+        summary = board(bench, finished, provenance=provenance(output.command))
         for name, text in {DATA: as_json(summary), PAGE: page(summary)}.items():
             folder.write(name, text)
     output.tell(
         summary, *tables(summary), f"Date, the seed of the simulated axes: {bench.date}.", *verdicts(summary), files=f"{PAGE}, {DATA}"
     )
-    return 0 if found else NO
+    return 0 if finished else NO

@@ -9,9 +9,10 @@ import numpy as np
 
 from bristle.arm import identify_arm
 from bristle.bench.of_bristle import effort, friction_force, identified, numbers
-from bristle.core import Content
+from bristle.core import Content, Feedforward
+from bristle.files import read_log
 from bristle.identification import identify
-from bristle.simulation import friction_along
+from bristle.simulation import feedforward_effort
 
 
 def fit(train):
@@ -32,9 +33,7 @@ def fit_arm(train):
     with tempfile.TemporaryDirectory() as folder:
         axis = Content(Path("axis.toml"), (AXIS + "".join(f"[[joint]]\nname = '{name}'\n" for name in names)).encode())
         arm = identify_arm(log, Content(Path("robot.toml"), record.robot.encode()), axis)
-        path = Path(folder) / "train.csv"
-        path.write_text(text)
-        best = [identify(path, "lugre", axis=joint, draws=0, blocks=0).best for joint in arm.write(folder)]
+        best = [identify(read_log(log, joint), "lugre", axis=joint, draws=0, blocks=0).best for joint in arm.write(folder)]
     return arm, best
 
 
@@ -43,7 +42,8 @@ def predict_arm(fitted, motion):
     arm, best = fitted
     efforts = arm.robot.effort(arm.dynamics.bodies, motion.position, motion.velocity, motion.acceleration)
     for joint, model in enumerate(best):
-        friction = friction_along(model.friction, motion.velocity[:, joint], motion.sample_time)
+        fed = Feedforward(friction=model.friction)
+        friction = feedforward_effort(fed, motion.position[:, joint], motion.acceleration[:, joint], motion.sample_time)
         efforts[:, joint] += model.plant.values["M"] * motion.acceleration[:, joint] + friction
     return efforts
 

@@ -27,8 +27,8 @@ def rows(train):
     inner = [slice(record.edge, -record.edge) for record in train]
     X = np.vstack([features(record)[part] for record, part in zip(train, inner, strict=True)])
     y = np.concatenate([smoothed(record.effort, record.sample_time, record.axis)[part] for record, part in zip(train, inner, strict=True)])
-    every = max(len(X) // MOST, 1)
-    return X[::every], y[::every]
+    stride = max(len(X) // MOST, 1)
+    return X[::stride], y[::stride]
 
 
 def fit(train):
