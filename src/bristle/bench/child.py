@@ -24,6 +24,7 @@ RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wron
 NEEDED = {"predict": "predict", "loop": "predict", "feedforward": "feedforward", "parameters": "parameters"}
 """Function of a competitor behind each answer."""
 WALL = 6.0  # waiting time over processor time: other programs may use the cores
+STARTS = 30.0  # [s] more waiting time, for the start
 PATIENCE = 1.0  # [s] between checks that the parent is alive
 REASON = 200  # letters
 OWN = "bristle_user_competitor"
@@ -64,7 +65,7 @@ def answers(orders: Orders, limit: float) -> dict[str, Any]:
     command = [sys.executable, "-c", code]
     with subprocess.Popen(command, stdin=-1, stdout=-1, stderr=subprocess.DEVNULL, env=surroundings) as process:
         try:
-            output, _ = process.communicate(pickle.dumps(orders), timeout=WALL * limit)
+            output, _ = process.communicate(pickle.dumps(orders), timeout=WALL * limit + STARTS)
         except subprocess.TimeoutExpired:
             process.kill()
             output, _ = process.communicate()

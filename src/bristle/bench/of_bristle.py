@@ -14,7 +14,7 @@ from bristle.identification import identify
 from bristle.prediction import effort_of_motion
 from bristle.simulation import feedforward_effort
 
-NAMES = {"s": "sigma_0"}  # stiffness at a reversal under other names
+NAMES = {"s": "sigma_0", "F_v": "sigma_2"}  # names of some models, and those of the scores
 
 
 def identified(train: Sequence[Record], models: str) -> Any:

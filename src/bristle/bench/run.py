@@ -133,8 +133,9 @@ class Bench:
         before, spent, threads = len(finished), 0.0, workers or core_count()
         with closing(Here(self._result, threads).results(missing)) as results:  # type: ignore[arg-type]
             for unit, result in results:
-                folder.write(f"{self.date}/{unit.file}", as_json(result))  # type: ignore[attr-defined]
-                finished[unit.file], spent = result, spent + result["seconds"]  # type: ignore[attr-defined]
+                text = as_json(result)
+                folder.write(f"{self.date}/{unit.file}", text)  # type: ignore[attr-defined]
+                finished[unit.file], spent = json.loads(text), spent + result["seconds"]  # type: ignore[attr-defined]
                 left = spent / (len(finished) - before) * (before + len(missing) - len(finished)) / threads
                 if progress is not None:
                     progress(
