@@ -17,6 +17,29 @@ from bristle.core import number
 from bristle.report.table import Table
 
 PAGE, DATA = "score-board.md", "score-board.json"
+ENTER = """## Enter a competitor
+
+A competitor is one Python file, like [this example](../../examples/bench_competitor.py). A file alone meets all built-in competitors:
+
+```sh
+bristle bench my_competitor.py --task known_axis
+```
+
+| Function | Returns | Scores |
+| --- | --- | --- |
+| `fit(train)` | any object, from a list of records | |
+| `predict(fitted, motion)` | effort at each sample, shape (sample,) | `force`, `reversals`, `loop` |
+| `feedforward(fitted, reference)` | friction along the desired motion, without inertia | `compensation` |
+| `parameters(fitted)` | a dictionary with any of `M`, `F_C`, `F_S`, `v_S`, `sigma_0`, `sigma_2` | `parameters` |
+| `fit_arm(train)`, `predict_arm(fitted, motion)` | efforts of all joints, shape (sample, joint) | `force` of an arm; by default, joint by joint |
+
+Only `fit` is necessary. A record has `time`, `position`, `velocity`, `acceleration`, `effort`, `sample_time`, `kind` and `axis`, in SI. In
+records to predict, `effort` is `None`. `bristle.bench.log_of(record)` returns a log for `bristle.identify`. `NEEDS = ("sklearn",)` names
+required libraries. The first line of the docstring describes the competitor.
+
+A competitor runs in a separate process without the efforts of the tests, for at most 150 s of processor time. The process does not isolate
+hostile code: run only code that you trust. A result counts until the file of its competitor or task changes.
+"""
 
 
 def board(bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -106,7 +129,7 @@ def page(summary: Mapping[str, Any]) -> str:
         "<!-- Written by bristle bench. -->",
         f"`{summary['provenance']['command']}` made this page with bristle {summary['bristle']}. The date {summary['date']} is the "
         "seed of all simulated axes. Smaller scores are better. The intervals are a bootstrap over blocks of a record, or over simulated "
-        "axes. [Enter a competitor](../how-to/enter-the-bench.md) · [numbers](score-board.json)",
+        "axes. [Enter a competitor](#enter-a-competitor) · [numbers](score-board.json)",
         "\n".join(f"- {sentence}" for sentence in verdicts(summary)),
     ]
     for table in tables(summary):
@@ -124,4 +147,4 @@ def page(summary: Mapping[str, Any]) -> str:
         head: [f"- `{name}`: {text}" for name, text in summary[head.lower()].items()] for head in ("Skipped", "Tasks", "Competitors")
     }
     parts += [f"## {head}\n\n" + "\n".join(lines) for head, lines in lists.items() if lines]
-    return "\n\n".join(parts) + "\n"
+    return "\n\n".join([*parts, ENTER])
