@@ -731,6 +731,14 @@ def json_schema() -> str:
     return run_path(str(Path(__file__).with_name("json_schema.py")))["json_schema"]()
 
 
+def score_board() -> str:
+    """Return the page of the score board, from the numbers of `bristle bench`."""
+    from bristle.bench.board import DATA
+    from bristle.bench.board import page as board_page
+
+    return board_page(json.loads((FOLDER / DATA).read_text(encoding="utf-8")))
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "models.md": models,
     "symbols.md": symbols,
@@ -741,6 +749,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "equations.md": equations,
     "robustness.md": robustness,
     "sticking.md": sticking,
+    "score-board.md": score_board,
     "schema.json": json_schema,
 }
 

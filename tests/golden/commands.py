@@ -45,6 +45,8 @@ COMMANDS = {
     "study_run": "study study.toml --run 3",
     "paper": "paper --figure 4 --figure 9",
     "paper_write": "paper --write experiments",
+    "bench": "bench least_squares --task known_axis --date 2026-01-01 --workers 1 --out bench",
+    "bench_list": "bench --list",
     "design": "design experiment.toml",
     "design_diverging": "design diverging.toml",
     "check": "check composite.toml",
@@ -68,7 +70,7 @@ BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
     "predict_curves": "identify curves.csv --axis curves.toml --model preisach --out operator",
 }
-SLOW = {"demo", "check"}
+SLOW = {"demo", "check", "bench"}
 
 
 def printed(name: str) -> dict[str, Any]:
@@ -84,7 +86,7 @@ def printed(name: str) -> dict[str, Any]:
 def _run(line: str) -> tuple[int, str]:
     out = io.StringIO()
     # A study, a fleet and a run on a machine go on in their own folder instead of replacing it.
-    goes_on = line.startswith(("study ", "tune ")) or "--each" in line
+    goes_on = line.startswith(("study ", "tune ", "bench ")) or "--each" in line
     folder = ["--force"] if ("--out" in line or "--write" in line) and not goes_on else []
     with redirect_stdout(out), redirect_stderr(io.StringIO()):
         code = main([*line.split(), *folder, "--json"])

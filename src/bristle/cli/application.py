@@ -4,7 +4,24 @@ from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import check, compare, demo, design, excite, explain, export, identify, lab, log, models, paper, predict, study, tune
+from bristle.cli import (
+    bench,
+    check,
+    compare,
+    demo,
+    design,
+    excite,
+    explain,
+    export,
+    identify,
+    lab,
+    log,
+    models,
+    paper,
+    predict,
+    study,
+    tune,
+)
 from bristle.cli import run as run_command
 from bristle.cli.options import REMOVED, as_command, command_told
 from bristle.cli.signals import INTERRUPTED
@@ -16,7 +33,25 @@ UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 app = typer.Typer(
     rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]}
 )
-for module in (demo, excite, identify, predict, run_command, study, compare, tune, design, lab, export, paper, check, models, log, explain):
+for module in (
+    demo,
+    excite,
+    identify,
+    predict,
+    run_command,
+    study,
+    compare,
+    tune,
+    design,
+    lab,
+    export,
+    paper,
+    bench,
+    check,
+    models,
+    log,
+    explain,
+):
     name = module.__name__.rpartition(".")[2]
     command_class = getattr(module, "COMMAND", None)
     app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, name)))

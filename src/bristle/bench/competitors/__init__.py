@@ -1,0 +1,1 @@
+"""Competitors, one file each: `fit`, and any of `predict`, `feedforward` and `parameters`."""

@@ -1,0 +1,10 @@
+"""Generalised Maxwell slip, identified by bristle."""
+
+from bristle.bench.of_bristle import effort, friction_force, identified, numbers
+
+
+def fit(train):
+    return identified(train, "gms")
+
+
+predict, feedforward, parameters = effort, friction_force, numbers

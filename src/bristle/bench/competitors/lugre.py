@@ -1,0 +1,10 @@
+"""LuGre, identified by bristle."""
+
+from bristle.bench.of_bristle import effort, friction_force, identified, numbers
+
+
+def fit(train):
+    return identified(train, "lugre")
+
+
+predict, feedforward, parameters = effort, friction_force, numbers

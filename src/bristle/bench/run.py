@@ -1,0 +1,169 @@
+"""Run the tasks with all competitors: each result is stored whole in the folder, and a second run continues."""
+
+from __future__ import annotations
+
+import ast
+import json
+import threading
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from bristle.bench.child import ABSENT, NEEDED, Fault, Orders, answers
+from bristle.bench.record import Data
+from bristle.bench.scores import ANSWER_OF, scored
+from bristle.bench.task import Task, tasks_named
+from bristle.core import Content, InputError, Progress, content_of, core_count, did_you_mean
+from bristle.files import CODE_LIMIT, Growing, as_json
+from bristle.study.run import in_words
+from bristle.study.workers import Here
+
+FOLDER = Path(__file__).with_name("competitors")
+COMPETITORS = tuple(sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__"))
+LIMIT = 150.0  # [s] of processor time for one competitor on one case
+_LOCK = threading.Lock()
+
+
+class Competitor(NamedTuple):
+    """A competitor: its file, the names that this defines, its description, and a reason why it cannot run."""
+
+    name: str
+    content: Content
+    defined: frozenset[str]
+    description: str
+    missing: str
+
+    def enters(self, score: str) -> bool:
+        """Return whether the file defines the function behind a score."""
+        return NEEDED[ANSWER_OF[score]] in self.defined
+
+
+def competitors_named(names: Sequence[str]) -> tuple[Competitor, ...]:
+    """Return competitors by the names of built-in ones, or by Python files; files alone meet all built-in ones."""
+    files = [name for name in names if name.endswith(".py")]
+    for name in names:
+        if name not in COMPETITORS and name not in files:
+            allowed, mend = f"{', '.join(COMPETITORS)}, or a Python file", did_you_mean(name, COMPETITORS)
+            raise InputError("is not a competitor", path="COMPETITOR", value=name, allowed=allowed, mend=mend)
+    built_in = [name for name in COMPETITORS if name in names or len(files) == len(names)]
+    entered = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*(FOLDER / f"{name}.py" for name in built_in), *files)]
+    titles = [competitor.name for competitor in entered]
+    if twice := next((title for title in titles if titles.count(title) > 1), ""):
+        raise InputError("has the name of another competitor", path="COMPETITOR", value=twice, mend="Rename the file")
+    return tuple(entered)
+
+
+def _competitor(content: Content) -> Competitor:
+    """Read names, description and required libraries from the text of a file, without running it."""
+    path = str(content.source)
+    try:
+        tree = ast.parse(content.data)
+    except (SyntaxError, ValueError) as error:
+        raise InputError(f"is not Python ({error})", path=path, mend="Correct the file") from None
+    assigned = {
+        node.id: part.value for part in tree.body if isinstance(part, ast.Assign) for node in ast.walk(part) if isinstance(node, ast.Name)
+    }
+    imported = (alias.asname or alias.name for part in tree.body if isinstance(part, ast.ImportFrom) for alias in part.names)
+    defined = frozenset((*assigned, *imported, *(part.name for part in tree.body if isinstance(part, ast.FunctionDef))))
+    if "fit" not in defined:
+        raise InputError("defines no function fit", path=path, mend="Write def fit(train), and def predict(fitted, motion)")
+    lacking = [name for name in ast.literal_eval(assigned.get("NEEDS", ast.Tuple([]))) if find_spec(name) is None]
+    missing = f"{', '.join(lacking)} is not installed" if lacking else ""
+    return Competitor(content.source.stem, content, defined, (ast.get_docstring(tree) or "").partition("\n")[0], missing)
+
+
+class Unit(NamedTuple):
+    """One competitor on one case of a task."""
+
+    task: Task
+    case: str
+    competitor: Competitor
+
+    @property
+    def file(self) -> str:
+        """Name of the file of the result."""
+        return f"{self.task.name}.{self.case.replace(' ', '-')}.{self.competitor.name}.json"
+
+    @property
+    def made_from(self) -> dict[str, str]:
+        """Version and checksums behind a result."""
+        return {"bristle": version("bristle"), "task": self.task.checksum, "competitor": self.competitor.content.checksum}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Tasks and competitors of a run, and the date that draws the simulated axes."""
+
+    tasks: tuple[Task, ...]
+    competitors: tuple[Competitor, ...]
+    date: str
+
+    @property
+    def seed(self) -> int:
+        """Seed of all draws: the digits of the date."""
+        return int(self.date.replace("-", ""))
+
+    @property
+    def skipped(self) -> dict[str, str]:
+        """Tasks and competitors that cannot run here, with the reason."""
+        listed = {"task": self.tasks, "competitor": self.competitors}
+        return {f"{word} {part.name}": part.missing for word, parts in listed.items() for part in parts if part.missing}
+
+    @property
+    def units(self) -> list[Unit]:
+        """Results of this run, those of one case together."""
+        able = [competitor for competitor in self.competitors if not competitor.missing]
+        cases = ((task, case) for task in self.tasks if not task.missing for case in task.cases)
+        return [Unit(*pair, competitor) for pair in cases for competitor in able if any(map(competitor.enters, pair[0].scores))]
+
+    def run(self, folder: Growing, workers: int | None = None, progress: Progress | None = None) -> dict[str, Any]:
+        """Return the results by file; run only those that the folder lacks."""
+        finished, missing = dict[str, Any](), list[Unit]()
+        for unit in self.units:
+            earlier = json.loads(folder.read(f"{self.date}/{unit.file}") or b"{}")
+            if earlier.get("made_from") == unit.made_from:
+                finished[unit.file] = earlier
+            else:
+                missing.append(unit)
+        before, spent, threads = len(finished), 0.0, workers or core_count()
+        with closing(Here(self._result, threads).results(missing)) as results:  # type: ignore[arg-type]
+            for unit, result in results:
+                text = as_json(result)
+                folder.write(f"{self.date}/{unit.file}", text)  # type: ignore[attr-defined]
+                finished[unit.file], spent = json.loads(text), spent + result["seconds"]  # type: ignore[attr-defined]
+                left = spent / (len(finished) - before) * (before + len(missing) - len(finished)) / threads
+                if progress is not None:
+                    progress(
+                        len(finished) / (before + len(missing)),
+                        f"{len(finished)} of {before + len(missing)} results, {in_words(left)} left",
+                    )
+        return finished
+
+    def _result(self, unit: Any) -> dict[str, Any]:
+        """Return the scores of a competitor on a case."""
+        import time
+
+        task, case, competitor = unit
+        functions = tuple(dict.fromkeys(ANSWER_OF[score] for score in task.scores if competitor.enters(score)))
+        with _LOCK:
+            data = _data(task.name, case, self.seed)
+        began = time.monotonic()
+        replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answers(Orders.of(competitor.content, functions, data), LIMIT)
+        scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
+        return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}
+
+
+@lru_cache(2)
+def _data(task: str, case: str, seed: int) -> Data:
+    """Return the data of a case, once for all competitors."""
+    return tasks_named((task,))[0].data(case, seed)
+
+
+def date_in(folder: Path) -> str:
+    """Return the last date with results in a folder; empty without results."""
+    return max((path.name for path in folder.glob("????-??-??") if path.is_dir()), default="")

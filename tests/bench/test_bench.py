@@ -1,0 +1,218 @@
+"""The score board: splits, leakage, faulty competitors, scores with known answers, and resumed runs."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+from bristle.bench.board import board, page, ranks
+from bristle.bench.child import Orders, answered, answers
+from bristle.bench.record import Data, Record
+from bristle.bench.run import Bench, competitors_named
+from bristle.bench.scores import OK, reversals_of, scored
+from bristle.bench.task import SCORES, TASKS, tasks_named
+from bristle.core import Axis, InputError, content_of
+from bristle.files import growing_folder
+
+AXIS = Axis(kind="translational", cutoff=40.0)
+TIME = 1e-3 * np.arange(4000)
+
+
+def record(frequency, secret=0.0):
+    """A mass of 3 kg with 5 N of dry and 20 N*s/m of viscous friction."""
+    position = 0.02 * np.sin(2.0 * np.pi * frequency * TIME)
+    moved = Record.of(TIME, position, None, AXIS)
+    effort = 3.0 * moved.acceleration + 5.0 * np.sign(moved.velocity) + 20.0 * moved.velocity + secret
+    return Record.of(TIME, position, effort, AXIS)
+
+
+@pytest.fixture
+def data():
+    return Data([record(1.0)], [record(1.3)], truth={"M": 3.0, "F_C": 5.0})
+
+
+def competitor(tmp_path, text, name="own"):
+    file = tmp_path / f"{name}.py"
+    file.write_text(text)
+    return str(file)
+
+
+def replies(tmp_path, text, data, names=("predict",)):
+    return dict(answered(Orders.of(content_of(competitor(tmp_path, text)), names, data)))
+
+
+LEAST = "import numpy as np\ndef fit(train): return None\ndef predict(fitted, motion): return {}\n"
+
+
+def test_a_competitor_receives_no_effort_of_a_test(tmp_path):
+    secret = 123456.789
+    data = Data([record(1.0)], [record(1.3, secret)], record(1.3).motion, np.full(4000, secret))
+    sent = pickle.dumps(Orders.of(content_of(competitor(tmp_path, LEAST)), ("predict", "loop"), data))
+    assert data.test[0].effort.tobytes() not in sent
+    assert data.followed.tobytes() not in sent
+    assert data.train[0].effort.tobytes() in sent
+
+
+def test_a_competitor_does_not_learn_the_folder_of_the_logs(tmp_path, monkeypatch, data):
+    monkeypatch.setenv("BRISTLE_DATA", str(tmp_path))
+    text = "import os\ndef fit(train): return None\ndef predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
+    orders = Orders.of(content_of(competitor(tmp_path, text)), ("predict",), data)
+    assert answers(orders, 60.0)["predict"].reason == "ValueError: absent"
+
+
+@pytest.mark.parametrize(
+    ("result", "status"),
+    [("1 / 0", "raised"), ("np.full(motion.time.size, np.nan)", "not finite"), ("np.zeros(3)", "wrong shape"), ("'force'", "raised")],
+)
+def test_a_faulty_answer_becomes_a_status(tmp_path, data, result, status):
+    fault = replies(tmp_path, LEAST.format(result), data)["predict"]
+    assert (fault.status, bool(fault.reason)) == (status, True)
+
+
+def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
+    assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "RuntimeError: no"
+
+
+@pytest.mark.parametrize(("body", "status"), [("while True: pass", "too slow"), ("import os; os._exit(3)", "crashed")])
+def test_a_slow_or_crashing_process_becomes_a_status(tmp_path, data, body, status):
+    text = f"def fit(train): return None\ndef parameters(fitted): return {{'M': 3.0}}\ndef predict(fitted, motion):\n    {body}"
+    found = answers(Orders.of(content_of(competitor(tmp_path, text)), ("parameters", "predict"), data), 0.5)
+    assert found["parameters"] == {"M": 3.0}  # the answers before it are kept
+    assert found["predict"].status == status
+
+
+def test_a_perfect_prediction_has_no_error_and_a_missing_force_all(data):
+    (test,) = data.test
+    assert scored(["force"], {"predict": [test.effort]}, data, 1)["force"].value == 0.0
+    half = scored(["force", "reversals"], {"predict": [0.5 * test.effort]}, data, 1)
+    assert half["force"].value == pytest.approx(50.0)
+    assert half["force"].lower <= 50.0 + 1e-9
+    assert half["force"].upper >= 50.0 - 1e-9
+    assert half["reversals"].value > 0.0
+
+
+def test_an_error_at_reversals_alone_weighs_more_there(data):
+    (test,) = data.test
+    bent = test.effort.copy()
+    for sample in reversals_of(test):
+        bent[max(sample - 50, 0) : sample + 50] += 2.0
+    result = scored(["force", "reversals"], {"predict": [bent]}, data, 1)
+    assert result["reversals"].value > 1.2 * result["force"].value
+    assert len(reversals_of(test)) == 10  # 4 s of 1.3 Hz
+
+
+def test_a_missing_parameter_counts_as_wrong(data):
+    values = [
+        scored(["parameters"], {"parameters": answer}, data, 1)["parameters"].value for answer in ({"M": 3.0, "F_C": 5.5}, {"M": 3.0})
+    ]
+    assert values == pytest.approx([5.0, 50.0])
+
+
+def test_the_filter_agrees_with_scipy():
+    signal = pytest.importorskip("scipy.signal")
+    from bristle.bench.record import smoothed
+
+    noisy = np.random.default_rng(3).standard_normal(4000)
+    expected = signal.sosfiltfilt(signal.butter(4, 2.0 * 1e-3 * 40.0, output="sos"), noisy)
+    inner = slice(200, -200)
+    assert np.max(np.abs(smoothed(noisy, 1e-3, AXIS) - expected)[inner]) < 0.02 * np.std(expected)
+
+
+def test_least_squares_finds_the_axis(data):
+    (entered,) = competitors_named(["least_squares"])
+    found = dict(answered(Orders.of(entered.content, ("predict", "parameters"), data)))
+    assert found["parameters"]["M"] == pytest.approx(3.0, rel=0.01)
+    assert found["parameters"]["F_C"] == pytest.approx(5.0, rel=0.02)
+    assert scored(["force"], found, data, 1)["force"].value < 1.0
+
+
+def test_the_loop_of_the_true_axis_follows_as_simulated():
+    from bristle import controllers, friction, plants
+    from bristle.bench.loop import following_error
+    from bristle.core import Experiment
+    from bristle.simulation import compensation_experiment, simulate
+
+    law = controllers.cascade(k_p=100.0, k_v=600.0)
+    axis = Axis(kind="translational", cutoff=200.0, controller=law)
+    reference = Record.of(TIME, 0.02 * np.sin(2.0 * TIME) ** 2, None, axis)
+    truth = friction.find("viscous")(F_v=60.0)
+    loops = compensation_experiment(plants.inertia(M=3.0), truth, truth, law, reference.position, 1e-3)
+    true = reference.position - simulate(Experiment("loop", "translational", loops.variants[:1])).variants["as_recorded"].measured
+    # The mass that the iteration begins with is not that of the axis.
+    error = following_error(lambda motion: 3.0 * motion.acceleration + 60.0 * motion.velocity, reference, 4.0)
+    assert np.max(np.abs(error - true)[100:-100]) < 0.01 * np.max(np.abs(true))
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_a_task_has_scores_and_a_split(name):
+    (task,) = tasks_named((name,))
+    assert set(task.scores) <= set(SCORES)
+    table = task.table
+    if "train" in table:
+        assert table["train"][1] <= table["test"][0]
+    if "train_tables" in table:
+        assert not set(table["train_tables"]) & set(table["test_tables"])
+
+
+def test_missing_logs_skip_a_task_with_the_remedy(monkeypatch, tmp_path):
+    monkeypatch.delenv("BRISTLE_DATA", raising=False)
+    bench = Bench(tasks_named(("emps",)), competitors_named(["least_squares"]), "2026-01-01")
+    assert "set it to the folder" in bench.skipped["task emps"]
+    assert bench.units == []
+    monkeypatch.setenv("BRISTLE_DATA", str(tmp_path))
+    assert "has no emps/DATA_EMPS.mat" in bench.skipped["task emps"]
+
+
+def test_an_unknown_name_suggests_a_similar_one():
+    with pytest.raises(InputError, match="lugre"):
+        competitors_named(["lugree"])
+    with pytest.raises(InputError, match="emps"):
+        tasks_named(("emp",))
+
+
+def test_files_alone_meet_all_and_a_file_needs_fit(tmp_path):
+    own = competitor(tmp_path, LEAST.format("0"))
+    assert len(competitors_named([own])) > 5
+    assert [entered.name for entered in competitors_named([own, "lugre"])] == ["lugre", "own"]
+    with pytest.raises(InputError, match="defines no function fit"):
+        competitors_named([competitor(tmp_path, "x = 1", "empty")])
+    (lacking,) = (
+        entered
+        for entered in competitors_named([competitor(tmp_path, "NEEDS = ('no_such_library',)\nfit = 1", "lacking")])
+        if entered.name == "lacking"
+    )
+    assert lacking.missing == "no_such_library is not installed"
+
+
+def test_a_run_continues_and_a_changed_competitor_runs_again(tmp_path, monkeypatch, data):
+    monkeypatch.setattr("bristle.bench.run._data", lambda *_: data)
+    monkeypatch.setattr("bristle.bench.task.Task.missing", "")
+    calls = []
+    monkeypatch.setattr("bristle.bench.run.answers", lambda orders, limit: calls.append(orders) or dict(answered(orders)))
+
+    def run(text):
+        entered = [one for one in competitors_named([competitor(tmp_path, text)]) if one.name == "own"]
+        bench = Bench(tasks_named(("emps",)), tuple(entered), "2026-01-01")
+        with growing_folder(tmp_path / "out", "score board") as (folder, _):
+            return bench, bench.run(folder, 1)
+
+    bench, finished = run(LEAST.format("0.5 * motion.acceleration"))
+    assert run(LEAST.format("0.5 * motion.acceleration"))[1] == finished
+    assert len(calls) == 1
+    run(LEAST.format("0.6 * motion.acceleration"))
+    assert len(calls) == 2
+    summary = board(bench, finished, provenance={"command": "bristle bench own.py"})
+    assert summary["scores"]["force"]["tasks"]["emps"]["own"]["status"] == OK
+    assert "| own |" in page(summary)
+
+
+def test_a_failure_ranks_last():
+    tasks = {"a": {"x": {"status": OK, "value": 3.0}, "y": {"status": OK, "value": 2.0}, "z": {"status": "raised", "value": None}}}
+    assert ranks(tasks) == {"y": 1.0, "x": 2.0, "z": 3.0}
+
+
+@pytest.mark.slow
+def test_the_date_draws_the_axes():
+    (task,) = tasks_named(("known_axis",))
+    first, again, later = (task.data("1", seed).truth for seed in (20260101, 20260101, 20260102))
+    assert first == again != later
