@@ -350,7 +350,6 @@ def show_identification(
 ) -> None:
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
-    from bristle.report.two_masses import two_masses_lines
 
     identification = outcome.identification
     *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
@@ -359,4 +358,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    show_lines([*lines, *two_masses_lines(identification), *results, feedforward, verdict, *following])
+    show_lines([*lines, *results, feedforward, verdict, *following])

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from bristle.core import unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
-from bristle.report.cards import Step, cards_of, no_gain
+from bristle.report.cards import Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
@@ -31,7 +31,7 @@ from bristle.report.model_tables import (
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
 from bristle.report.simulation import focus_of
 from bristle.report.table import Table, capital, fixed, percent_text
-from bristle.report.two_masses import two_masses_table
+from bristle.report.two_masses import SIMULATE_BOTH, elastic_cards, models_of, title_of, two_masses_table
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -79,6 +79,8 @@ def identification_report(
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
     distance = 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    masses, elastic = identification.two_masses, identification.response is not None
+    sides = masses.sides if masses is not None and masses.load is not None else {}
     facts: Facts = {
         "identification": identification,
         "fit": fit,
@@ -95,6 +97,9 @@ def identification_report(
         "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
         "at_samples": fit_at_samples(fit, log, axis, identification.treatment) if distance else None,
         "distance": distance,
+        "both_sides": identification if sides else None,
+        "elastic": identification if elastic and not sides else None,
+        "curves": [steady_curve(side.best) for side in sides.values()],
     }
     tables = [] if simulation is None else [variant_table(simulation, following.measured if following else None)]
     loop: list[object] = [*tables, *about_loop(None if simulation is None else gain, following, kind)]
@@ -136,8 +141,8 @@ def identification_report(
     step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
     front = Front(
         f"{axis_name}: identified friction",
-        about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
-        ruling._replace(reasons=_merged(ruling.reasons)),
+        about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {models_of(identification)}"),
+        ruling if sides else ruling._replace(reasons=_merged(ruling.reasons)),
         title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
@@ -145,7 +150,15 @@ def identification_report(
         csv=as_csv(table, kind) + "\n" if table and usable else "",
         feedforward=feedforward_of(identification),
     )
-    return report_page("identification", facts, front, sections, living=living, **options)
+    if sides or elastic:
+        front = front._replace(title=title_of(identification), basis=f"({log_name})")
+    if (sides or elastic) and usable:
+        gained = gain_card(gain) if gain is not None and shows_gain else front.cards[-1]
+        front = front._replace(cards=[*elastic_cards(identification, axis), gained])
+    if usable and not again and masses is not None and masses.is_elastic:
+        front = front._replace(next=SIMULATE_BOTH)
+    # The movable parameters are those of one mass.
+    return report_page("identification", facts, front, sections, living=None if sides else living, **options)
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
@@ -160,8 +173,8 @@ def why_only_similar(fit: Fit) -> str:
 
 
 def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
-    """Return the parameters of the best model, and with a second encoder those of two masses."""
-    return [Block("table", parameter_table(identification.best, axis), ("long",)), two_masses_table(identification)]
+    """Return the parameters of two masses, if the log shows them, and of the best model."""
+    return [two_masses_table(identification), Block("table", parameter_table(identification.best, axis), ("long",))]
 
 
 def _correlations(fit: Fit) -> Table:
