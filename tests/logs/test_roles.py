@@ -270,3 +270,23 @@ def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(s
 def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(size, unit):
     position = np.round(size * POSITION / np.max(np.abs(POSITION)))
     assert units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit
+
+
+@pytest.mark.parametrize("name", ["load position", "scale", "linear scale", "x_table", "Tischlage", "pos_load"])
+@pytest.mark.parametrize("unit", ["mm", ""])
+def test_a_second_encoder_is_proposed_beside_that_of_the_motor(name, unit):
+    table = 1e3 * POSITION + 0.02 * np.tanh(VELOCITY / 0.01)
+    columns = {"t": (TIME, "s"), name: (table, unit) if unit else table, "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
+    result = roles(**columns)
+    assert units_of(result) == {"time": "s", "position": "mm", "load_position": "mm", "effort": "N"}
+    assert [result.channels[channel].column for channel in ("position", "load_position", "effort")] == ["motor position", name, "force"]
+
+
+def test_a_column_that_moves_otherwise_or_alone_is_no_second_encoder():
+    motor = {"t": (TIME, "s"), "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
+    for values, unit in ((1e3 * np.sin(3.0 * PHASE), "mm"), (POSITION, "A"), (5e3 * POSITION, "")):
+        assert "load_position" not in roles(**motor, scale=(values, unit) if unit else values).channels
+    assert "load_position" not in roles(**motor, **{"table position setpoint": (1e3 * POSITION, "mm")}).channels
+    alone = roles(t=(TIME, "s"), scale_position=(1e3 * POSITION, "mm"), force=(EFFORT, "N")).channels
+    assert alone["position"].column == "scale_position"
+    assert "load_position" not in alone

@@ -110,11 +110,13 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "excitation": (Place("front", "motion.motion"), Place("beside", "motion.expected")),
     "study": (Place("front", "many_runs.distribution"), Place("beside", "bars.influence"), Place("spread", "many_runs.spread")),
     "fleet": (
-        Place("front", "many_runs.parameter"),
-        Place("beside", "many_runs.parameter_2"),
-        Place("beside", "many_runs.parameter_3"),
+        Place("front", "joints.joints"),
+        Place("front", "many_runs.parameter", lambda facts: facts["joints"] is None),
+        Place("beside", "many_runs.parameter_2", lambda facts: facts["joints"] is None),
+        Place("beside", "many_runs.parameter_3", lambda facts: facts["joints"] is None),
         Place("parameters", "many_runs.fleet", lambda facts: len(facts["names"] or ()) > 3),
     ),
+    "arm": (Place("front", "joints.joints"),),
     "operator": (Place("front", "recorded.curves"), Place("beside", "recorded.errors")),
 }
 

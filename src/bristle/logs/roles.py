@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bristle.core import units
+from bristle.core.axis import LOAD_ENCODER
 from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in, without_index
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.words import Meaning, is_of_load, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +208,8 @@ def roles_of(table: Table) -> Roles:
             channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
         return Roles(channels)
     stamps = _stamps(table, position.name, time)
+    load = _load_position(moving, position)
+    moving = [column for column in moving if column is not load]
     left = [column for column in moving if column is not position and not column.is_apart_from(position)]
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
@@ -223,6 +226,8 @@ def roles_of(table: Table) -> Roles:
         error = max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
     channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"), position.unknown)
+    if load is not None:
+        channels[LOAD_ENCODER] = Role(load.name, load.unit or unit, load.told_by or ("position" if unit else ""), "its name", load.unknown)
     if velocity is not None and velocity.unit:
         channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
     elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
@@ -266,7 +271,28 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
         return named + 0.5 * column.meaning.actual - column.meaning.reference + fits
 
     chosen = max(measured, key=score)
+    if is_of_load(chosen.name):
+        of_motor = [column for column in measured if column.meaning.role == "position" and not is_of_load(column.name)]
+        of_motor = [column for column in of_motor if not column.meaning.reference and _moves_alike(column, chosen)]
+        chosen = max(of_motor, key=score, default=chosen)
     return chosen, tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
+
+
+def _moves_alike(column: Candidate, position: Candidate) -> bool:
+    """Return whether a column can be a second encoder of the axis of a position."""
+    if column.unit:
+        same = bool(position.unit) and units.compatible(column.unit, position.unit)
+    else:
+        same = abs(slope(position.values, column.values) - 1.0) < 0.1
+    return same and correlation(column.values, position.values) > ALMOST_SAME
+
+
+def _load_position(columns: list[Candidate], position: Candidate) -> Candidate | None:
+    """Return the encoder at the load, if the position is that of the motor."""
+    fit = [column for column in columns if column is not position and is_of_load(column.name) and not column.meaning.reference]
+    fit = [column for column in fit if column.meaning.role in ("", "position", "effort") and not column.is_apart_from(position)]
+    fit = [] if is_of_load(position.name) else [column for column in fit if _moves_alike(column, position)]
+    return max(fit, key=lambda column: column.meaning.actual + _kinship(column, position), default=None)
 
 
 def _kinship(column: Candidate, relative: Candidate) -> float:

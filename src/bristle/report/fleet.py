@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 
 from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, with_unit
+from bristle.report.arm import arm_front
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.compensation import names_text
+from bristle.report.judgement import LEVELS
 from bristle.report.page import Block, Figures, Front, Ruling, Section, report_page
 from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table, capital, percent_text
+from bristle.simulation import Prediction
 from bristle.study.store import OK, Runs
 
 LOGS_SHOWN, PARAMETERS_SHOWN = 200, 12
@@ -187,8 +190,10 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
-def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = ()) -> str:
-    """Return the report of a fleet as an HTML page, with further sections."""
+def fleet_report(
+    runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = (), joints: Mapping[str, Prediction] | None = None
+) -> str:
+    """Return the report of a fleet as an HTML page, with further sections; `joints` are the predicted efforts of those of an arm."""
     names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
     rows = [
         (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
@@ -215,6 +220,8 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
         "apart": {name: np.union1d(apart(columns, name) if compared else alone, differ[name]).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
+        "joints": joints or None,
+        "kind": summary["kind"],
     }
     title = capital(ruling.reasons[0]) if ruling.words == "Logs differ" or not ordered else ""
     if not title:
@@ -230,6 +237,9 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
         cards=_cards(summary, ordered),
         next=_next(summary, command),
     )
+    if joints is not None:
+        errors = dict(zip(_axes_in(columns), columns["held_out_error"].tolist(), strict=True))
+        front = arm_front(front, logs_table(runs, summary, brief=True), {name: error for name, error in errors.items() if np.isfinite(error)})
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
@@ -256,11 +266,19 @@ def _next(summary: Mapping[str, Any], command: str) -> Step:
     return Step("Add logs of further axes, or later logs, with the same command:", command)
 
 
-def logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
-    """Return each log with the first parameters, their half-widths, and the codes of its warnings."""
+def _axes_in(columns: Mapping[str, np.ndarray]) -> list[str]:
+    """Return the name of each axis of a common log."""
+    return [str(log).partition(": ")[0] for log in columns["log"]]
+
+
+def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -> Table:
+    """Return each log, or each axis of one log, with the first parameters, their half-widths, and the codes of its warnings."""
     columns, names = runs.columns, [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
-    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
+    of_one = holds_several_axes(runs)
+    names_of = ("Axis", "Verdict") if of_one else ("Number", "Folder", "Log")
+    axes, levels = _axes_in(columns), [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
+    heads = (*names_of, "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
         run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
@@ -270,6 +288,7 @@ def logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
             half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
             text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
             cells.append(text if identified(columns, name)[place] else "")
-        rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
+        about = (axes[place], levels[place]) if of_one else (run, folder, log)
+        rows.append((*about, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
     more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
-    return Table(f"The logs{more}", heads, rows).without_empty_columns()
+    return Table(f"The {'axes' if of_one else 'logs'}{more}", heads, rows).without_empty_columns()

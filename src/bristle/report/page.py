@@ -74,8 +74,8 @@ class Plate(NamedTuple):
 class Front(NamedTuple):
     """The first screen of a report; without a ruling only heading and facts.
 
-    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `feedforward`
-    whether a feedforward is safe to try.
+    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `table` stands
+    beside the large picture, and `feedforward` is whether a feedforward is safe to try.
     """
 
     heading: str
@@ -88,6 +88,7 @@ class Front(NamedTuple):
     csv: str = ""
     figures: Sequence[Picture] = ()
     beside: Sequence[Picture] = ()
+    table: Table | None = None
     feedforward: str = ""
 
     @property
