@@ -71,7 +71,9 @@ def arm_front(front: Front, table: Table, errors: Mapping[str, float]) -> Front:
     name = max(errors, key=errors.__getitem__, default="")
     title = f"Largest model error: {percent_text(100.0 * errors[name])} ({name})" if name else ""
     step = Step("Predict another log of the arm", f"bristle predict {front.heading.partition(':')[0]} OTHER.csv --out prediction")
-    return front._replace(heading=front.heading.replace("a fleet", "an arm"), title=title, basis="(held out)", cards=(), table=table, next=step)
+    return front._replace(
+        heading=front.heading.replace("a fleet", "an arm"), title=title, basis="(held out)", cards=(), table=table, next=step
+    )
 
 
 def arm_prediction(

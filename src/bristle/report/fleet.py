@@ -19,7 +19,7 @@ from bristle.report.table import Quantity, Table, capital, percent_text
 from bristle.simulation import Prediction
 from bristle.study.store import OK, Runs
 
-LOGS_SHOWN, PARAMETERS_SHOWN = 200, 12
+LOGS_SHOWN, PARAMETERS_SHOWN, BRIEF = 200, 12, 3
 APART = 3.5  # robust standard deviations, including the interval of the log
 
 
@@ -95,12 +95,15 @@ def short_names(columns: Mapping[str, np.ndarray]) -> list[str]:
 
 def fleet_ruling(runs: Runs) -> Ruling:
     """Return whether the logs of a fleet agree, with the parameters that differ and the logs to measure again."""
-    columns, names = runs.columns, short_names(runs.columns)
+    columns, of_one = runs.columns, holds_several_axes(runs)
+    names = _axes_in(columns) if of_one else short_names(columns)
     again, failed = ([names[place] for place in places] for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK)))
-    compared = () if holds_several_axes(runs) else runs.described["metrics"]
+    compared = () if of_one else runs.described["metrics"]
     apart_in = {name: [names[place] for place in differing(columns, name)] for name in compared}
     reasons = [f"{name.rpartition('.')[2]} of {names_text(logs)} differs" for name, logs in apart_in.items() if logs]
     words = "Logs differ" if reasons else "Check some logs" if again or failed else "Logs agree" if compared else "Axes identified"
+    care = [names[place] for place in np.flatnonzero(columns["verdict"] == "with_care")] if of_one and "verdict" in columns else []
+    reasons += [f"use with care: {names_text(care)}"] if care else []
     reasons += [f"measure again: {names_text(again)}"] if again else []
     reasons += [f"not fitted: {names_text(failed)}"] if failed else []
     if not any(identified(columns, name).any() for name in runs.described["metrics"]):
@@ -145,17 +148,17 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
 
 
-def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return the results of a fleet in sentences."""
+def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]:
+    """Return the results of a fleet in sentences; the `word` of its members may be ``"axes"`` of one log."""
     lines = []
     if summary["done"] < summary["logs"]:
-        lines.append(f"{summary['done']} of {summary['logs']} logs are complete: repeat the same command to continue.")
+        lines.append(f"{summary['done']} of {summary['logs']} {word} are complete: repeat the same command to continue.")
     failed, again = len(summary["failures"]), len(summary["again"])
-    counts = f"{summary['done'] - failed - again} of {summary['done']} logs were identified"
+    counts = f"{summary['done'] - failed - again} of {summary['done']} {word} were identified"
     lines.append(counts + f", {failed} failed" * bool(failed) + f", {again} to measure again" * bool(again) + ".")
     warned = {name: count for name, count in summary["warnings"].items() if count}
     if warned:
-        words = ", ".join(f"{name} in {count} {'log' if count == 1 else 'logs'}" for name, count in warned.items())
+        words = ", ".join(f"{name} in {count}" for name, count in warned.items())
         lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
@@ -200,7 +203,7 @@ def fleet_report(
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
-    ruling, columns = fleet_ruling(runs), runs.columns
+    ruling, columns, word = fleet_ruling(runs), runs.columns, "axes" if holds_several_axes(runs) else "logs"
     # First the parameters that differ between logs.
     compared, alone = not holds_several_axes(runs), np.zeros(0, dtype=int)
     differ = {name: differing(columns, name) if compared else alone for name in names}
@@ -208,7 +211,7 @@ def fleet_report(
     heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
-        Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary)]),
+        Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary, word)]),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
         Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart], "Check"),
         Section("logs", "Every log", [logs_table(runs, summary)], "Logs"),
@@ -230,7 +233,7 @@ def fleet_report(
         title = f"{ordered[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
     front = Front(
         f"{summary['name']}: a fleet",
-        f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
+        f"{summary['done']} of {summary['logs']} {word} · {summary['model']} · {summary['kind']}",
         ruling,
         title=title,
         basis=f"({summary['model']})",
@@ -239,7 +242,9 @@ def fleet_report(
     )
     if joints is not None:
         errors = dict(zip(_axes_in(columns), columns["held_out_error"].tolist(), strict=True))
-        front = arm_front(front, logs_table(runs, summary, brief=True), {name: error for name, error in errors.items() if np.isfinite(error)})
+        front = arm_front(
+            front, logs_table(runs, summary, brief=True), {name: error for name, error in errors.items() if np.isfinite(error)}
+        )
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
@@ -272,13 +277,14 @@ def _axes_in(columns: Mapping[str, np.ndarray]) -> list[str]:
 
 
 def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -> Table:
-    """Return each log, or each axis of one log, with the first parameters, their half-widths, and the codes of its warnings."""
+    """Return each log, or each axis of one log, with the first parameters and the codes of its warnings; in `brief` only its friction."""
     columns, names = runs.columns, [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
+    names = [name for name in names if name.rpartition(".")[2].startswith("F_")][:BRIEF] if brief else names
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     of_one = holds_several_axes(runs)
     names_of = ("Axis", "Verdict") if of_one else ("Number", "Folder", "Log")
     axes, levels = _axes_in(columns), [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
-    heads = (*names_of, "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
+    heads = (*names_of, "Held-out error", *(scales[name].head(name.rpartition(".")[2] if brief else name) for name in names), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
         run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
@@ -289,6 +295,6 @@ def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -
             text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
             cells.append(text if identified(columns, name)[place] else "")
         about = (axes[place], levels[place]) if of_one else (run, folder, log)
-        rows.append((*about, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
+        rows.append((*about, f"{number(100.0 * error, 0.1)}\u00a0%" if np.isfinite(error) else "", *cells, "" if brief else codes))
     more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
     return Table(f"The {'axes' if of_one else 'logs'}{more}", heads, rows).without_empty_columns()
