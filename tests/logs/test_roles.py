@@ -73,7 +73,7 @@ def test_columns_are_identified_by_names_with_the_units_of_the_file():
 def test_a_recorded_velocity_determines_the_unit_of_the_position(factor, unit):
     result = roles(time=(TIME, "s"), position=factor * POSITION, velocity=(VELOCITY, "m/s"), force=(EFFORT, "N"))
     assert units_of(result)["position"] == unit
-    assert result.channels["position"].told_by == "velocity"
+    assert result.channels["position"].unit_source == "velocity"
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
 
 
 @pytest.mark.parametrize(
-    ("name", "effort", "unit", "told_by"),
+    ("name", "effort", "unit", "unit_source"),
     [
         ("motor current", EFFORT, "A", "its name"),
         ("voltage", EFFORT, "V", "its name"),
@@ -121,9 +121,9 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
         ("torque", EFFORT, "", ""),
     ],
 )
-def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, told_by):
+def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, unit_source):
     role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels["effort"]
-    assert (role.unit, role.told_by) == (unit, told_by)
+    assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
 def chosen_effort(*names):
@@ -245,7 +245,7 @@ def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled(
 
 
 @pytest.mark.parametrize(
-    ("size", "about", "unit", "told_by"),
+    ("size", "about", "unit", "unit_source"),
     [
         (7, "", "", ""),
         (8, "", "", "rated"),
@@ -259,11 +259,11 @@ def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled(
         (3, "a HINT16", "", ""),
     ],
 )
-def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, told_by):
+def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, unit_source):
     effort = np.round(size * EFFORT / np.max(np.abs(EFFORT)))
     columns = {"t": TIME, "q": POSITION, "torque": effort}
     role = roles_of(Table(columns, {"t": "s", "q": "m"}, names=tuple(columns), about={"torque": about})).channels["effort"]
-    assert (role.unit, role.told_by) == (unit, told_by)
+    assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
 @pytest.mark.parametrize(("size", "unit"), [(100.0, ""), (101.0, "count")])

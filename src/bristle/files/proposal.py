@@ -44,7 +44,7 @@ HINTS_OF_TURNING = {
     "effort.rated": 'effort at 100 %, such as "1.3 N*m"',
     "effort.constant": 'torque per {drive}, such as "0.12 N*m/{drive}"',
 }
-TOLD_BY = {
+UNIT_SOURCES = {
     "name": "unit from its name",
     "its name": "unit assumed from its name",
     "velocity": "unit from the velocity",
@@ -114,9 +114,9 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     remarks = [
         "" if role.reason == "its name" else role.reason,
         "second encoder, at the load" if channel == "load_position" else "",
-        "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
+        "in the unit of the position" if follows else UNIT_SOURCES.get(role.unit_source, ""),
         f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
-        HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
+        HINTS["rated" if role.unit_source == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the recorded effort takes work out of the axis, so its sign is reversed" if entry.get("sign") == -1 else "",
     ]
     comment = "; ".join(filter(None, remarks))
