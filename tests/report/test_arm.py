@@ -58,7 +58,7 @@ def test_each_joint_has_a_picture_with_its_measured_and_predicted_effort():
         measured, model = axes.get_lines()
         assert np.max(np.abs(measured.get_ydata())) == size
         assert np.max(np.abs(model.get_ydata())) == size * (1.0 + error)
-    assert [axes.get_ylabel() for axes in figure.axes] == ["Torque [N·m]", "", ""]
+    assert [axes.get_ylabel() for axes in figure.axes] == 3 * ["Torque [N·m]"]
 
 
 def test_an_identified_arm_names_the_joint_of_the_largest_error():

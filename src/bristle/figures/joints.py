@@ -22,17 +22,15 @@ COLUMNS, SHARE = 3, 0.05  # of a log without a reversal
 @shown("joints", ("joints", "kind"), "Effort of each joint at the reversal with its largest change: measured (wide) and model (narrow)")
 def effort_of_joints(joints: Mapping[str, Prediction], kind: Kind) -> Figure:
     """Return measured and predicted effort of each joint at the reversal where its effort changes most."""
-    figure, grid = style.grid_of(len(joints), COLUMNS, gap=0.55, between=0.5, top=0.3, names=("measured", "model"), over_titles=True)
+    figure, grid = style.grid_of(len(joints), COLUMNS, gap=0.6, between=0.82, top=0.3, names=("measured", "model"), over_titles=True)
     scale, word = style.effort_scale(kind, *(one.effort for one in joints.values() if one.effort is not None))
-    for place, (axes, (name, predicted)) in enumerate(zip(grid, joints.items(), strict=True)):
+    for axes, (name, predicted) in zip(grid, joints.items(), strict=True):
         assert predicted.effort is not None
         assert predicted.effort_predicted is not None
         error = predicted.effort - predicted.effort_predicted
         part = worst_reversal(predicted.position, predicted.effort) or style.window(predicted.time, error, SHARE)
         lines = (predicted.effort[part], PALE, "measured"), (predicted.effort_predicted[part], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, predicted.time[part], *lines, scale=scale, word=word)
-        if place % COLUMNS:
-            axes.set_ylabel("")
         style.title(axes, name)
     style.legend(grid[0])
     return figure

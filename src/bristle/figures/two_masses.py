@@ -31,7 +31,7 @@ def force_of_both_sides(identification: Identification) -> Figure:
     masses = identification.two_masses
     assert masses is not None
     heights = (1.8, 1.8, 0.7)
-    figure, rows = style.panels(TALL, rows=3, heights=heights, right=style.room_for(["measured"]), gap=0.55, top=0.25)
+    figure, rows = style.panels(TALL, rows=3, heights=heights, right=style.room_for(["measured"]), gap=0.62, top=0.25)
     loads = masses.sides["load"].best.traces
     part = worst_reversal(np.cumsum(loads.velocity), loads.measured) or style.window(loads.time, loads.residual, 0.05)
     ends, (motor, load, strip) = loads.time[part][[0, -1]], [axes for (axes,) in rows]
@@ -42,7 +42,6 @@ def force_of_both_sides(identification: Identification) -> Figure:
         draw_pair(axes, strip if name == "load" else None, traces.time, (traces.measured, traces.predicted), inside, scale=scale, word=word)
         rest = f": {word.lower()} of the coupling" if name == "load" else f": {word.lower()} minus that of the coupling"
         style.title(axes, f"{name.capitalize()}{rest}")
-    motor.set_xlabel("")
     return figure
 
 
@@ -51,11 +50,10 @@ def friction_of_both_sides(identification: Identification, curves: Sequence[Sequ
     """Return the friction of motor and load over velocity; `curves` are steady friction of both models."""
     masses = identification.two_masses
     assert masses is not None
-    figure, (row,) = style.panels(LOW, columns=2, across=SIDE, right=style.room_for(["measured"]), top=0.25, between=0.6)
+    figure, (row,) = style.panels(LOW, columns=2, across=SIDE, right=style.room_for(["measured"]), top=0.25, between=0.75)
     for axes, (name, side), curve in zip(row, masses.sides.items(), curves, strict=True):
         draw_friction(axes, side.best, curve)
         style.title(axes, name.capitalize())
-    row[1].set_ylabel("")
     style.label_lines(row[1])
     return figure
 

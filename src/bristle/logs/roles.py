@@ -226,10 +226,6 @@ def roles_of(table: Table) -> Roles:
         error = max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
     unit, unit_source = _unit_of_position(position, velocity, reference, stamps)
     channels["position"] = Role(position.name, unit, unit_source, _reason(position, "position"), position.unknown)
-    if load is not None:
-        channels[LOAD_ENCODER] = Role(
-            load.name, load.unit or unit, load.unit_source or ("position" if unit else ""), "its name", load.unknown
-        )
     if velocity is not None and velocity.unit:
         channels["velocity"] = Role(velocity.name, velocity.unit, velocity.unit_source, _reason(velocity, "velocity"))
     elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
@@ -239,7 +235,7 @@ def roles_of(table: Table) -> Roles:
                 own = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
                 channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
                 break
-    for name, column in (("reference", reference), ("following_error", error)):
+    for name, column in ((LOAD_ENCODER, load), ("reference", reference), ("following_error", error)):
         if column is not None and (column.unit or column.unknown in ("", position.unknown)):
             own, unit_source = (column.unit, column.unit_source) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
@@ -282,11 +278,10 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
 
 def _moves_alike(column: Candidate, position: Candidate) -> bool:
     """Return whether a column can be a second encoder of the axis of a position."""
+    alike = correlation(column.values, position.values) > ALMOST_SAME
     if column.unit:
-        same = bool(position.unit) and units.compatible(column.unit, position.unit)
-    else:
-        same = abs(slope(position.values, column.values) - 1.0) < 0.1
-    return same and correlation(column.values, position.values) > ALMOST_SAME
+        return alike and bool(position.unit) and units.compatible(column.unit, position.unit)
+    return alike and abs(slope(position.values, column.values) - 1.0) < 0.1
 
 
 def _load_position(columns: list[Candidate], position: Candidate) -> Candidate | None:
@@ -359,7 +354,7 @@ def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict
 
 
 def _reason(column: Candidate, channel: str) -> str:
-    if column.meaning.role or column.meaning.reference:
+    if column.meaning.role or column.meaning.reference or channel == LOAD_ENCODER:
         return "its name"
     reasons = {"effort": "it follows the motion", "velocity": "it is the rate of the position", "reference": "it moves like the position"}
     return reasons.get(channel, "its unit" if column.unit else "it is the smoothest")
