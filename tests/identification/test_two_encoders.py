@@ -314,7 +314,7 @@ def test_the_first_screen_has_masses_coupling_and_friction_of_either_side(masses
     assert cards["Antiresonance / resonance"].value.startswith("100 / 245")  # 100 Hz times the root of 6
     percent = f"{masses.motor.best.error_percent:.3g}"
     assert title_of(result).startswith(f"Model error: motor {percent}")
-    assert models_of(result) == "stribeck (motor), stribeck (load)"
+    assert models_of(result) == "stribeck"
     labels = [line.label for line in brief(result, None, None) if line.label]
     assert labels[:2] == ["Two masses", "One mass"]
     assert "Parameters" not in labels

@@ -158,7 +158,8 @@ def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]
     lines.append(counts + f", {failed} failed" * bool(failed) + f", {again} to measure again" * bool(again) + ".")
     warned = {name: count for name, count in summary["warnings"].items() if count}
     if warned:
-        words = ", ".join(f"{name} in {count}" for name, count in warned.items())
+        one = "axis" if word == "axes" else "log"
+        words = ", ".join(f"{name} in {count} {one if count == 1 else word}" for name, count in warned.items())
         lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
@@ -295,6 +296,6 @@ def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -
             text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
             cells.append(text if identified(columns, name)[place] else "")
         about = (axes[place], levels[place]) if of_one else (run, folder, log)
-        rows.append((*about, f"{number(100.0 * error, 0.1)}\u00a0%" if np.isfinite(error) else "", *cells, "" if brief else codes))
+        rows.append((*about, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, "" if brief else codes))
     more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
     return Table(f"The {'axes' if of_one else 'logs'}{more}", heads, rows).without_empty_columns()

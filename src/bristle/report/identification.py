@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from bristle.identification import Fit, Identification
     from bristle.lab.living import Living
     from bristle.prediction import Following
+    from bristle.report.compensation import Gain
     from bristle.simulation import Prediction, SimulationResult
 
 ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
@@ -116,14 +117,6 @@ def identification_report(
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
-    read = [
-        passage_table([segment.as_data() for segment in facts["passages"]], kind),
-        break_away_table(identification),
-        Figures("log"),
-        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
-        Block("items", identification.notes),
-    ]
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
@@ -134,7 +127,7 @@ def identification_report(
         Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
         Section("certificates", "Certificates", certified, "Models"),
         Section("assumptions", "Assumptions", assumptions, "Limits"),
-        Section("log", "The log", read, "Log"),
+        Section("log", "The log", _read(identification), "Log"),
     ]
     title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
     again = advice_to_record(fit)
@@ -151,14 +144,33 @@ def identification_report(
         feedforward=feedforward_of(identification),
     )
     if sides or elastic:
-        front = front._replace(title=title_of(identification), basis=f"({log_name})")
-    if (sides or elastic) and usable:
-        gained = gain_card(gain) if gain is not None and shows_gain else front.cards[-1]
-        front = front._replace(cards=[*elastic_cards(identification, axis), gained])
-    if usable and not again and masses is not None and masses.is_elastic:
-        front = front._replace(next=SIMULATE_BOTH)
+        front = _of_two_masses(front, identification, axis, gain if shows_gain else None, usable=usable, again=bool(again))
     # The movable parameters are those of one mass.
     return report_page("identification", facts, front, sections, living=None if sides else living, **options)
+
+
+def _of_two_masses(
+    front: Front, identification: Identification, axis: Axis | None, gain: Gain | None, *, usable: bool, again: bool
+) -> Front:
+    """Return the first screen of one mass as that of two masses."""
+    masses = identification.two_masses
+    if usable:
+        front = front._replace(cards=[*elastic_cards(identification, axis), front.cards[-1] if gain is None else gain_card(gain)])
+    step = SIMULATE_BOTH if usable and not again and masses is not None and masses.is_elastic else front.next
+    return front._replace(title=title_of(identification), basis=front.basis.replace("simulated on ", ""), next=step)
+
+
+def _read(identification: Identification) -> list[object]:
+    """Return the contents of the log, and its treatment."""
+    fit, log, kind = identification.best, identification.log, identification.best.plant.kind
+    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
+    return [
+        passage_table([segment.as_data() for segment in identification.passages], kind),
+        break_away_table(identification),
+        Figures("log"),
+        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
+        Block("items", identification.notes),
+    ]
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:

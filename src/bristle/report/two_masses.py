@@ -63,7 +63,8 @@ def models_of(identification: Identification) -> str:
     masses = identification.two_masses
     if masses is None or masses.load is None:
         return identification.best.name
-    return ", ".join(f"{side.best.name} ({name})" for name, side in masses.sides.items())
+    names = {side: one.best.name for side, one in masses.sides.items()}
+    return ", ".join(f"{name} ({side})" for side, name in names.items()) if len({*names.values()}) > 1 else names["motor"]
 
 
 def elastic_cards(identification: Identification, axis: Axis | None) -> list[Card]:
