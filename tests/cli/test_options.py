@@ -15,7 +15,7 @@ from bristle.cli.options import (
     SIZE_SETTING,
     Output,
     as_command,
-    command_told,
+    command_text,
     folder_named,
     holds_own,
     loaded_code,
@@ -142,10 +142,10 @@ def test_groups_of_options_become_options():
 
 
 def test_a_command_line_is_stored_without_folders():
-    assert command_told(["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/") == (
+    assert command_text(["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/") == (
         "bristle identify b.csv --axis d.toml,f.toml --out=h"
     )
-    assert command_told(["x\x07y", "a=b/c"], "/") == "bristle 'x?y' c"
+    assert command_text(["x\x07y", "a=b/c"], "/") == "bristle 'x?y' c"
 
 
 # --- studies ---------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 from tests.cli.conftest import AXIS, written_in
 from tests.files.test_results import mark_of
 
-from bristle.cli.options import command_told
+from bristle.cli.options import command_text
 from bristle.core.content import content_of
 from bristle.files.owned import NOTE
 from bristle.files.results import results_folder
@@ -144,4 +144,4 @@ def test_a_pipe_is_read_without_poll(tmp_path):
     ],
 )
 def test_a_windows_command_line_is_stored_without_folders(argument, told):
-    assert command_told([argument], separators="\\/") in (f"bristle {told}", f"bristle '{told}'")
+    assert command_text([argument], separators="\\/") in (f"bristle {told}", f"bristle '{told}'")

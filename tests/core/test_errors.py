@@ -5,7 +5,7 @@ import datetime
 import numpy as np
 import pytest
 
-from bristle.core.errors import InputError, close_names, did_you_mean, in_one_line, located, shortened, told_by
+from bristle.core.errors import InputError, close_names, did_you_mean, error_text, in_one_line, located, shortened
 
 
 def test_a_message_has_its_parts_in_order():
@@ -69,5 +69,5 @@ def test_names_that_are_meant_are_close_and_not_too_long_or_too_many():
 def test_messages_are_a_single_printable_line():
     assert in_one_line("a\nb\x07") == "a b\\x07"
     assert in_one_line("plain") == "plain"
-    assert told_by(ValueError("two\n  lines")) == "two lines"
+    assert error_text(ValueError("two\n  lines")) == "two lines"
     assert (shortened("abcdef", 6), shortened("abcdefg", 6)) == ("abcdef", "abc...")

@@ -20,7 +20,7 @@ from bristle.testing.figures import EXAMPLES
 pytestmark = pytest.mark.slow
 
 FOLDER = Path(figures.__file__).parent
-FACT = {"identification": "fit", "comparison": "comparison", "excitation": "motion", "operator": "recorded"}
+FACT = {"identification": "fit", "comparison": "comparison", "excitation": "motion", "operator": "recorded", "arm": "joints"}
 
 
 def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
@@ -66,7 +66,7 @@ def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
     for report, places in REPORTS.items():
         drawn = {plate.name for plate in report_of(report)[2]}
         missing |= {(report, place.figure.name) for place in places} - {(report, name) for name in drawn}
-    # An open loop, a loop without a pair, a log that only sticks, a log with loops, pre-sliding, and several numbers or parameters.
+    # An open loop, a loop without a pair, a log that only sticks, a log with loops, pre-sliding, two masses, and several numbers.
     assert missing == {
         ("simulation", "motion"),
         ("simulation", "reversal"),
@@ -74,6 +74,11 @@ def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
         ("identification", "loops"),
         ("identification", "reversals"),
         ("log", "loops"),
+        ("identification", "sides"),
+        ("identification", "frictions"),
+        ("identification", "lost_motion"),
+        ("identification", "response"),
+        ("fleet", "joints"),
         ("study", "spread"),
         ("fleet", "parameter_2"),
         ("fleet", "parameter_3"),

@@ -67,12 +67,12 @@ def test_a_torque_of_an_axis_that_turns_asks_for_a_constant_of_torque(tmp_path):
     assert 'constant = "?"  # torque per A, such as "0.12 N*m/A"' in item.text
 
 
-@pytest.mark.parametrize(("sign", "is_told"), [(1.0, False), (-1.0, True)])
-def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, sign, is_told):
+@pytest.mark.parametrize(("sign", "is_named"), [(1.0, False), (-1.0, True)])
+def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, sign, is_named):
     item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, sign * 3.0 * np.tanh(VELOCITY)))
-    assert ("sign = -1" in item.text) is is_told
-    assert ("takes work out of the axis" in item.text) is is_told
-    assert (item.axis.columns["effort"].scale < 0.0) is is_told
+    assert ("sign = -1" in item.text) is is_named
+    assert ("takes work out of the axis" in item.text) is is_named
+    assert (item.axis.columns["effort"].scale < 0.0) is is_named
 
 
 def test_an_effort_that_depends_on_the_angle_suggests_a_link(tmp_path):
@@ -196,7 +196,7 @@ def test_a_velocity_is_kept_where_the_way_from_there_to_the_position_is_known(po
 
 
 @pytest.mark.parametrize(
-    ("channel", "unit", "unknown", "told_by", "line"),
+    ("channel", "unit", "unknown", "unit_source", "line"),
     [
         ("position", "mm", "", "header", 'position = { column = "c", unit = "mm" }'),
         ("position", "mm", "", "velocity", 'position = { column = "c", unit = "mm" }  # unit from the velocity'),
@@ -212,8 +212,8 @@ def test_a_velocity_is_kept_where_the_way_from_there_to_the_position_is_known(po
         ),
     ],
 )
-def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown, told_by, line):
-    roles = Roles({channel: Role("c", unit.strip(FILL_IN), told_by, "its name", unknown)})
+def test_a_column_is_written_with_the_grounds_of_its_unit(channel, unit, unknown, unit_source, line):
+    roles = Roles({channel: Role("c", unit.strip(FILL_IN), unit_source, "its name", unknown)})
     assert proposal._column_line(channel, {"column": "c", "unit": unit}, roles) == line
 
 

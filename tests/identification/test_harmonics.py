@@ -9,7 +9,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 from bristle.core.axis import Axis, Cogging
 from bristle.core.errors import InputError
 from bristle.friction import find, with_slots
-from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, told_by, with_harmonics, with_pitch
+from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, with_harmonics, with_harmonics_of, with_pitch
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.plants import inertia
@@ -79,8 +79,8 @@ def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_its_terms(rippled):
 def test_an_axis_gets_the_harmonics_of_a_plant():
     plant = with_terms(inertia, cogging={"motor": [6, 12], "screw": [1]})
     axis = Axis(cogging=(Cogging("screw", 0.01, None), Cogging("motor", 0.005, None)))
-    assert [entry.harmonics for entry in told_by(plant, axis).cogging] == [(1,), (6, 12)]
-    assert [entry.turn for entry in told_by(plant, axis).cogging] == [0.01, 0.005]
+    assert [entry.harmonics for entry in with_harmonics_of(plant, axis).cogging] == [(1,), (6, 12)]
+    assert [entry.turn for entry in with_harmonics_of(plant, axis).cogging] == [0.01, 0.005]
 
 
 def test_a_pitch_is_found_in_the_residual_of_sliding():

@@ -10,13 +10,23 @@ from benchmarks.two_mass import columns_of, drive_of
 import bristle as br
 from bristle.core import with_unit
 from bristle.core.axis import Axis
+from bristle.figures.two_masses import response_of_motor
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
 from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Spectra
 from bristle.identification.two_masses import with_masses_of
-from bristle.report.two_masses import ALL_AT_THE_MOTOR, EXPERIMENT_FILE, TABLE_FILE, two_masses_lines, two_masses_table, write_two_masses
+from bristle.report.two_masses import (
+    ALL_AT_THE_MOTOR,
+    EXPERIMENT_FILE,
+    TABLE_FILE,
+    elastic_cards,
+    title_of,
+    two_masses_lines,
+    two_masses_table,
+    write_two_masses,
+)
 
 POINT = np.array([3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4])  # masses, coupling, viscous friction, delay, hold
 
@@ -107,6 +117,26 @@ def test_the_result_has_both_masses_and_all_friction_at_the_motor(elastic):
     assert masses.motor_friction.values["F_C"] == pytest.approx(result.best.friction.values["F_C"])
     assert result.treatment["antiresonance"] == pytest.approx(masses.by_name["antiresonance"].value)
     assert masses.by_name["motor"].value + masses.by_name["load"].value == pytest.approx(result.best.parameters["M"].value, rel=0.01)
+
+
+def test_the_response_of_the_motor_is_that_of_two_masses(elastic):
+    drive, result = elastic
+    response = result.response
+    omega = 2.0 * np.pi * response.frequency
+    spring = drive.stiffness + 1j * omega * 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
+    link = drive.load * spring / (spring - drive.load * omega**2)  # apparent mass of the load
+    exact = 1.0 / np.abs(drive.motor + link)
+    away = (response.coherence > 0.9) & (np.abs(np.log(response.frequency / drive.resonance)) > 0.15)
+    away &= np.abs(np.log(response.frequency / drive.antiresonance)) > 0.15
+    assert np.count_nonzero(away) > 10
+    assert np.median(np.abs(response.gain[away] / exact[away] - 1.0)) < 0.05
+    assert response.modelled[away] == pytest.approx(exact[away], rel=0.1)
+    (axes,) = response_of_motor(result.best, result).axes
+    places = sorted(line.get_xdata()[0] for line in axes.get_lines() if len(line.get_xdata()) == 2)
+    assert places == pytest.approx([drive.antiresonance, drive.resonance], rel=0.02)
+    assert axes.get_ylabel() == "Acceleration per force [1/kg]"
+    assert title_of(result).startswith(f"Antiresonance {with_unit(places[0], 'Hz')}, resonance")
+    assert [card.label for card in elastic_cards(result, None)][:3] == ["Mass, motor / load", "Stiffness", "Antiresonance / resonance"]
 
 
 def test_report_terminal_and_files_state_one_friction(elastic, tmp_path):

@@ -14,6 +14,9 @@ import bristle as br
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.engine.motion import along
+from bristle.engine.screwed import through_screw
+from bristle.figures.two_masses import force_of_both_sides, friction_of_both_sides, shows_lost_motion
+from bristle.figures.two_masses import lost_motion as lost_motion_figure
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification import identify
 from bristle.identification.lost_motion import LostMotion, lost_motion, stretched
@@ -21,8 +24,18 @@ from bristle.identification.quantities import Quantity
 from bristle.identification.side_logs import side_logs
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
 from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses, with_two_masses
+from bristle.prediction import steady_curve
+from bristle.report.brief import brief
 from bristle.report.compensation import closing_sentences, gain_of
-from bristle.report.two_masses import EXPERIMENT_FILE, two_masses_lines, two_masses_table, write_two_masses
+from bristle.report.two_masses import (
+    EXPERIMENT_FILE,
+    elastic_cards,
+    models_of,
+    title_of,
+    two_masses_lines,
+    two_masses_table,
+    write_two_masses,
+)
 from bristle.simulation import simulate
 
 DT = 1e-3  # s
@@ -246,7 +259,7 @@ def test_report_and_terminal_state_masses_and_friction_of_either_side(masses):
     assert {("", "Motor"), ("", "Load"), ("", "Stiffness"), ("", "Play")} <= set(rows)
     assert any(side.startswith("Friction of the load: stribeck") and name == "F_C" for side, name in rows)
     texts = [line.text for line in two_masses_lines(identification)]
-    assert texts[0] == "motor 2 kg ± 2.00 %"
+    assert texts[0] == "motor 2 kg ± 2.0 %"
     assert two_masses_table(SimpleNamespace(two_masses=None)) is None
     assert two_masses_lines(SimpleNamespace(two_masses=None, reason_for_one_mass="", treatment={})) == []
 
@@ -258,7 +271,7 @@ def test_the_terminal_marks_levels_that_are_not_identified_and_states_the_consta
     pushed = best.friction.with_values(offset=7.0)
     side = replace(masses.load, fits=(replace(best, estimates=estimates, friction=pushed),))
     texts = [line.text for line in two_masses_lines(SimpleNamespace(two_masses=replace(masses, load=side)))]
-    assert [text for text in texts if text.startswith("friction of the load: stribeck, F_C") and text.endswith("constant force 7 N")]
+    assert [text for text in texts if text.startswith("friction of the load: stribeck, F_C") and "constant force 7 N, model error" in text]
     assert sum("(not identified)" in text for text in texts) == 1
 
 
@@ -275,6 +288,63 @@ def test_play_that_is_not_clear_is_stated_as_a_bound(masses):
     unclear = TwoMasses(bounded, masses.motor, masses.load, 0.0)
     assert not unclear.play_is_clear
     assert any("play below 3 µm" in line.text for line in two_masses_lines(SimpleNamespace(two_masses=unclear)))
+
+
+def test_an_axis_without_a_lead_keeps_its_units(masses, tmp_path):
+    linear = replace(masses, arm=1.0)
+    assert {linear.plant.kind, linear.motor_friction.kind, linear.table_friction.kind} == {"translational"}
+    assert linear.motor_friction.values == masses.motor.best.friction.values | {"c_T": 0.15}
+    assert through_screw(linear.plant, linear.motor_friction, linear.table_friction).kind == "translational"
+    log = br.Log.from_columns(strokes())
+    with results_folder(tmp_path / "out") as folder:
+        write_two_masses(folder, SimpleNamespace(two_masses=linear, best=masses.load.best, log=log, treatment={"velocity_max": 0.15}), {})
+    experiment = read_experiment(tmp_path / "out" / EXPERIMENT_FILE)
+    assert experiment.kind == "translational"
+    assert np.ptp(log.position.values) == pytest.approx(4.0 * experiment.variants[0].reference.values["amplitude"], rel=1e-4)
+    text = "".join(file.read_text() for file in (tmp_path / "out").glob("*.toml"))
+    assert not re.search(r"\brad\b|N\*m|kg\*m", text)
+
+
+def test_the_first_screen_has_masses_coupling_and_friction_of_either_side(masses):
+    result = replace(masses.motor, two_masses=masses)
+    cards = {card.label: card for card in elastic_cards(result, None)}
+    assert list(cards) == ["Mass, motor / load", "Stiffness", "Antiresonance / resonance", "Friction of the motor", "Friction of the load"]
+    assert cards["Mass, motor / load"].value.split("\u00a0") == ["2.00 / 10.0", "kg"]
+    assert cards["Mass, motor / load"].half == pytest.approx(2.0)
+    assert cards["Antiresonance / resonance"].value.startswith("100 / 245")  # 100 Hz times the root of 6
+    percent = f"{masses.motor.best.error_percent:.3g}"
+    assert title_of(result).startswith(f"Model error: motor {percent}")
+    assert models_of(result) == "stribeck"
+    labels = [line.label for line in brief(result, None, None) if line.label]
+    assert labels[:2] == ["Two masses", "One mass"]
+    assert "Parameters" not in labels
+
+
+def test_pictures_show_force_friction_and_lost_motion_of_both_sides(masses):
+    # The twist that a stiffness of 4e6 N/m and a play of 5 µm give the measured force.
+    load, force = masses.load, masses.load.best.traces.measured
+    time = load.log.time.values
+    full = np.interp(time, load.best.traces.time, force)
+    motor_position = load.log.position.values + full / 4e6 + 2.5e-6 * np.sign(full)
+    moved = replace(masses.motor, log=replace(masses.motor.log, position=replace(masses.motor.log.position, values=motor_position)))
+    result = replace(masses.motor, two_masses=replace(masses, motor=moved, measured=True))
+    motor, of_load, strip = force_of_both_sides(result).axes
+    for axes in (motor, of_load):
+        measured, model = axes.get_lines()[:2]
+        assert np.ptp(measured.get_ydata()) > 0.0
+        apart = np.interp(measured.get_xdata(), *model.get_data()) - measured.get_ydata()
+        assert np.max(np.abs(apart)) < 0.3 * np.ptp(measured.get_ydata())
+    assert "minus that of the coupling" in "".join(motor.get_title(loc=place) for place in ("left", "center", "right"))
+    assert strip.get_xlim()[1] - strip.get_xlim()[0] > of_load.get_xlim()[1] - of_load.get_xlim()[0]
+    curves = [steady_curve(side.best) for side in masses.sides.values()]
+    assert len(friction_of_both_sides(result, curves).axes) == 2
+    (axes,) = lost_motion_figure(result).axes
+    points, line = axes.get_lines()[:2]
+    clear = np.abs(points.get_xdata()) > 0.2 * np.max(np.abs(points.get_xdata()))
+    expected = points.get_xdata() / 4.0 + 2.5 * np.sign(points.get_xdata())  # µm
+    assert points.get_ydata()[clear] == pytest.approx(expected[clear], abs=0.1)
+    assert np.interp(0.5 * line.get_xdata()[-1], line.get_xdata(), line.get_ydata()) == pytest.approx(0.125 * line.get_xdata()[-1] + 2.5)
+    assert not shows_lost_motion(replace(result, two_masses=replace(masses, rigid="no scale")))
 
 
 def test_the_written_files_simulate_both_masses(masses, tmp_path):

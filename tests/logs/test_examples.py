@@ -7,7 +7,7 @@ from bristle.logs.json_records import recognises
 from bristle.logs.layout import why_no_number
 from bristle.logs.log import is_table
 from bristle.logs.passages import nesting
-from bristle.logs.stamped_text import amount_in, names_beside_times, period_told
+from bristle.logs.stamped_text import amount_in, names_beside_times, stated_period
 from bristle.logs.table import axis_in, some_of, split_unit, without_index
 from bristle.logs.turns import turning_points
 from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, plain_unit, unit_in_name, without_part, words_of
@@ -46,9 +46,9 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
         ),
         pytest.param(lambda: (nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4]), nesting([])), (2, 6, 0), id="nesting"),
         pytest.param(
-            lambda: (period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})),
+            lambda: (stated_period({"Abtastzeit [ms]": "0,25"}), stated_period({"Sample rate": "4 kHz"}), stated_period({"Date": "today"})),
             (0.00025, 0.00025, None),
-            id="period_told",
+            id="stated_period",
         ),
         pytest.param(
             lambda: (amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")),

@@ -73,7 +73,7 @@ def test_columns_are_identified_by_names_with_the_units_of_the_file():
 def test_a_recorded_velocity_determines_the_unit_of_the_position(factor, unit):
     result = roles(time=(TIME, "s"), position=factor * POSITION, velocity=(VELOCITY, "m/s"), force=(EFFORT, "N"))
     assert units_of(result)["position"] == unit
-    assert result.channels["position"].told_by == "velocity"
+    assert result.channels["position"].unit_source == "velocity"
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
 
 
 @pytest.mark.parametrize(
-    ("name", "effort", "unit", "told_by"),
+    ("name", "effort", "unit", "unit_source"),
     [
         ("motor current", EFFORT, "A", "its name"),
         ("voltage", EFFORT, "V", "its name"),
@@ -121,9 +121,9 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
         ("torque", EFFORT, "", ""),
     ],
 )
-def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, told_by):
+def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, unit_source):
     role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels["effort"]
-    assert (role.unit, role.told_by) == (unit, told_by)
+    assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
 def chosen_effort(*names):
@@ -245,7 +245,7 @@ def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled(
 
 
 @pytest.mark.parametrize(
-    ("size", "about", "unit", "told_by"),
+    ("size", "about", "unit", "unit_source"),
     [
         (7, "", "", ""),
         (8, "", "", "rated"),
@@ -259,14 +259,34 @@ def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled(
         (3, "a HINT16", "", ""),
     ],
 )
-def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, told_by):
+def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, unit_source):
     effort = np.round(size * EFFORT / np.max(np.abs(EFFORT)))
     columns = {"t": TIME, "q": POSITION, "torque": effort}
     role = roles_of(Table(columns, {"t": "s", "q": "m"}, names=tuple(columns), about={"torque": about})).channels["effort"]
-    assert (role.unit, role.told_by) == (unit, told_by)
+    assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
 @pytest.mark.parametrize(("size", "unit"), [(100.0, ""), (101.0, "count")])
 def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(size, unit):
     position = np.round(size * POSITION / np.max(np.abs(POSITION)))
     assert units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit
+
+
+@pytest.mark.parametrize("name", ["load position", "scale", "linear scale", "x_table", "Tischlage", "pos_load"])
+@pytest.mark.parametrize("unit", ["mm", ""])
+def test_a_second_encoder_is_proposed_beside_that_of_the_motor(name, unit):
+    table = 1e3 * POSITION + 0.02 * np.tanh(VELOCITY / 0.01)
+    columns = {"t": (TIME, "s"), name: (table, unit) if unit else table, "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
+    result = roles(**columns)
+    assert units_of(result) == {"time": "s", "position": "mm", "load_position": "mm", "effort": "N"}
+    assert [result.channels[channel].column for channel in ("position", "load_position", "effort")] == ["motor position", name, "force"]
+
+
+def test_a_column_that_moves_otherwise_or_alone_is_no_second_encoder():
+    motor = {"t": (TIME, "s"), "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
+    for values, unit in ((1e3 * np.sin(3.0 * PHASE), "mm"), (POSITION, "A"), (5e3 * POSITION, "")):
+        assert "load_position" not in roles(**motor, scale=(values, unit) if unit else values).channels
+    assert "load_position" not in roles(**motor, **{"table position setpoint": (1e3 * POSITION, "mm")}).channels
+    alone = roles(t=(TIME, "s"), scale_position=(1e3 * POSITION, "mm"), force=(EFFORT, "N")).channels
+    assert alone["position"].column == "scale_position"
+    assert "load_position" not in alone

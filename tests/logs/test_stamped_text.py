@@ -13,10 +13,10 @@ from bristle.logs.stamped_text import (
     head_of,
     partly_empty,
     pattern_of,
-    period_told,
     read_archive,
     read_scope,
     stamps_in,
+    stated_period,
     units_of_labview,
     with_own_times,
 )
@@ -50,7 +50,7 @@ def test_the_sample_time_is_stated_as_a_time_or_a_rate():
         ({"name": "5 ms"}, None),
         ({"dt": "5 mm", "Takt": "3 ms"}, 3e-3),
     ):
-        assert period_told(facts) == (pytest.approx(period) if period else None)
+        assert stated_period(facts) == (pytest.approx(period) if period else None)
 
 
 def test_an_amount_has_the_unit_behind_it_or_that_of_its_name():

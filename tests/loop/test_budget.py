@@ -9,7 +9,7 @@ from tests.loop.conftest import COMPENSATOR, TRUTH, loop
 from bristle import controllers, friction
 from bristle.core.experiment import Experiment
 from bristle.loop.budget import best_gain, causes_of, nominal
-from bristle.loop.tuning import feeds_inertia, told_the_motion
+from bristle.loop.tuning import feeds_inertia, with_known_motion
 from bristle.simulation import simulate
 
 
@@ -33,7 +33,7 @@ def test_inertia_is_fed_forward_once():
     # The sliding mode law feeds the inertia by itself, the cascade does not.
     sliding = controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0)
     assert [feeds_inertia(item, 1e-3) for item in (sliding, loop().controller)] == [True, False]
-    assert told_the_motion(loop(controller=sliding)).feedforward.mass == 0.0
+    assert with_known_motion(loop(controller=sliding)).feedforward.mass == 0.0
 
 
 def test_a_loop_that_knows_everything_has_no_cause_of_error():

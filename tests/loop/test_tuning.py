@@ -17,7 +17,7 @@ from bristle.core.variable import Variable
 from bristle.files import read_experiment, write_model
 from bristle.loop import Verdict, tuning
 from bristle.loop.linear_system import DAMPED
-from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, told_the_motion
+from bristle.loop.tuning import GAINS, Delays, feeds_inertia, inertia_of, lagging, with_known_motion
 
 
 @pytest.mark.parametrize(("value", "rounded"), [(123.4, 120.0), (0.0987, 0.098), (1.0, 1.0), (99.9, 99.0), (4567.0, 4500.0)])
@@ -102,13 +102,13 @@ def test_a_law_feeds_inertia_where_it_answers_the_acceleration():
 
 def test_a_loop_gets_velocity_and_inertia_feedforward():
     deaf = loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=0.5), feedforward=replace(loop().feedforward, mass=10.0))
-    informed = told_the_motion(deaf)
+    informed = with_known_motion(deaf)
     assert informed.controller.values["k_ff"] == 1.0
     assert informed.feedforward.mass == pytest.approx(20.0, rel=1e-3)
     near = loop(feedforward=replace(loop().feedforward, mass=20.1))
-    assert told_the_motion(near) == near  # within a hundredth
+    assert with_known_motion(near) == near  # within a hundredth
     far = loop(feedforward=replace(loop().feedforward, mass=20.3))
-    assert told_the_motion(far).feedforward.mass == pytest.approx(inertia_of(far))
+    assert with_known_motion(far).feedforward.mass == pytest.approx(inertia_of(far))
 
 
 def test_loops_that_are_proposed_have_their_names(monkeypatch):

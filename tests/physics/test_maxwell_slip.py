@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bristle import friction, response
-from bristle.engine import force_along
+from bristle.engine import force_along, interpreted
 
 MODEL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5, 1e5, 4e4], nu_i=[0.2, 0.3, 0.3, 0.2])
 
@@ -66,3 +66,10 @@ def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
     assert np.max(np.abs(np.diff(force[2:]))) < 0.02
     assert abs(force.max() - 1.3) < 1e-9
     assert abs(force.min() + 0.7) < 1e-9
+
+
+def test_an_element_without_stiffness_has_no_force():
+    v = np.array([1e-3, 2e-3, -1e-3, 0.0])
+    with_it = friction.maxwell_slip(F_C=1.0, k_i=[1e6, 0.0], nu_i=[1.0, 0.0], validate=False)
+    with interpreted():  # a division of 0 by 0 would warn
+        assert np.array_equal(force_along(with_it, v, 1e-3), force_along(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), v, 1e-3))

@@ -15,6 +15,7 @@ from bristle.excitation import excite
 from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.prediction import drive_table
+from bristle.report.arm import arm_prediction
 from bristle.report.comparison import comparison_report, comparison_summary
 from bristle.report.design import design_report, design_summary
 from bristle.report.excitation import excitation_report, excitation_summary
@@ -121,6 +122,15 @@ def fleet():
     return fleet_report(runs, summary, command="bristle"), summary
 
 
+def arm():
+    """Two joints, each with the prediction of the example."""
+    facts, best = results(), results()["identification"].best
+    one = prediction_summary(facts["prediction"], friction=best.friction, notes=(), provenance={"bristle": "0"})
+    names = ("A1", "A2")
+    summary, _, page = arm_prediction(dict.fromkeys(names, one), dict.fromkeys(names, facts["prediction"]), "arm", LOGS[0], "bristle")
+    return page, summary
+
+
 def operator():
     recorded = results()["recorded"]
     predicted, model = OperatorPrediction(tuple(curve.f for curve in recorded.curves), 0.1, 1.0), hysteresis.preisach(s=1.25e7, f_p=150.0)
@@ -139,6 +149,7 @@ KINDS = {
     "study": study,
     "fleet": fleet,
     "operator": operator,
+    "arm": arm,
 }
 DOUBTED = {"doubts": (Diagnostic("sign_reversed", severity="error", numbers={"percent": 90.0}),)}
 """Options of an unusable identification."""

@@ -12,7 +12,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import example_of
 from bristle.friction import MODELS
 from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
-from bristle.report.cards import Card, Step, _distance, cards_of, no_gain, quantity_text
+from bristle.report.cards import Card, Step, cards_of, distance_card, no_gain, quantity_text
 
 
 def by_label(cards):
@@ -85,12 +85,12 @@ def test_the_distance_has_the_scatter_of_the_replicates(stage):
     fastest = float(np.max(np.abs(fit.traces.velocity)))
     distances = np.array([reversal_distance(each, fastest) for each in drawn])
     middle = reversal_distance(model, fastest)
-    card = _distance(fit, None)
+    card = distance_card(fit, None)
     assert card.half == pytest.approx(100.0 * 1.959964 * 1.482602 * np.median(np.abs(distances - middle)) / middle, rel=1e-4)
     assert numbers(card.value)[0] * 1e-6 == pytest.approx(middle, rel=0.05)
     wild = replace(fit, resampling=Some(bands=Some(models=lambda model, most: [model.with_values(sigma_0=model.sigma_0 / 50.0)] * 4)))
-    assert (_distance(wild, None).half, _distance(wild, None).open) == (None, True)
-    assert _distance(replace(fit, friction=example_of(MODELS["coulomb"])), None) is None
+    assert (distance_card(wild, None).half, distance_card(wild, None).open) == (None, True)
+    assert distance_card(replace(fit, friction=example_of(MODELS["coulomb"])), None) is None
 
 
 def test_a_bar_ends_at_thirty_percent():

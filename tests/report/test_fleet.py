@@ -1,5 +1,7 @@
 """The report of a fleet, from made-up logs with known numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.report.pages import Page
@@ -161,3 +163,20 @@ def test_short_names_distinguish_all_logs():
     assert named(["x", "x"], ["axis1.csv", "axis2.csv"]) == ["axis1", "axis2"]
     assert named(["data/axis1", "data/axis2"], ["log.csv", "log.csv"]) == ["axis1", "axis2"]
     assert named(["a", "a", "b"], ["1.csv", "2.csv", "1.csv"]) == ["a/1", "a/2", "b/1"]
+
+
+def test_axes_of_one_log_have_a_row_with_their_verdict_and_only_friction():
+    runs = fleet()
+    columns = runs.columns
+    columns["log"] = np.array([f"A{number}: arm.csv" for number in range(runs.count)])
+    columns["verdict"] = np.array(["usable", "with_care"] * runs.count)[: runs.count]
+    columns["status"] = np.full(runs.count, "ok")
+    runs = replace(runs, described=runs.described | {"logs": [{"sha256": "0"}] * runs.count})
+    summary = fleet_summary(runs, provenance={})
+    table = report.logs_table(runs, summary, brief=True)
+    assert table.heads == ["Axis", "Verdict", "Held-out error", "F_C [N]"]
+    assert table.rows[1][:2] == ["A1", "Use with care"]
+    ruling = report.fleet_ruling(runs)
+    assert (ruling.level, ruling.words) == ("with_care", "Axes identified")
+    assert ruling.reasons[0].startswith("use with care: A1, A3")
+    assert fleet_sentences(summary, "axes")[0].startswith("7 of 9 axes are complete")

@@ -28,7 +28,7 @@ def opened(fit, **statuses):
     return replace(fit, estimates=tuple(changed))
 
 
-def rehearsals(monkeypatch, fit, widths, off=1.0):
+def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=()):
     """Stand in for `excite`: by purposes, the half-width in percent that a rehearsal gives each parameter."""
     asked = []
 
@@ -46,7 +46,7 @@ def rehearsals(monkeypatch, fit, widths, off=1.0):
             )
             for estimate in fit.estimates
         ]
-        return Some(rehearsal=Some(identification=Some(best=Some(estimates=found))))
+        return Some(rehearsal=Some(identification=Some(best=Some(estimates=found))), exceeded=exceeded)
 
     monkeypatch.setattr(bristle.excitation, "excite", excite)
     return asked
@@ -78,6 +78,11 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
 def test_a_rehearsal_whose_interval_misses_its_own_truth_promises_no_half_width(fit, monkeypatch):
     rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}}, off=1.1)
     assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), sliding_log()) is None
+
+
+def test_a_motion_beyond_the_limits_of_the_axis_is_not_proposed(fit, monkeypatch):
+    rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0, "v_S": 90.0}}, exceeded=("effort",))
+    assert next_motion(opened(fit, F_S="at_edge", v_S="unidentifiable"), Axis(), sliding_log()) is None
 
 
 def test_the_motion_that_narrows_more_intervals_is_proposed(fit, monkeypatch):

@@ -23,7 +23,7 @@ from bristle.cli import (
     tune,
 )
 from bristle.cli import run as run_command
-from bristle.cli.options import REMOVED, as_command, command_told
+from bristle.cli.options import REMOVED, as_command, command_text
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain
 
@@ -81,7 +81,7 @@ def run(arguments: list[str]) -> int:
         return BAD_INPUT
     command = typer.main.get_command(app)
     try:
-        with command.make_context("bristle", arguments, obj=command_told(arguments)) as context:
+        with command.make_context("bristle", arguments, obj=command_text(arguments)) as context:
             return command.invoke(context) or 0
     except typer.Exit as ended:
         return ended.exit_code

@@ -126,13 +126,13 @@ class _OfTargets(Listing):
         """Return the targets, and the output of each."""
         from bristle.exports import TARGETS
 
-        return [(target.name, told_of(target)) for target in TARGETS.values()]
+        return [(target.name, described_target(target)) for target in TARGETS.values()]
 
 
 COMMAND = _OfTargets
 
 
-def told_of(target: Target) -> str:
+def described_target(target: Target) -> str:
     """Return the description of a target, and its further options."""
     able = {
         "--tunable": target.tunable,

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from bristle.report.identified import Identified, Outcome
     from bristle.report.next_motion import NextMotion
     from bristle.report.table import Table
-    from bristle.simulation import SimulationResult
+    from bristle.simulation import Prediction, SimulationResult
 
 
 EXAMPLE = """Example:
@@ -248,8 +248,18 @@ def _identify_each(
     from bristle.core import content_of
     from bristle.files import axes_in, provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.arm import arm_sections, arm_summary, base_table, joints_table
-    from bristle.report.fleet import failed_logs_table, fleet_report, fleet_sentences, fleet_summary, logs_table, parameters_table
+    from bristle.report.arm import arm_sections, arm_summary
+    from bristle.report.brief import verdict
+    from bristle.report.cards import labelled
+    from bristle.report.fleet import (
+        failed_logs_table,
+        fleet_report,
+        fleet_ruling,
+        fleet_sentences,
+        fleet_summary,
+        logs_table,
+        parameters_table,
+    )
     from bristle.report.judgement import level_of
     from bristle.report.results import write_report
     from bristle.study.run import run_within
@@ -280,13 +290,18 @@ def _identify_each(
             report(1.0, "writing the report")
             runs = runs_in(store.folder)
             summary = fleet_summary(runs, provenance=runs.described["provenance"]) | ({"arm": arm_summary(arm)} if arm else {})
-            page = fleet_report(runs, summary, command=output.command, further=arm_sections(arm) if arm else ())
+            predictions = _along_the_log(store.folder, logs[0]) if arm else None
+            further = arm_sections(arm) if arm else ()
+            page = fleet_report(runs, summary, command=output.command, further=further, joints=predictions)
             write_report(store.grown, page, summary)
             if arm:
                 _write_arm(arm, store)
-    tables = [joints_table(arm), base_table(arm)] if arm else []
-    table = logs_table(runs, summary) if of_joints else parameters_table(summary)
-    output.tell(summary, *tables, table, failed_logs_table(summary), *fleet_sentences(summary))
+    table = logs_table(runs, summary, brief=True) if of_joints else parameters_table(summary)
+    ruling, sentences = fleet_ruling(runs), fleet_sentences(summary, "axes" if of_joints else "logs")
+    sentences += ["The report shows the bodies of the arm and their base parameters."] if arm else []
+    if of_joints and not (output.as_json or output.quiet):
+        show_lines([verdict(ruling), *labelled("Axes", sentences)])
+    output.tell(summary, table, failed_logs_table(summary), *(() if of_joints else sentences))
     return exit_code(ran, summary)
 
 
@@ -306,6 +321,21 @@ def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: 
         raise InputError("needs one log of all joints and one axis file", path="--robot", value=f"{len(logs)} logs, {len(axes)} axis files")
     report(0.0, "identifying the bodies of the arm")
     return identify_arm(logs[0], robot, axes[0], size_limit=size_limit())
+
+
+def _along_the_log(folder: Path, log: Path) -> dict[str, Prediction]:
+    """Return the efforts that an identified arm predicts along its log, of each identified joint."""
+    from bristle.arm import logs_of_joints
+    from bristle.files import read_model
+    from bristle.prediction import predict
+
+    predictions: dict[str, Prediction] = {}
+    for name, (recorded, axis) in logs_of_joints(folder, log, size_limit=size_limit()).items():
+        if (place := folder / name / "model.toml").exists():
+            plant, friction, facts = read_model(place)
+            assert plant is not None
+            predictions[name] = predict(plant, friction, recorded, axis, "inverse", **facts["treatment"])
+    return predictions
 
 
 def _write_arm(arm: Arm, store: FleetStore) -> None:
@@ -352,7 +382,6 @@ def show_identification(
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
     from bristle.report.sweep import sweep_lines
-    from bristle.report.two_masses import two_masses_lines
 
     identification = outcome.identification
     *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
@@ -361,4 +390,4 @@ def show_identification(
         return
     if verbose:
         show(*identification_parts(identification, outcome.simulation, outcome.following))
-    show_lines([*lines, *sweep_lines(identification), *two_masses_lines(identification), *results, feedforward, verdict, *following])
+    show_lines([*lines, *sweep_lines(identification), *results, feedforward, verdict, *following])

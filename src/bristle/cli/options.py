@@ -296,12 +296,12 @@ def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, st
     return read_experiment(content, allow_code=allow_code, size_limit=size_limit())
 
 
-def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
+def command_text(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
     """Return a printable command line, with files named without their folders.
 
     Examples
     --------
-    >>> command_told(["identify", "/home/anna/axis 1.csv", "--axis=../x/axis.toml", "--cutoff", "100 Hz"])
+    >>> command_text(["identify", "/home/anna/axis 1.csv", "--axis=../x/axis.toml", "--cutoff", "100 Hz"])
     "bristle identify 'axis 1.csv' --axis=axis.toml --cutoff '100 Hz'"
     """
     words = [_without_folders(argument, separators) for argument in arguments]

@@ -141,16 +141,17 @@ def _predict_arm(results: Path, log: Path, mode: str, output: Output, *, allow_c
     with output.opened("predicting", [log]) as (folder, report):
         joints = logs_of_joints(results, log, size_limit=size_limit())
         summaries = dict[str, dict[str, Any]]()
+        predictions: dict[str, Prediction] = {}
         for place, (name, (recorded, axis)) in enumerate(joints.items()):
             report(place / len(joints), name)
             model = results / name / "model.toml"
             if not model.exists():
                 raise InputError("is missing, because the log of the identification did not identify this joint", path=str(model))
             options = {"mode": mode, "allow_code": allow_code, "page": bool(folder)}
-            _, summaries[name], page = _predicted(toml_content(model), recorded, axis, output, **options)
+            predictions[name], summaries[name], page = _predicted(toml_content(model), recorded, axis, output, **options)
             if folder:
                 folder.write(f"{name}/report.html", page)
-        summary, table, page = arm_prediction(summaries, results.name, log.name, output.command)
+        summary, table, page = arm_prediction(summaries, predictions, results.name, log.name, output.command)
         if folder:
             write_report(folder, page, summary)
     output.tell(summary, f"{summary['verdict']['words']}.", table, *summary["verdict"]["reasons"])

@@ -16,7 +16,7 @@ from bristle.cli.options import (
     Json,
     Output,
     OwnFigures,
-    command_told,
+    command_text,
     dir_option,
     own_figures,
     refuse,
@@ -128,7 +128,7 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
     from bristle.study.store import opened, runs_in
 
     assert output.out is not None
-    command = command_told(["study", str(file), "--out", str(output.out)])
+    command = command_text(["study", str(file), "--out", str(output.out)])
     with opened(output.out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
         with interruptible(output.out, "runs"):
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
@@ -137,7 +137,7 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
             if name.startswith("figures/"):
                 store.grown.remove(name)  # figures of an earlier report with other numbers
         with figure_files(store.grown, output.formats):
-            runs, repeat = runs_in(store.folder), command_told(["study", str(file)])
+            runs, repeat = runs_in(store.folder), command_text(["study", str(file)])
             figures = {key: text for key, text in provenance(command, figure=own.origins).items() if key.startswith("figure")}
             source = runs.described["provenance"] | figures
             summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))

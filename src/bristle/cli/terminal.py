@@ -192,7 +192,7 @@ def warnings_as_lines() -> Iterator[list[BaseException]]:
 
 def report(error: BaseException, *, results: bool = False) -> int:
     """Report an error and return the exit code."""
-    from bristle.core import BristleError, told_by
+    from bristle.core import BristleError, error_text
 
     if isinstance(error, KeyboardInterrupt):
         complain(str(error) or "interrupted")
@@ -216,12 +216,12 @@ def report(error: BaseException, *, results: bool = False) -> int:
         return BAD_INPUT
     own = _place_in_own_file(error)
     if own:
-        message = f"stops with {type(error).__name__}: {told_by(error)[:LONGEST]}".rstrip(": ")
+        message = f"stops with {type(error).__name__}: {error_text(error)[:LONGEST]}".rstrip(": ")
         complain(f"{own[0]}, line {own[1]}: {message}. Try: bristle check {own[0]}")
         return BAD_INPUT
     if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
         complain(
-            f"bristle cannot load a required library: {told_by(error)[:LONGEST]}. Install the library again. If the "
+            f"bristle cannot load a required library: {error_text(error)[:LONGEST]}. Install the library again. If the "
             "memory is limited (ulimit -v), raise the limit"
         )
         return BAD_INPUT
@@ -232,7 +232,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
         details = f"Please report it with the details in {file.name}"
     except OSError:
         details = "bristle could not save the details: there is no space for temporary files"
-    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {details}")
+    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)[:LONGEST]}. {details}")
     return OUR_BUG
 
 

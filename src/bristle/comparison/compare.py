@@ -129,14 +129,14 @@ def _diagnostics(
     periods = [log.sample_time for log in logs]
     # Such a narrow interval means cycles without scatter.
     identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
-    is_told = "friction.level" in changes or any(log.effort is None for log in logs)
+    is_judged = "friction.level" in changes or any(log.effort is None for log in logs)
     said: list[tuple[Severity, str, bool, dict[str, Number]]] = [
         *(("warning", code, bool(numbers["sides"]), {**numbers}) for code, numbers in lacking.items()),
         ("warning", "motions_differ", min(percents.values()) < 99.0, {**percents}),
         ("warning", "pieces_for_cycles", not shared.complete, {}),
         ("warning", "few_cycles", not with_interval or (shared.complete and fewest < FEW), {"cycles": fewest} if with_interval else {}),
         ("warning", "cycles_identical", identical, {}),
-        ("warning", "friction_not_told", not is_told, {"why": str(reason or "")}),
+        ("warning", "friction_not_told", not is_judged, {"why": str(reason or "")}),
         ("note", "cycles_alike", shared.as_one > 2.0, {"cycles": shared.as_one}),
         ("note", "sample_times_differ", max(periods) > min(periods) * (1.0 + SAME_PERIOD), {"longest": max(periods)}),
         ("note", "one_recording", fewest_logs == 1, {}),

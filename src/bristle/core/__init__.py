@@ -33,12 +33,12 @@ if TYPE_CHECKING:
         InputWarning,
         MissingExtraError,
         did_you_mean,
+        error_text,
         in_one_line,
         located,
         place_in_own_code,
         said_by_library,
         shortened,
-        told_by,
     )
     from bristle.core.experiment import Experiment, Feedforward, Run, Variant
     from bristle.core.fingerprint import digest

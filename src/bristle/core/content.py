@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError, did_you_mean, told_by
+from bristle.core.errors import InputError, did_you_mean, error_text
 from bristle.core.lazy import cached_property
 from bristle.core.typography import escaped
 
@@ -104,7 +104,7 @@ def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
-            raise InputError(f"cannot be read ({told_by(error)})", path=path, value=readable) from None
+            raise InputError(f"cannot be read ({error_text(error)})", path=path, value=readable) from None
         refuse_larger(len(data), limit, "<file>")
         name = getattr(readable, "name", None)
         return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)

@@ -105,7 +105,7 @@ def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[st
     return [spelt[name] for name in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)]
 
 
-def told_by(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """Return the message of an error in one line; the message of an error in user code may fail, too."""
     try:
         return " ".join(str(error).split())
@@ -115,7 +115,7 @@ def told_by(error: BaseException) -> str:
 
 def said_by_library(error: BaseException) -> str:
     """Return the message of a library in brackets; empty if it refers to internal objects."""
-    message = told_by(error)
+    message = error_text(error)
     return f" ({shortened(message, 120)})" if message and not set("<>[{") & set(message) else ""
 
 

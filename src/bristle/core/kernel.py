@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
-from bristle.core.errors import InputError, told_by
+from bristle.core.errors import InputError, error_text
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -70,7 +70,7 @@ def compiler() -> Any:
         raise
     except Exception as error:  # noqa: BLE001  (it reads settings of the environment on import)
         raise InputError(
-            f"cannot be loaded ({told_by(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
+            f"cannot be loaded ({error_text(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
         ) from None
     return numba
 

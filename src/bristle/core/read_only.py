@@ -23,10 +23,10 @@ class ReadOnly(dict[K, V]):
 
     Examples
     --------
-    >>> told = ReadOnly({"F_C": 20.0})
-    >>> told | {"F_C": 22.0}
+    >>> values = ReadOnly({"F_C": 20.0})
+    >>> values | {"F_C": 22.0}
     {'F_C': 22.0}
-    >>> told["F_C"] = 22.0
+    >>> values["F_C"] = 22.0
     Traceback (most recent call last):
     ...
     TypeError: this is read-only: copy it with dict(...), or use model.with_values(...) for a model with other values

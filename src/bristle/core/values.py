@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from bristle.core.documented import Documented
-from bristle.core.errors import BristleError, InputError, InputWarning, told_by
+from bristle.core.errors import BristleError, InputError, InputWarning, error_text
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
 
@@ -27,7 +27,7 @@ def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> A
     except BristleError:
         raise
     except Exception as error:  # noqa: BLE001
-        raise InputError(f"cannot be read ({type(error).__name__}: {told_by(error)})", path=path, value=value) from None
+        raise InputError(f"cannot be read ({type(error).__name__}: {error_text(error)})", path=path, value=value) from None
 
 
 def shown(value: Any) -> Any:

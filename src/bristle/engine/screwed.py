@@ -249,15 +249,15 @@ def through_screw(plant: Model, friction: Model, table: Model | None, *, exporte
     if plant.component.screw is None:
         raise InputError("the plant has no table behind a screw", path="table", value=plant.name, allowed="ball_screw", mend="Omit table")
     table = table if table is not None else viscous(F_v=0.0)
-    for path, model, kind in (("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational")):
+    for path, model, kind in (("friction", friction, plant.kind), ("table", table, "translational")):
         if model.kind != kind:
-            value, mend = f"{model.name}, {model.kind}", "The motor rotates (N*m and rad), and the table travels (N and m)"
+            value, mend = f"{model.name}, {model.kind}", f"The motor is {plant.kind}, and the table travels (N and m)"
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = (friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm)
     own = friction.component.memory_size(friction.parameters)
     joined = Apart(*at_motor) if exported else Screwed(*at_motor, own)
-    return Model(_screwed(friction.component, table.component, type(joined)), joined, "rotational")
+    return Model(_screwed(friction.component, table.component, type(joined)), joined, plant.kind)
 
 
 def refuse_screw(plant: Model, caller: str) -> None:

@@ -96,12 +96,13 @@ def over_a_strip(names: Iterable[str], *, small: bool = False) -> tuple[Figure, 
     return figure, near, strip
 
 
-def draw_pair(near: style.Axes, strip: style.Axes, time: np.ndarray, pair: Sequence[np.ndarray], part: slice, **words: Any) -> None:
-    """Draw a measured and a modelled signal near a part of the log, and over the whole log in the strip below."""
-    for axes, chosen in ((near, part), (strip, slice(None))):
+def draw_pair(near: style.Axes, strip: style.Axes | None, time: np.ndarray, pair: Sequence[np.ndarray], part: slice, **words: Any) -> None:
+    """Draw a measured and a modelled signal near a part of the log, and over the whole log in a strip below."""
+    for axes, chosen in ((near, part), *([(strip, slice(None))] if strip is not None else [])):
         lines = (pair[0][chosen], PALE, "measured"), (pair[1][chosen], WITH | {"linewidth": 1.4}, "model")
         style.over_time(axes, time[chosen], *lines, **words)
-    as_strip(strip, time[part] * style.time_scale(time).factor)
+    if strip is not None:
+        as_strip(strip, time[part] * style.time_scale(time).factor)
     style.label_lines(near)
 
 
@@ -144,6 +145,13 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band:
         Half-width of the 95 % band of the model at each point of the curve [N or N*m].
     """
     figure, ((axes,),) = style.panels(LOW, across=SIDE, right=style.room_for(["measured"]), top=0.12)
+    draw_friction(axes, fit, curve, band)
+    style.label_lines(axes)
+    return figure
+
+
+def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float]], band: Sequence[float] | None = None) -> None:
+    """Draw friction over velocity, measured and modelled."""
     traces, friction, kind = fit.traces, fit.traces.friction, fit.plant.kind
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
     scale, word = style.effort_scale(kind, friction, steady[:, 1])
@@ -168,8 +176,6 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]], band:
     axes.axhline(0.0, **style.AID)
     axes.axvline(0.0, **style.AID)
     axes.set(xlabel=speed.label("Velocity"), ylabel=scale.label(f"Friction {word.lower()}"))
-    style.label_lines(axes)
-    return figure
 
 
 class Reversal(NamedTuple):

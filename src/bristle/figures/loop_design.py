@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
 
 from bristle.core import number, unit_of
 from bristle.figures import style
@@ -67,9 +66,7 @@ def margins(assessment: Assessment) -> Figure:
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
     phase.set(ylabel="Phase [°]", xlabel="Frequency [Hz]")
-    # Matplotlib writes powers of ten as mathematics, which a page shows as source text.
-    for axis in (gain.yaxis, phase.xaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    style.plain_numbers(gain.yaxis, phase.xaxis)
     gain.tick_params(labelbottom=False)
     gain.set_ylim(bottom=0.03)
     phase.set(ylim=(-360.0, -60.0), yticks=[-360.0, -270.0, -180.0, -90.0])

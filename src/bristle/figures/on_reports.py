@@ -18,9 +18,24 @@ def _has_curve(facts: Facts) -> bool:
     return bool(facts["curve"]) or not Place("front", "fit.prediction").figure.applies_to(facts)
 
 
+def _is_elastic(facts: Facts) -> bool:
+    """Return whether the picture of one mass would hide the second mass."""
+    return facts["both_sides"] is not None or facts["elastic"] is not None
+
+
+def _is_alone(facts: Facts) -> bool:
+    """Return whether the friction of the axis is not that of motor and load apart."""
+    return facts["both_sides"] is None
+
+
+def _has_no_gain(facts: Facts) -> bool:
+    """Return whether neither a gain nor a second mass takes the large picture."""
+    return facts["gain_pair"] is None and not _is_elastic(facts)
+
+
 def _is_presliding(facts: Facts) -> bool:
     """Return whether a log without a gain is about pre-sliding: then force over displacement is its large picture."""
-    if facts["gain_pair"] is not None or not Place("front", "first_screen.reversals").figure.applies_to(facts):
+    if facts["gain_pair"] is not None or _is_elastic(facts) or not Place("front", "first_screen.reversals").figure.applies_to(facts):
         return False
     from bristle.figures.first_screen import is_presliding
 
@@ -50,13 +65,18 @@ class Place(NamedTuple):
 # The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
-        Place("front", "first_screen.gain"),
+        Place("front", "two_masses.sides"),
+        Place("front", "two_masses.response"),
+        Place("front", "first_screen.gain", lambda facts: not _is_elastic(facts)),
         Place("front", "first_screen.reversals", _is_presliding, {"large": True}),
-        Place("front", "first_screen.effort", lambda facts: facts["gain_pair"] is None and _has_curve(facts) and not _is_presliding(facts)),
-        Place("front", "fit.prediction", lambda facts: facts["gain_pair"] is None and not _has_curve(facts)),
+        Place("front", "first_screen.effort", lambda facts: _has_no_gain(facts) and _has_curve(facts) and not _is_presliding(facts)),
+        Place("front", "fit.prediction", lambda facts: _has_no_gain(facts) and not _has_curve(facts)),
+        Place("beside", "two_masses.frictions"),
+        Place("beside", "two_masses.lost_motion"),
         Place("beside", "first_screen.effort", _is_presliding, {"small": True}),
-        Place("beside", "first_screen.velocity", lambda facts: bool(facts["curve"]) and not _is_presliding(facts)),
-        Place("beside", "first_screen.reversals", lambda facts: not _is_presliding(facts)),
+        Place("beside", "first_screen.velocity", lambda facts: bool(facts["curve"]) and _is_alone(facts) and not _is_presliding(facts)),
+        Place("beside", "first_screen.reversals", lambda facts: _is_alone(facts) and not _is_presliding(facts)),
+        Place("following", "first_screen.gain", _is_elastic),
         Place("following", "following_error.following"),
         Place("position", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is not None),
         Place("fit", "fit.time"),
@@ -90,11 +110,13 @@ REPORTS: dict[str, tuple[Place, ...]] = {
     "excitation": (Place("front", "motion.motion"), Place("beside", "motion.expected")),
     "study": (Place("front", "many_runs.distribution"), Place("beside", "bars.influence"), Place("spread", "many_runs.spread")),
     "fleet": (
-        Place("front", "many_runs.parameter"),
-        Place("beside", "many_runs.parameter_2"),
-        Place("beside", "many_runs.parameter_3"),
+        Place("front", "joints.joints"),
+        Place("front", "many_runs.parameter", lambda facts: facts["joints"] is None),
+        Place("beside", "many_runs.parameter_2", lambda facts: facts["joints"] is None),
+        Place("beside", "many_runs.parameter_3", lambda facts: facts["joints"] is None),
         Place("parameters", "many_runs.fleet", lambda facts: len(facts["names"] or ()) > 3),
     ),
+    "arm": (Place("front", "joints.joints"),),
     "operator": (Place("front", "recorded.curves"), Place("beside", "recorded.errors")),
 }
 

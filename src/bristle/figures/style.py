@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from bristle.core import Kind, Scale, scale_of, unit_of
 from bristle.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, label, own_settings, shortened, shortened_apart, width
@@ -254,6 +256,12 @@ def over_time(axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, st
         x, y = line(time, signal)
         axes.plot(x * span.factor, y * scale.factor, label=name, **look)
     axes.set(xlabel=span.label("Time"), ylabel=scale.label(word))
+
+
+def plain_numbers(*sides: Axis) -> None:
+    """Write the numbers of logarithmic scales without powers of ten, which a page shows as source text."""
+    for side in sides:
+        side.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def mark_window(axes: Axes, times: np.ndarray) -> None:

@@ -44,7 +44,7 @@ HINTS_OF_TURNING = {
     "effort.rated": 'effort at 100 %, such as "1.3 N*m"',
     "effort.constant": 'torque per {drive}, such as "0.12 N*m/{drive}"',
 }
-TOLD_BY = {
+UNIT_SOURCES = {
     "name": "unit from its name",
     "its name": "unit assumed from its name",
     "velocity": "unit from the velocity",
@@ -58,7 +58,7 @@ TOLD_BY = {
 def missing_of(tables: Mapping[str, Any]) -> list[str]:
     """Return the keys of the tables to fill in."""
     keys = list(open_in(tables))
-    following = ("columns.reference.unit", "columns.following_error.unit")
+    following = [f"columns.{channel}.unit" for channel in LIKE_POSITION]
     return [key for key in keys if not (key in following and "columns.position.unit" in keys)]
 
 
@@ -108,14 +108,15 @@ CONTROLLER = """\
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     role, is_open = roles.channels[channel], entry["unit"] == FILL_IN
-    follows = channel in ("reference", "following_error") and is_open
+    follows = channel in LIKE_POSITION and is_open
     visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
     body = ", ".join(f"{key} = {quoted(value)}" for key, value in visible.items())
     remarks = [
         "" if role.reason == "its name" else role.reason,
-        "in the unit of the position" if follows else TOLD_BY.get(role.told_by, ""),
+        "second encoder, at the load" if channel == "load_position" else "",
+        "in the unit of the position" if follows else UNIT_SOURCES.get(role.unit_source, ""),
         f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
-        HINTS["rated" if role.told_by == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
+        HINTS["rated" if role.unit_source == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
         "the recorded effort takes work out of the axis, so its sign is reversed" if entry.get("sign") == -1 else "",
     ]
     comment = "; ".join(filter(None, remarks))
@@ -132,7 +133,8 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
-ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
+LIKE_POSITION = ("load_position", "reference", "following_error")  # channels in the unit of the position
+ORDER = ("time", "position", "load_position", "reference", "following_error", "velocity", "effort")
 # Header lines of some exports -> key in an axis file.
 FACTS = {
     "effort.rated": r"(rated|nominal|nenn|bemessungs)[\s_-]*(torque|moment|drehmoment|force|kraft)"

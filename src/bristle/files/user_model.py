@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from bristle.core.content import Content, Origin, Readable
 from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
 from bristle.core.documented import Documented
-from bristle.core.errors import OWN_CODE, BristleError, InputError, located, told_by
+from bristle.core.errors import OWN_CODE, BristleError, InputError, error_text, located
 from bristle.core.fingerprint import LETTERS
 from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
@@ -247,9 +247,9 @@ def _executed(name: str, content: Content) -> types.ModuleType:
             raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
         if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and place == str(source):
             raise InputError(
-                f"is not valid Python ({told_by(error) or type(error).__name__})", path=place
+                f"is not valid Python ({error_text(error) or type(error).__name__})", path=place
             ) from None  # beyond the limits of the compiler
-        raise InputError(f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": "), path=place) from None
+        raise InputError(f"stops with {type(error).__name__}: {error_text(error)}".rstrip(": "), path=place) from None
     finally:
         sys.setrecursionlimit(deepest)
     text = SourceText(content)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, told_by
+from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, error_text
 from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, provenance, write_model
 from bristle.fleet.plan import Fleet
 from bristle.identification import Estimate, Identification, Settings, identify, models_of
@@ -92,11 +92,11 @@ class Identifier:
                 warnings.simplefilter("ignore")
                 return row | self._numbers(log)
         except BristleError as error:
-            return row | {"status": REFUSED, "reason": told_by(error)[:REASON]}
+            return row | {"status": REFUSED, "reason": error_text(error)[:REASON]}
         except MemoryError:
             return row | {"status": RAISED, "reason": "there is not enough memory for this log"}
         except Exception as error:  # noqa: BLE001  (a user-defined model or reader may raise any exception)
-            return row | {"status": RAISED, "reason": f"{type(error).__name__}: {told_by(error)}"[:REASON]}
+            return row | {"status": RAISED, "reason": f"{type(error).__name__}: {error_text(error)}"[:REASON]}
 
     def _numbers(self, entry: LogFile) -> dict[str, Any]:
         axis = self.fleet.axes[entry.axis]

@@ -132,7 +132,7 @@ def middle(motion, dt):
     return motion.x - 0.5 * dt * motion.v
 
 
-def _told_by(read: Callable[[Any], float]) -> Callable[[Any, float], float]:
+def _reading_of(read: Callable[[Any], float]) -> Callable[[Any, float], float]:
     @kernel
     def at(motion, dt):
         return read(motion)
@@ -142,7 +142,7 @@ def _told_by(read: Callable[[Any], float]) -> Callable[[Any, float], float]:
 
 @once
 def _kernels_of(slot: Slot) -> Kernels:
-    factor, at = slot.factor, middle if slot.channel.field == "x" else _told_by(reader_of(slot.channel))
+    factor, at = slot.factor, middle if slot.channel.field == "x" else _reading_of(reader_of(slot.channel))
 
     @kernel
     def factor_at(motion, dt, p):

@@ -61,6 +61,12 @@ def stretched(e, dx, limit):
 
 
 @kernel
+def slip(level, stiffness):
+    """Return the deflection [m or rad] at which an element slips; 0 without stiffness, as an identified element may have."""
+    return level / stiffness if stiffness > 0.0 else 0.0
+
+
+@kernel
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and the displacement."""
     dx = motion.v * dt
@@ -68,7 +74,7 @@ def trial(state, memory, motion, dt, p):
     lag = 0.0
     for i in range(p.k_i.size):
         e = memory[i]
-        e_next = stretched(e, dx, p.nu_i[i] * p.F_C / p.k_i[i])
+        e_next = stretched(e, dx, slip(p.nu_i[i] * p.F_C, p.k_i[i]))
         total += p.k_i[i] * e_next
         lag += p.k_i[i] * (e_next - e) * (e_next - e)
     if dx != 0.0:
@@ -80,7 +86,7 @@ def trial(state, memory, motion, dt, p):
 def commit(state, memory, move, p):
     """Stretch every element by the displacement of the step."""
     for i in range(p.k_i.size):
-        memory[i] = stretched(memory[i], move.dx, p.nu_i[i] * p.F_C / p.k_i[i])
+        memory[i] = stretched(memory[i], move.dx, slip(p.nu_i[i] * p.F_C, p.k_i[i]))
     return state
 
 

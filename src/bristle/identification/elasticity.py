@@ -111,7 +111,7 @@ def below_resonance(antiresonance: float, inertia_ratio: float) -> float:
 
 def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elastic | None:
     """Return the elastic coupling that logs of one axis show, or None."""
-    log, resonances = _spectra_of(logs, axes), list[_Resonance]()
+    log, resonances = motor_spectra(logs, axes), list[_Resonance]()
     if log is None:
         return None
     of_log, time = _Search(log).resonance, np.cumsum(log.lengths) / np.sum(log.lengths)
@@ -339,7 +339,7 @@ def starts_of_groups(frequency: np.ndarray, width: float) -> list[int]:
     return starts
 
 
-def _spectra_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | None:
+def motor_spectra(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra | None:
     """Return the spectra of all slides; None if the logs have too few."""
     from scipy.signal.windows import tukey
 

@@ -270,7 +270,7 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
     return prior
 
 
-def told_by(plant: Plant, axis: Axis) -> Axis:
+def with_harmonics_of(plant: Plant, axis: Axis) -> Axis:
     """Return an axis with the harmonics of a plant."""
     orders = plant.orders if isinstance(plant, TermedPlant) else ()
     pairs = zip(axis.cogging, [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging], strict=True)

@@ -168,7 +168,7 @@ def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     """Return a fit with the checks of its logs, and the parameters that they concern."""
     added = list[Diagnostic]()
     variables = {**fit.plant.component.variables, **fit.friction.component.variables}
-    untold = {
+    unseen = {
         estimate.name: variables[estimate.name]
         for estimate in fit.estimates
         # A fit with elements has more parameters than its models.
@@ -180,7 +180,7 @@ def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
         # Parameters that are confounded in this case.
         names = tuple(
             name
-            for name, variable in untold.items()
+            for name, variable in unseen.items()
             if variable.excitation in TRADED.get(code, ()) or (code == "never_slides" and acts_in_sliding(variable))
         )
         added.append(replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic)

@@ -20,7 +20,7 @@ from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
-from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, told_by, with_harmonics
+from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, with_harmonics, with_harmonics_of
 from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
@@ -265,7 +265,7 @@ def _context(
         prior = with_harmonics(prior, axes[0], dataset)
         if finds:
             # Waves of known length determine the delay better than waves found in the residual.
-            axes = [axis and told_by(prior.plant, axis) for axis in axes]
+            axes = [axis and with_harmonics_of(prior.plant, axis) for axis in axes]
             alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)

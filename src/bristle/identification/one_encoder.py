@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.elasticity import HOLDS, Elastic, step_of
+from bristle.identification.elasticity import HOLDS, TINY, Elastic, motor_spectra, step_of
 from bristle.identification.two_encoders import (
     DAMPING,
     EFFORT,
@@ -34,6 +34,7 @@ from bristle.identification.two_encoders import (
     VISCOUS_1,
     VISCOUS_2,
     Cut,
+    Masses,
     MassFit,
     Prior,
     Record,
@@ -122,6 +123,32 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
         mass_half_width=half_width(total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))),
         masses=masses,
     )
+
+
+class Response(NamedTuple):
+    """Acceleration of the motor per effort [1/kg or 1/(kg*m^2)] and its coherence over frequency [Hz], shape (group,); and of the model.
+
+    The model is empty if the log does not show both masses.
+    """
+
+    frequency: np.ndarray
+    gain: np.ndarray
+    coherence: np.ndarray
+    modelled: np.ndarray
+
+
+def response_of(coupling: Elastic, pairs: Sequence[tuple[Log, Axis | None]]) -> Response | None:
+    """Return the frequency response of the motor that logs with an elastic coupling show."""
+    spectra = motor_spectra(*map(list, zip(*pairs, strict=True)))
+    if spectra is None:
+        return None
+    response, modelled = spectra.response, np.empty(0)
+    if isinstance(coupling.masses, Masses):
+        s, resonance = 2j * np.pi * response.frequency, 2.0 * np.pi * coupling.resonance
+        damped = s**2 + coupling.masses.values[DAMPING] * resonance**2 * s + resonance**2
+        modelled = np.abs(1.0 + coupling.inertia_ratio * s**2 / damped) / coupling.mass
+    gain = np.abs(response.cross) / np.maximum(response.clean, TINY) / spectra.scale
+    return Response(response.frequency, gain, response.coherence, modelled)
 
 
 def _frequencies(points: np.ndarray) -> np.ndarray:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
     from bristle.identification.dahl_resonance import DahlResonance
+    from bristle.identification.one_encoder import Response
     from bristle.identification.second_pass import SecondPass
     from bristle.identification.simulated_bands import Bands
     from bristle.identification.two_masses import TwoMasses
@@ -308,6 +309,8 @@ class Identification:
         The pass with lines that the first pass proposed for the axis file; None without such lines.
     two_masses : TwoMasses or None
         Motor and load as two masses; None without a second encoder and without an elastic coupling.
+    response : Response or None
+        Frequency response of the motor of an elastic axis with one encoder.
     """
 
     fits: tuple[Fit, ...]
@@ -320,6 +323,7 @@ class Identification:
     settings: Settings = DEFAULT
     second_pass: SecondPass | None = None
     two_masses: TwoMasses | None = None
+    response: Response | None = None
 
     @property
     def reason_for_one_mass(self) -> str:

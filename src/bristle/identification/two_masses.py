@@ -31,6 +31,7 @@ from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
 from bristle.identification.elasticity import Elastic, step_of
 from bristle.identification.lost_motion import LostMotion, lost_motion
+from bristle.identification.one_encoder import response_of
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.quantities import JUDGED, MASS, Quantity, quantities_of, quantities_of_response, unsure_of
 from bristle.identification.result import TWO_MASSES
@@ -128,23 +129,28 @@ class TwoMasses:
 
     @property
     def plant(self) -> Model:
-        """The plant for simulations, a `ball_screw`; without a lead the motor turns by 1 rad per unit of travel."""
+        """The plant for simulations, a `ball_screw`; without a lead, its motor has the kind of the axis, and moves as far as the load."""
         value = {name: quantity.value for name, quantity in self.by_name.items()}
         J, lead = (value["motor"] + value.get("screw", 0.0)) * self.arm**2, 2.0 * math.pi * self.arm
         return ball_screw(
-            kind="rotational", J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
+            kind=self.kind, J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
         )
 
     @property
+    def kind(self) -> Kind:
+        """The kind of the motor: that of the axis, or rotational behind a lead."""
+        return self.motor.best.friction.kind if self.arm == 1.0 else "rotational"
+
+    @property
     def motor_friction(self) -> Model:
-        """Friction of bearings and nut in N*m and rad; without that of the nut if the model has no slot ``+transmitted``."""
+        """Friction of bearings and nut in units of the motor; without that of the nut if the model has no slot ``+transmitted``."""
         friction, nut = _determined(self.motor.best), self.nut
         name = model_with("transmitted", friction) if nut > 0.0 and goes_by_name(friction.component) else ""
         return self.at_the_motor(find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction)
 
     def at_the_motor(self, friction: Model) -> Model:
-        """Return a friction of the axis in N*m and rad of the motor."""
-        return _turned(friction, self.arm)
+        """Return a friction of the axis in units of the motor."""
+        return _turned(friction, self.arm, self.kind)
 
     @property
     def table_friction(self) -> Model | None:
@@ -302,6 +308,7 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
     """Return a result with both masses of a coupling that one encoder shows, or with the reason why the logs do not show them."""
     if coupling is None:
         return result
+    result = replace(result, response=response_of(coupling, pairs))
     if isinstance(coupling.masses, str):
         return _with(result, coupling.masses)
     quantities = quantities_of_response(coupling, pairs[0][0].kind)
@@ -372,15 +379,15 @@ def _determined(fit: Fit) -> Model:
     )
 
 
-def _turned(friction: Model, arm: float) -> Model:
-    """Return a friction model of the axis for the angle of its motor."""
+def _turned(friction: Model, arm: float, kind: Kind) -> Model:
+    """Return a friction model of the axis for the motion of its motor."""
     values: dict[str, Any] = {}
     for name, value in friction.values.items():
         powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
         factor = arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
         scaled = np.asarray(value, dtype=float) * factor if powers else value
         values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
-    return friction.component(kind="rotational", **values)
+    return friction.component(kind=kind, **values)
 
 
 def _friction_data(fit: Fit) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import CHANNELS, OF_COUPLING, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, instance, optional
-from bristle.core.errors import InputError, did_you_mean, told_by
+from bristle.core.errors import InputError, did_you_mean, error_text
 from bristle.core.tabular import of_upper_layer
 from bristle.core.values import shown
 from bristle.core.variable import KINDS, Variable, unit_of
@@ -128,7 +128,7 @@ def _numbers(values: Any, name: str) -> np.ndarray:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
         at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        raise InputError(f"has no number at sample {at} ({told_by(error)})", path=place, value=samples[at], mend=REPAIR) from None
+        raise InputError(f"has no number at sample {at} ({error_text(error)})", path=place, value=samples[at], mend=REPAIR) from None
 
 
 def _is_number(sample: Any) -> bool:

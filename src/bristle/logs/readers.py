@@ -20,7 +20,7 @@ from bristle.logs.catalogue import ARCHIVE, format_of
 from bristle.logs.formats import LogFormat
 from bristle.logs.gather import axis_of
 from bristle.logs.log import Log, is_table, log_of, table_of
-from bristle.logs.stamped_text import period_told
+from bristle.logs.stamped_text import stated_period
 from bristle.logs.table import ALL, Choice, Request, Table, columns_of, damage_refused
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time, names_and_units, with_plain_names
@@ -56,7 +56,7 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
         notes = (*notes, f"the file is a single table: bristle ignores the table name {table!r}")
     period = read.sample_time
     if period is None and not read.stamps and not any(map(is_time, read.names)):
-        period = period_told({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
+        period = stated_period({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
     counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
     source = Path(escaped(place))  # only displayed from here on
     changes = {"notes": notes, "sample_time": period, "numbers": {**counted, **read.numbers}, "source": source, "origin": content.origin}

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bristle.core import units
+from bristle.core.axis import LOAD_ENCODER
 from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in, without_index
-from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.words import Meaning, is_of_load, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,7 @@ class Candidate:
     name: str
     values: np.ndarray
     unit: str
-    told_by: str
+    unit_source: str
     meaning: Meaning
     axis: tuple[str, str] | None = None
     unknown: str = ""
@@ -50,12 +51,12 @@ def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None
     if not finite.any():
         return None
     filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
-    unit, told_by, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
+    unit, unit_source, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
     if not unit or unknown:
-        unit, told_by = unit_in_name(name), "name"
+        unit, unit_source = unit_in_name(name), "name"
     about = table.about.get(name, "")
     meaning = Meaning() if is_nameless else meaning_of(name, about)
-    return Candidate(name, filled, unit, told_by if unit else "", meaning, axis_in(name) or axis_in(about), unknown)
+    return Candidate(name, filled, unit, unit_source if unit else "", meaning, axis_in(name) or axis_in(about), unknown)
 
 
 def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] | None:
@@ -75,8 +76,8 @@ def time_among(table: Table, columns: list[Candidate]) -> tuple[Candidate, str] 
         step = np.diff(column.values)
         # A time column without a usual name rises evenly; it also has no pause, unless it is the first column.
         even = np.quantile(np.abs(step - np.median(step)), 0.95) <= 0.05 * np.median(step)
-        untold = column.meaning.role in ("", "status") if column is columns[0] else not column.meaning.role and np.all(step > 0.0)
-        if even and untold and not column.unit and not column.unknown and not np.all(step == 1.0):
+        unnamed = column.meaning.role in ("", "status") if column is columns[0] else not column.meaning.role and np.all(step > 0.0)
+        if even and unnamed and not column.unit and not column.unknown and not np.all(step == 1.0):
             named.append(column)
     return (named[0], "its name" if named[0] in called else "it rises evenly") if named else None
 
@@ -172,7 +173,7 @@ class Role:
 
     column: str
     unit: str
-    told_by: str
+    unit_source: str
     reason: str
     unknown: str = ""
 
@@ -193,7 +194,7 @@ def roles_of(table: Table) -> Roles:
     if (of_time := time_among(table, columns)) is not None:
         chosen, reason = of_time
         unit = chosen.unit or ("" if chosen.unknown else unit_of_time(chosen.name, chosen.values))
-        channels["time"] = Role(chosen.name, unit, chosen.told_by or ("numbers" if unit else ""), reason, chosen.unknown)
+        channels["time"] = Role(chosen.name, unit, chosen.unit_source or ("numbers" if unit else ""), reason, chosen.unknown)
     time = channels.get("time")
     moving = [column for column in columns if np.ptp(column.values) > 0.0 and (time is None or column.name != time.column)]
     position, rivals = _position(moving)
@@ -203,17 +204,19 @@ def roles_of(table: Table) -> Roles:
         way = None if velocity is None else replace(velocity, values=np.cumsum(velocity.values))
         if velocity is not None and way is not None:
             reason = _reason(velocity, "its unit")
-            channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, reason, velocity.unknown)
+            channels["velocity"] = Role(velocity.name, velocity.unit, velocity.unit_source, reason, velocity.unknown)
             channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
         return Roles(channels)
     stamps = _stamps(table, position.name, time)
+    load = _load_position(moving, position)
+    moving = [column for column in moving if column is not load]
     left = [column for column in moving if column is not position and not column.is_apart_from(position)]
     velocity = _velocity(left, position, stamps)
     reference = _reference([column for column in left if column is not velocity], position)
     if reference is not None and position.values.size == reference.values.size and not position.meaning.role:
-        is_told = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
+        is_named = any(column.meaning.reference or column.meaning.actual for column in (position, reference))
         # Of two otherwise equal columns, the rougher one is measured.
-        if not is_told and roughness(reference.values) > roughness(position.values):
+        if not is_named and roughness(reference.values) > roughness(position.values):
             position, reference = reference, position
     left = [column for column in left if all(column is not used for used in (position, velocity, reference))]
     error = None
@@ -221,10 +224,10 @@ def roles_of(table: Table) -> Roles:
         fit = [column for column in left if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))]
         fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
         error = max(fit, key=lambda column: column.meaning.sure + _kinship(column, position), default=None)
-    unit, told_by = _unit_of_position(position, velocity, reference, stamps)
-    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"), position.unknown)
+    unit, unit_source = _unit_of_position(position, velocity, reference, stamps)
+    channels["position"] = Role(position.name, unit, unit_source, _reason(position, "position"), position.unknown)
     if velocity is not None and velocity.unit:
-        channels["velocity"] = Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
+        channels["velocity"] = Role(velocity.name, velocity.unit, velocity.unit_source, _reason(velocity, "velocity"))
     elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
         factor = abs(slope(rate_of(position.values, stamps), velocity.values))
         for per, size in (("s", 1.0), ("min", 60.0)):  # the unit of the position over time, or no unit
@@ -232,9 +235,9 @@ def roles_of(table: Table) -> Roles:
                 own = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
                 channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
                 break
-    for name, column in (("reference", reference), ("following_error", error)):
+    for name, column in ((LOAD_ENCODER, load), ("reference", reference), ("following_error", error)):
         if column is not None and (column.unit or column.unknown in ("", position.unknown)):
-            own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
+            own, unit_source = (column.unit, column.unit_source) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     channels |= _effort(table, [column for column in left if column is not error], position)
     return Roles(channels, rivals)
@@ -266,7 +269,27 @@ def _position(columns: list[Candidate]) -> tuple[Candidate | None, tuple[str, ..
         return named + 0.5 * column.meaning.actual - column.meaning.reference + fits
 
     chosen = max(measured, key=score)
+    if is_of_load(chosen.name):
+        of_motor = [column for column in measured if column.meaning.role == "position" and not is_of_load(column.name)]
+        of_motor = [column for column in of_motor if not column.meaning.reference and _moves_alike(column, chosen)]
+        chosen = max(of_motor, key=score, default=chosen)
     return chosen, tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
+
+
+def _moves_alike(column: Candidate, position: Candidate) -> bool:
+    """Return whether a column can be a second encoder of the axis of a position."""
+    alike = correlation(column.values, position.values) > ALMOST_SAME
+    if column.unit:
+        return alike and bool(position.unit) and units.compatible(column.unit, position.unit)
+    return alike and abs(slope(position.values, column.values) - 1.0) < 0.1
+
+
+def _load_position(columns: list[Candidate], position: Candidate) -> Candidate | None:
+    """Return the encoder at the load, if the position is that of the motor."""
+    fit = [column for column in columns if column is not position and is_of_load(column.name) and not column.meaning.reference]
+    fit = [column for column in fit if column.meaning.role in ("", "position", "effort") and not column.is_apart_from(position)]
+    fit = [] if is_of_load(position.name) else [column for column in fit if _moves_alike(column, position)]
+    return max(fit, key=lambda column: column.meaning.actual + _kinship(column, position), default=None)
 
 
 def _kinship(column: Candidate, relative: Candidate) -> float:
@@ -326,12 +349,12 @@ def _effort(table: Table, columns: list[Candidate], position: Candidate) -> dict
         effort = max((column for column in columns if not column.meaning.role and not column.unit), key=moves, default=None)
         if effort is None or moves(effort) <= GUESSED:
             return {}
-    unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
-    return {"effort": Role(effort.name, unit, told_by, _reason(effort, "effort"), effort.unknown)}
+    unit, unit_source = _unit_of_effort(effort, table.about.get(effort.name, ""))
+    return {"effort": Role(effort.name, unit, unit_source, _reason(effort, "effort"), effort.unknown)}
 
 
 def _reason(column: Candidate, channel: str) -> str:
-    if column.meaning.role or column.meaning.reference:
+    if column.meaning.role or column.meaning.reference or channel == LOAD_ENCODER:
         return "its name"
     reasons = {"effort": "it follows the motion", "velocity": "it is the rate of the position", "reference": "it moves like the position"}
     return reasons.get(channel, "its unit" if column.unit else "it is the smoothest")
@@ -341,7 +364,7 @@ def _unit_of_position(
     position: Candidate, velocity: Candidate | None, reference: Candidate | None, stamps: np.ndarray | None
 ) -> tuple[str, str]:
     if position.unit:
-        return position.unit, position.told_by
+        return position.unit, position.unit_source
     if reference is not None and reference.unit and not position.unknown:
         return reference.unit, "reference"
     if velocity is not None and velocity.unit and stamps is not None and velocity.values.size == stamps.size:
@@ -361,7 +384,7 @@ def _unit_of_position(
 
 def _unit_of_effort(effort: Candidate, about: str) -> tuple[str, str]:
     if effort.unit or effort.unknown:
-        return effort.unit, effort.told_by
+        return effort.unit, effort.unit_source
     words = {*words_of(effort.name), "".join(words_of(effort.name))}
     for unit, names in (("A", ("current", "strom", "iq", "isq", "motorstrom", "amps")), ("V", ("voltage", "spannung", "uq"))):
         if words & set(names) or any(len(name) > 4 and name in "".join(words) for name in names):

@@ -46,7 +46,7 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     return {name: unit for name, unit in cells if unit and not name.lower().startswith("x_value")}
 
 
-def period_told(facts: dict[str, str]) -> float | None:
+def stated_period(facts: dict[str, str]) -> float | None:
     """Return the time between samples [s] stated above the columns of a file; None if there is none."""
     for name, text in facts.items():
         key = re.sub(r"( ms)?( us)?( s)?( hz)?( khz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
@@ -275,8 +275,8 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
-        place_told, mend = f"{source}: column {head.names[place]!r}", "Export the trace with a column of time for each channel"
-        raise InputError("has no time for each of its samples", path=place_told, mend=mend)
+        path, mend = f"{source}: column {head.names[place]!r}", "Export the trace with a column of time for each channel"
+        raise InputError("has no time for each of its samples", path=path, mend=mend)
     return times
 
 

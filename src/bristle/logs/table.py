@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, did_you_mean, place_in_own_code, said_by_library, shortened, told_by
+from bristle.core.errors import InputError, did_you_mean, error_text, place_in_own_code, said_by_library, shortened
 
 NUMBER_BYTES = 8
 # An axis of a SINUMERIK (its unit, its number), or one of several signals of the same name; not a unit.
@@ -205,7 +205,7 @@ def damage_refused(source: Path) -> Iterator[None]:
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
         message, mend = f"is truncated or damaged, or in an unsupported format{said_by_library(error)}", "Copy or save it again"
         if place := place_in_own_code(error):
-            message = f"the reader of this file stopped with {type(error).__name__}: {told_by(error)} ({place})"
+            message = f"the reader of this file stopped with {type(error).__name__}: {error_text(error)} ({place})"
             mend = "Correct the reader. If the file is damaged, copy or save it again"
         raise InputError(message, path=str(source), mend=mend) from None
 

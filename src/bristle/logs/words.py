@@ -132,6 +132,7 @@ REFERENCE = listed(
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
 ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
+OF_LOAD = listed("load last table tisch scale massstab carriage schlitten slide abtrieb external extern")
 WITHIN = 4  # shortest word that counts inside another word
 # Parts of longer words with a different meaning.
 NOT_WITHIN = {
@@ -227,6 +228,13 @@ def without_part(joined: str) -> str:
         if 3 <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
             return joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
     return joined
+
+
+def is_of_load(name: str) -> bool:
+    """Return whether a name is that of the load side of a drive, such as a scale at the table."""
+    words = words_of(name)
+    joined = "".join(words)
+    return any(word in words or joined.startswith(word) or joined.endswith(word) for word in OF_LOAD)
 
 
 def is_time(name: str) -> bool:

@@ -13,7 +13,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
 from bristle.loop.assessment import motion_of
 from bristle.loop.linear_system import ALIKE
-from bristle.loop.tuning import RUNS_MAX, told_the_motion
+from bristle.loop.tuning import RUNS_MAX, with_known_motion
 from bristle.sensors import encoder
 from bristle.simulation import Statistics, friction_along, simulate, statistics_of
 
@@ -134,7 +134,7 @@ def _with_fed(loop: Variant, **changed: Any) -> Variant:
 
 def _of_feedforward(variant: Variant) -> Iterator[Cause]:
     """Yield causes in the desired motion and the compensator."""
-    informed, feedforward, true = told_the_motion(variant), variant.feedforward, nominal(variant.friction)
+    informed, feedforward, true = with_known_motion(variant), variant.feedforward, nominal(variant.friction)
     if (informed.controller, informed.feedforward) != (variant.controller, feedforward):
         text = "the feedforward lacks the desired velocity or the inertia, or has a wrong value of them"
         mass, law = informed.feedforward.mass, informed.controller

@@ -211,7 +211,7 @@ def delays_of(variant: Variant) -> Delays:
     return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
 
 
-def told_the_motion(variant: Variant) -> Variant:
+def with_known_motion(variant: Variant) -> Variant:
     """Return the loop with velocity and inertia of the desired motion fed forward."""
     controller, feedforward = variant.controller, variant.feedforward
     if controller.values.get("k_ff", 1.0) != 1.0:
@@ -322,5 +322,5 @@ def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant
     for name, law in laws.items():
         tuning = None if name == OBSERVER and law == laws[TUNED] else tuned(variant, law, bandwidth)
         if tuning is not None and tuning.law != variant.controller:
-            loops[name], bandwidths[name] = told_the_motion(replace(desired, controller=tuning.law)), tuning.bandwidth
+            loops[name], bandwidths[name] = with_known_motion(replace(desired, controller=tuning.law)), tuning.bandwidth
     return {name: replace(loop, name=name) for name, loop in loops.items()}, bandwidths

@@ -8,6 +8,8 @@ r"""A ball screw: a motor turns a screw that pulls a table. Friction acts on bot
 dead zone of the backlash, of half gap :math:`g`: inside it the nut touches neither flank and transmits no force.
 :math:`F_m` is the friction of motor and bearings, :math:`F_t` that of guides and nut [1]_.
 
+A linear motor behind a coupling has the same equations with :math:`r = 1`: position for :math:`\theta`, mass for :math:`J`.
+
 The plant has two ports for friction: motor and table. The port of the motor has the form of the port of an `inertia`.
 For every trial velocity of the motor the engine solves the equations of screw and table.
 
@@ -35,7 +37,7 @@ class Parameters(NamedTuple):
 
     J: Annotated[float, Variable("mass", "inertia of motor, coupling and screw", min=1e-15, excitation="acceleration")]
     M: Annotated[float, Variable("mass of travel", "mass of the table", min=1e-9, nominal=10.0)]
-    lead: Annotated[float, Variable("travel", "travel per turn", min=1e-6, nominal=5e-3)]
+    lead: Annotated[float, Variable("travel", "travel per turn; of a linear motor 2*pi", min=1e-6, nominal=5e-3)]
     k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel", min=1.0, nominal=1e8)]
     d: Annotated[float, Variable("force of travel*time/travel", "damping in parallel with this stiffness", min=0.0)] = 0.0
     backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0

@@ -5,8 +5,10 @@ from typing import Any
 
 from bristle.arm import Arm
 from bristle.core import number, with_unit
-from bristle.report.page import Front, Ruling, Section, about, page_of
+from bristle.report.cards import Step
+from bristle.report.page import Front, Ruling, Section, about, report_page
 from bristle.report.table import Table, percent_text
+from bristle.simulation import Prediction
 
 IN_SUM = " (only in a sum)"
 UNITS = {"m": "kg", "mc": "kg·m", "I": "kg·m²", "J": "kg·m²"}
@@ -64,7 +66,19 @@ def arm_sections(arm: Arm) -> list[Section]:
     return [Section("arm", "The arm", [text, joints_table(arm), base_table(arm)], "Arm")]
 
 
-def arm_prediction(joints: Mapping[str, Mapping[str, Any]], name: str, log: str, command: str) -> tuple[dict[str, Any], Table, str]:
+def arm_front(front: Front, table: Table, errors: Mapping[str, float]) -> Front:
+    """Return the first screen of a fleet as that of an arm, with a row per joint and the held-out error of each."""
+    name = max(errors, key=errors.__getitem__, default="")
+    title = f"Largest model error: {percent_text(100.0 * errors[name])} ({name})" if name else ""
+    step = Step("Predict another log of the arm", f"bristle predict {front.heading.partition(':')[0]} OTHER.csv --out prediction")
+    return front._replace(
+        heading=front.heading.replace("a fleet", "an arm"), title=title, basis="(held out)", cards=(), table=table, next=step
+    )
+
+
+def arm_prediction(
+    joints: Mapping[str, Mapping[str, Any]], predictions: Mapping[str, Prediction], name: str, log: str, command: str
+) -> tuple[dict[str, Any], Table, str]:
     """Return the predictions of all joints of an arm in numbers, as a table and as a page; the verdict is that of the worst joint."""
     levels = ("no", "with_care", "usable")
     worst = min((entry["verdict"]["level"] for entry in joints.values()), key=levels.index)
@@ -75,9 +89,15 @@ def arm_prediction(joints: Mapping[str, Mapping[str, Any]], name: str, log: str,
     completed = all(entry["completed"] for entry in joints.values())
     ruling, table = Ruling(worst, words[worst], tuple(reasons)), _predicted_table(joints)
     text = "The bodies of the arm give the effort along this log. The folder of each joint contains its report."
-    front = Front(f"{name}: is the model valid?", about(f"log {log}", f"{len(joints)} joints"), ruling)
+    percents = {name: entry["metrics"]["force_error_percent"] for name, entry in joints.items()}
+    known = {name: percent for name, percent in percents.items() if percent is not None}
+    largest = max(known, key=known.__getitem__, default="")
+    title = f"Largest prediction error: {percent_text(known[largest])} of the effort ({largest})" if largest else "No effort to compare"
+    front = Front(f"{name}: is the model valid?", about(f"log {log}", f"{len(joints)} joints"), ruling, title=title, table=table)
     provenance = next(iter(joints.values()))["provenance"]
-    page = page_of(front, [Section("joints", "The joints", [text, table])], command=command, provenance=provenance)
+    drawn = {name: one for name, one in predictions.items() if one.effort is not None and one.effort_predicted is not None}
+    facts = {"joints": drawn or None, "kind": next(iter(joints.values()))["kind"]}
+    page = report_page("arm", facts, front, [Section("joints", "The joints", [text])], command=command, provenance=provenance)
     return {"joints": dict(joints), "verdict": ruling.as_data(), "completed": completed}, table, page
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
-from bristle.report.cards import no_gain
+from bristle.report.cards import Line, labelled, no_gain
 from bristle.report.compensation import gain_of
 from bristle.report.judgement import DOUBTS, feedforward_of, is_one_sided, ruling_of
 from bristle.report.messages import advice_of, second_pass_of
@@ -15,6 +14,7 @@ from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import capital, fixed, percent_text
+from bristle.report.two_masses import two_masses_lines
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Diagnostic
@@ -26,27 +26,15 @@ HALF_SAMPLE = 0.5  # a smaller delay is not worth a line
 PARAMETERS, WARNINGS, REASONS = 5, 3, 3  # shown at most
 
 
-class Line(NamedTuple):
-    """One fact with its label; `level` is that of a verdict, and a `command` to copy is never wrapped."""
-
-    label: str
-    text: str
-    level: str = ""
-    command: str = ""
-
-
-def _labelled(label: str, texts: Sequence[str]) -> list[Line]:
-    """Return lines with the label in front of the first."""
-    return [Line("" if place else label, text) for place, text in enumerate(texts)]
-
-
 def brief(
     identification: Identification, simulation: SimulationResult | None, following: Following | None, axis: Axis | None = None
 ) -> list[Line]:
-    """Return model, parameters, values to type in, gain, warnings and verdict of an identification."""
-    fit = identification.best
+    """Return model, parameters, values to type in, gain, warnings and verdict of an identification; of two encoders, of both sides."""
+    fit, masses = identification.best, two_masses_lines(identification)
     ruling = ruling_of(identification, following)
-    lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following)]
+    lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following), *masses]
+    if identification.two_masses is not None and identification.two_masses.load is not None:  # their fits are not those of one mass
+        lines = [*masses, *labelled("One mass", [f"{fit.name}: model error {percent_text(fit.error_percent)}"])]
     if ruling.level != "measure_again":
         lines += [*_to_type_in(fit, axis), *_gain(simulation, following)]
     return [*lines, Line("Feedforward", feedforward_of(identification)), verdict(ruling)]
@@ -97,7 +85,7 @@ def _parameters(fit: Fit) -> list[Line]:
     more = len(free) - len(names)
     if lines:
         lines.append(f"(± half-width of the 95 % interval{f'; {more} more: -v' if more else ''})")
-    return _labelled("Parameters", lines)
+    return labelled("Parameters", lines)
 
 
 PLAIN = {"effective": "valid for similar motions", WITH_CONSTANT: "relies on the given constant force"}
@@ -122,7 +110,7 @@ def _to_type_in(fit: Fit, axis: Axis | None) -> list[Line]:
     for drive_unit in drive_units(axis, kind).efforts:
         values = (number(float(f"{drive_unit.of(level):.3g}"), digits=3) for level in (levels.forward, levels.backward))
         lines.append(f"  in {typeset(drive_unit.name)}: {', '.join(values)}")
-    return _labelled("Type in", lines)
+    return labelled("Type in", lines)
 
 
 def _width(estimates: list[Estimate]) -> str:
@@ -161,7 +149,7 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
     )
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
     proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
-    return [*_labelled("Warnings", lines), *proposed]
+    return [*labelled("Warnings", lines), *proposed]
 
 
 def _named(diagnostic: Diagnostic) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.identification import Estimate, Fit
     from bristle.prediction import Following
+    from bristle.report.compensation import Gain
     from bristle.simulation import SimulationResult
 
 LARGEST = 100.0  # half-width of an interval that says something [%]
@@ -46,6 +48,20 @@ class Card(NamedTuple):
     def half_text(self) -> str:
         """The half-width as text."""
         return "" if self.half is None else f"± {number(self.half, digits=2)} %"
+
+
+class Line(NamedTuple):
+    """One fact of a terminal with its label; `level` is that of a verdict, and a `command` to copy is never wrapped."""
+
+    label: str
+    text: str
+    level: str = ""
+    command: str = ""
+
+
+def labelled(label: str, texts: Sequence[str]) -> list[Line]:
+    """Return lines with the label in front of the first."""
+    return [Line("" if place else label, text) for place, text in enumerate(texts)]
 
 
 class Step(NamedTuple):
@@ -79,11 +95,23 @@ def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     """Return the cards of a fit; without numbers to type in if the log is not usable."""
     kind = fit.plant.kind
     mass, friction = "Inertia" if kind == "rotational" else "Mass", "Lowest sliding friction"
-    held_out = "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
-    quality = Card("Model error", percent_text(fit.error_percent), held_out)
     if not usable:
         return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True)]
-    return [card for card in (_mass(mass, fit, axis), _friction(friction, fit, axis), _distance(fit, axis), quality) if card is not None]
+    cards = _mass(mass, fit, axis), friction_card(friction, fit, axis), distance_card(fit, axis), error_card(fit)
+    return [card for card in cards if card is not None]
+
+
+def error_card(fit: Fit) -> Card:
+    """Return the card of the model error."""
+    held_out = "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
+    return Card("Model error", percent_text(fit.error_percent), held_out)
+
+
+def gain_card(gain: Gain) -> Card:
+    """Return the card of the gain of friction feedforward."""
+    label, _, change = gain.headline.partition(": ")
+    change, _, factor = change.rpartition(", ")
+    return Card("Gain, simulated", factor, f"{label.lower()} of one mass: {change}")
 
 
 def no_gain(simulation: SimulationResult | None, following: Following | None, *, usable: bool) -> Card:
@@ -120,7 +148,8 @@ def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     return Card(label, text, half=half, sliders=(inertia.name,))
 
 
-def _friction(label: str, fit: Fit, axis: Axis | None) -> Card | None:
+def friction_card(label: str, fit: Fit, axis: Axis | None) -> Card:
+    """Return the card of the lowest friction while sliding, in both directions."""
     levels, kind = level_values(fit), fit.plant.kind
     identified: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
     if levels is None or levels.forward is None or levels.backward is None:
@@ -149,7 +178,7 @@ def _pair(sides: list[float]) -> str:
     return " / ".join(number(float(f"{side:.3g}"), digits=3) for side in sides)
 
 
-def _distance(fit: Fit, axis: Axis | None) -> Card | None:
+def distance_card(fit: Fit, axis: Axis | None) -> Card | None:
     """Return the card of the distance after a reversal over which friction makes 95 % of its change."""
     kind, fastest = fit.plant.kind, float(np.max(np.abs(fit.traces.velocity)))
     distance = reversal_distance(fit.friction, fastest)

@@ -9,14 +9,17 @@ from typing import Any
 import numpy as np
 
 from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, with_unit
+from bristle.report.arm import arm_front
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.compensation import names_text
+from bristle.report.judgement import LEVELS
 from bristle.report.page import Block, Figures, Front, Ruling, Section, report_page
 from bristle.report.study import FAILURES_SHOWN, WORST_SHOWN
 from bristle.report.table import Quantity, Table, capital, percent_text
+from bristle.simulation import Prediction
 from bristle.study.store import OK, Runs
 
-LOGS_SHOWN, PARAMETERS_SHOWN = 200, 12
+LOGS_SHOWN, PARAMETERS_SHOWN, BRIEF = 200, 12, 3
 APART = 3.5  # robust standard deviations, including the interval of the log
 
 
@@ -92,12 +95,15 @@ def short_names(columns: Mapping[str, np.ndarray]) -> list[str]:
 
 def fleet_ruling(runs: Runs) -> Ruling:
     """Return whether the logs of a fleet agree, with the parameters that differ and the logs to measure again."""
-    columns, names = runs.columns, short_names(runs.columns)
+    columns, of_one = runs.columns, holds_several_axes(runs)
+    names = _axes_in(columns) if of_one else short_names(columns)
     again, failed = ([names[place] for place in places] for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK)))
-    compared = () if holds_several_axes(runs) else runs.described["metrics"]
+    compared = () if of_one else runs.described["metrics"]
     apart_in = {name: [names[place] for place in differing(columns, name)] for name in compared}
     reasons = [f"{name.rpartition('.')[2]} of {names_text(logs)} differs" for name, logs in apart_in.items() if logs]
     words = "Logs differ" if reasons else "Check some logs" if again or failed else "Logs agree" if compared else "Axes identified"
+    care = [names[place] for place in np.flatnonzero(columns["verdict"] == "with_care")] if of_one and "verdict" in columns else []
+    reasons += [f"use with care: {names_text(care)}"] if care else []
     reasons += [f"measure again: {names_text(again)}"] if again else []
     reasons += [f"not fitted: {names_text(failed)}"] if failed else []
     if not any(identified(columns, name).any() for name in runs.described["metrics"]):
@@ -142,17 +148,18 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     return tells[far[np.argsort(-(distance[far] / np.maximum(allowed[far], np.finfo(float).tiny)))]]
 
 
-def fleet_sentences(summary: Mapping[str, Any]) -> list[str]:
-    """Return the results of a fleet in sentences."""
+def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]:
+    """Return the results of a fleet in sentences; the `word` of its members may be ``"axes"`` of one log."""
     lines = []
     if summary["done"] < summary["logs"]:
-        lines.append(f"{summary['done']} of {summary['logs']} logs are complete: repeat the same command to continue.")
+        lines.append(f"{summary['done']} of {summary['logs']} {word} are complete: repeat the same command to continue.")
     failed, again = len(summary["failures"]), len(summary["again"])
-    counts = f"{summary['done'] - failed - again} of {summary['done']} logs were identified"
+    counts = f"{summary['done'] - failed - again} of {summary['done']} {word} were identified"
     lines.append(counts + f", {failed} failed" * bool(failed) + f", {again} to measure again" * bool(again) + ".")
     warned = {name: count for name, count in summary["warnings"].items() if count}
     if warned:
-        words = ", ".join(f"{name} in {count} {'log' if count == 1 else 'logs'}" for name, count in warned.items())
+        one = "axis" if word == "axes" else "log"
+        words = ", ".join(f"{name} in {count} {one if count == 1 else word}" for name, count in warned.items())
         lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
@@ -187,15 +194,17 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
-def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = ()) -> str:
-    """Return the report of a fleet as an HTML page, with further sections."""
+def fleet_report(
+    runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = (), joints: Mapping[str, Prediction] | None = None
+) -> str:
+    """Return the report of a fleet as an HTML page, with further sections; `joints` are the predicted efforts of those of an arm."""
     names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
     rows = [
         (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
-    ruling, columns = fleet_ruling(runs), runs.columns
+    ruling, columns, word = fleet_ruling(runs), runs.columns, "axes" if holds_several_axes(runs) else "logs"
     # First the parameters that differ between logs.
     compared, alone = not holds_several_axes(runs), np.zeros(0, dtype=int)
     differ = {name: differing(columns, name) if compared else alone for name in names}
@@ -203,7 +212,7 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
     heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
     logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
     sections = [
-        Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary)]),
+        Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary, word)]),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
         Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart], "Check"),
         Section("logs", "Every log", [logs_table(runs, summary)], "Logs"),
@@ -215,6 +224,8 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
         "apart": {name: np.union1d(apart(columns, name) if compared else alone, differ[name]).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
+        "joints": joints or None,
+        "kind": summary["kind"],
     }
     title = capital(ruling.reasons[0]) if ruling.words == "Logs differ" or not ordered else ""
     if not title:
@@ -223,13 +234,18 @@ def fleet_report(runs: Runs, summary: Mapping[str, Any], *, command: str, furthe
         title = f"{ordered[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
     front = Front(
         f"{summary['name']}: a fleet",
-        f"{summary['done']} of {summary['logs']} logs · {summary['model']} · {summary['kind']}",
+        f"{summary['done']} of {summary['logs']} {word} · {summary['model']} · {summary['kind']}",
         ruling,
         title=title,
         basis=f"({summary['model']})",
         cards=_cards(summary, ordered),
         next=_next(summary, command),
     )
+    if joints is not None:
+        errors = dict(zip(_axes_in(columns), columns["held_out_error"].tolist(), strict=True))
+        front = arm_front(
+            front, logs_table(runs, summary, brief=True), {name: error for name, error in errors.items() if np.isfinite(error)}
+        )
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
@@ -256,11 +272,20 @@ def _next(summary: Mapping[str, Any], command: str) -> Step:
     return Step("Add logs of further axes, or later logs, with the same command:", command)
 
 
-def logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
-    """Return each log with the first parameters, their half-widths, and the codes of its warnings."""
+def _axes_in(columns: Mapping[str, np.ndarray]) -> list[str]:
+    """Return the name of each axis of a common log."""
+    return [str(log).partition(": ")[0] for log in columns["log"]]
+
+
+def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -> Table:
+    """Return each log, or each axis of one log, with the first parameters and the codes of its warnings; in `brief` only its friction."""
     columns, names = runs.columns, [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
+    names = [name for name in names if name.rpartition(".")[2].startswith("F_")][:BRIEF] if brief else names
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
-    heads = ("Number", "Folder", "Log", "Held-out error", *(scales[name].head(name) for name in names), "Warnings")
+    of_one = holds_several_axes(runs)
+    names_of = ("Axis", "Verdict") if of_one else ("Number", "Folder", "Log")
+    axes, levels = _axes_in(columns), [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
+    heads = (*names_of, "Held-out error", *(scales[name].head(name.rpartition(".")[2] if brief else name) for name in names), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
         run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
@@ -270,6 +295,7 @@ def logs_table(runs: Runs, summary: Mapping[str, Any]) -> Table:
             half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
             text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
             cells.append(text if identified(columns, name)[place] else "")
-        rows.append((run, folder, log, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, codes))
+        about = (axes[place], levels[place]) if of_one else (run, folder, log)
+        rows.append((*about, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, "" if brief else codes))
     more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
-    return Table(f"The logs{more}", heads, rows).without_empty_columns()
+    return Table(f"The {'axes' if of_one else 'logs'}{more}", heads, rows).without_empty_columns()

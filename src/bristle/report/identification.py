@@ -13,7 +13,7 @@ from markupsafe import Markup
 from bristle.core import unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
-from bristle.report.cards import Step, cards_of, no_gain
+from bristle.report.cards import Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
@@ -32,7 +32,7 @@ from bristle.report.page import Block, Figures, Front, Section, about, report_pa
 from bristle.report.simulation import focus_of
 from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, percent_text
-from bristle.report.two_masses import two_masses_table
+from bristle.report.two_masses import SIMULATE_BOTH, elastic_cards, models_of, title_of, two_masses_table
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from bristle.identification import Fit, Identification
     from bristle.lab.living import Living
     from bristle.prediction import Following
+    from bristle.report.compensation import Gain
     from bristle.simulation import Prediction, SimulationResult
 
 ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
@@ -80,6 +81,8 @@ def identification_report(
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
     distance = 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    masses, elastic = identification.two_masses, identification.response is not None
+    sides = masses.sides if masses is not None and masses.load is not None else {}
     facts: Facts = {
         "identification": identification,
         "fit": fit,
@@ -96,6 +99,9 @@ def identification_report(
         "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
         "at_samples": fit_at_samples(fit, log, axis, identification.treatment) if distance else None,
         "distance": distance,
+        "both_sides": identification if sides else None,
+        "elastic": identification if elastic and not sides else None,
+        "curves": [steady_curve(side.best) for side in sides.values()],
     }
     tables = [] if simulation is None else [variant_table(simulation, following.measured if following else None)]
     loop: list[object] = [*tables, *about_loop(None if simulation is None else gain, following, kind)]
@@ -112,14 +118,6 @@ def identification_report(
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
-    read = [
-        passage_table([segment.as_data() for segment in facts["passages"]], kind),
-        break_away_table(identification),
-        Figures("log"),
-        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
-        Block("items", identification.notes),
-    ]
     sections = [
         Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
         Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
@@ -130,15 +128,15 @@ def identification_report(
         Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
         Section("certificates", "Certificates", certified, "Models"),
         Section("assumptions", "Assumptions", assumptions, "Limits"),
-        Section("log", "The log", read, "Log"),
+        Section("log", "The log", _read(identification), "Log"),
     ]
     title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
     again = advice_to_record(fit)
     step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
     front = Front(
         f"{axis_name}: identified friction",
-        about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {fit.name}"),
-        ruling._replace(reasons=_merged(ruling.reasons)),
+        about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {models_of(identification)}"),
+        ruling if sides else ruling._replace(reasons=_merged(ruling.reasons)),
         title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
         cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
@@ -146,7 +144,34 @@ def identification_report(
         csv=as_csv(table, kind) + "\n" if table and usable else "",
         feedforward=feedforward_of(identification),
     )
-    return report_page("identification", facts, front, sections, living=living, **options)
+    if sides or elastic:
+        front = _of_two_masses(front, identification, axis, gain if shows_gain else None, usable=usable, again=bool(again))
+    # The movable parameters are those of one mass.
+    return report_page("identification", facts, front, sections, living=None if sides else living, **options)
+
+
+def _of_two_masses(
+    front: Front, identification: Identification, axis: Axis | None, gain: Gain | None, *, usable: bool, again: bool
+) -> Front:
+    """Return the first screen of one mass as that of two masses."""
+    masses = identification.two_masses
+    if usable:
+        front = front._replace(cards=[*elastic_cards(identification, axis), front.cards[-1] if gain is None else gain_card(gain)])
+    step = SIMULATE_BOTH if usable and not again and masses is not None and masses.is_elastic else front.next
+    return front._replace(title=title_of(identification), basis=front.basis.replace("simulated on ", ""), next=step)
+
+
+def _read(identification: Identification) -> list[object]:
+    """Return the contents of the log, and its treatment."""
+    fit, log, kind = identification.best, identification.log, identification.best.plant.kind
+    treated = treatment_facts(identification.treatment, kind) + scatter_facts(fit)
+    return [
+        passage_table([segment.as_data() for segment in identification.passages], kind),
+        break_away_table(identification),
+        Figures("log"),
+        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
+        Block("items", identification.notes),
+    ]
 
 
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
@@ -161,9 +186,9 @@ def why_only_similar(fit: Fit) -> str:
 
 
 def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
-    """Return the parameters of the best model, those of sweeps, and those of two masses."""
+    """Return the parameters of two masses, if the log shows them, those of the best model, and those of sweeps."""
     parameters = Block("table", parameter_table(identification.best, axis), ("long",))
-    return [parameters, sweep_table(identification), two_masses_table(identification)]
+    return [two_masses_table(identification), parameters, sweep_table(identification)]
 
 
 def _correlations(fit: Fit) -> Table:

@@ -61,7 +61,7 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
             motion = excite(limited, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
         except InputError:  # the axis file allows no such motion
             continue
-        if motion.rehearsal is None:
+        if motion.rehearsal is None or motion.exceeded:  # no rehearsal, or beyond the limits of the axis
             continue
         rehearsed = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
         present = {name: estimate.interval_percent if estimate.status == "identified" else None for name, estimate in unknown.items()}

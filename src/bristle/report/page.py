@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jinja2
 from markupsafe import Markup, escape
 
-from bristle.core import InputWarning, place_in_own_code, symbolic, told_by, typeset
+from bristle.core import InputWarning, error_text, place_in_own_code, symbolic, typeset
 from bristle.palette import colour_variables
 from bristle.report.table import Table
 
@@ -74,8 +74,8 @@ class Plate(NamedTuple):
 class Front(NamedTuple):
     """The first screen of a report; without a ruling only heading and facts.
 
-    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `feedforward`
-    whether a feedforward is safe to try.
+    `title` is the sentence over the large picture, `basis` the log or run behind it, `next` the next step, and `table` stands
+    beside the large picture, and `feedforward` is whether a feedforward is safe to try.
     """
 
     heading: str
@@ -88,6 +88,7 @@ class Front(NamedTuple):
     csv: str = ""
     figures: Sequence[Picture] = ()
     beside: Sequence[Picture] = ()
+    table: Table | None = None
     feedforward: str = ""
 
     @property
@@ -208,7 +209,7 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
             log = "" if place.section in ("front", "beside") and log == own else log
             pictures[place.section].append(drawing._replace(log=log))
         except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
-            remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {told_by(error)}".rstrip(": ")
+            remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {error_text(error)}".rstrip(": ")
             warnings.warn(FaultWarning(f"{remark}. The other results are complete", error), stacklevel=2)
             remarks.append(Markup("<p>{}.</p>").format(remark))
     return pictures, remarks
@@ -238,7 +239,7 @@ def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
             return [Markup("<h3>{}</h3>").format(figure.title), drawing]
     # Code of the user may raise any exception or call exit(); the results must survive.
     except (Exception, SystemExit) as error:  # noqa: BLE001
-        reason, place = f"{type(error).__name__}: {told_by(error)}".rstrip(": "), place_in_own_code(error)
+        reason, place = f"{type(error).__name__}: {error_text(error)}".rstrip(": "), place_in_own_code(error)
     remark = f"{place or figure.name}: the figure {figure.name} is not drawn: {reason}"
     warnings.warn(f"{remark}. The other results are complete", InputWarning, stacklevel=2)
     return [Markup("<h3>{}</h3><p>{}.</p>").format(figure.title, remark)]

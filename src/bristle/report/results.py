@@ -11,7 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.core import Axis, InputError, InputWarning, WithCard, place_in_own_code, told_by
+from bristle.core import Axis, InputError, InputWarning, WithCard, error_text, place_in_own_code
 from bristle.files import SUMMARY, Results, as_json, plain, results_folder, write_log, write_whole
 from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
@@ -173,7 +173,7 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
     except OSError:
         raise  # no room on the disk, and no fault of the figure
     except (Exception, SystemExit) as error:  # noqa: BLE001  (code of the user may raise any exception)
-        reason = f"{type(error).__name__}: {told_by(error)}".rstrip(": ")
+        reason = f"{type(error).__name__}: {error_text(error)}".rstrip(": ")
         remark = f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}"
         warnings.warn(InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2)
         return False

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bristle.core import unit_of, with_unit
+from bristle.core import Axis, number, scale_of, unit_of, with_unit
 from bristle.files import write_model
 from bristle.prediction import level_values
-from bristle.report.brief import Line
-from bristle.report.table import Table, capital, short_text
+from bristle.report.cards import Card, Line, Step, distance_card, error_card, friction_card, labelled, quantity_text
+from bristle.report.table import Table, capital, percent_text, short_text
 
 if TYPE_CHECKING:
     from bristle.files import Results
@@ -27,16 +27,16 @@ EXPERIMENT = """\
 # Add [sensor] side = "load" to close the position loop at the table.
 schema = 1
 name = "two masses"
-kind = "rotational"
+kind = "{kind}"
 friction = {{ file = "{motor}" }}           # with the plant
 {table}controller = {{ model = "cascade", k_p = {k_p:.6g}, k_v = {k_v:.6g}, k_ff = 1.0 }}
-reference = {{ model = "sine", amplitude = "{amplitude:.6g} rad", frequency = "{frequency:.6g} Hz" }}
+reference = {{ model = "sine", amplitude = "{amplitude}", frequency = "{frequency:.6g} Hz" }}
 run = {{ duration = "{duration:.6g} s", settle = "{settle:.6g} s", sample_time = "{sample_time:.9g} s" }}
 
 [compare.without]
 
 [compare.one_mass.controller.feedforward]  # sum of the masses, friction of the whole axis from the encoder of the motor
-mass = "{inertia:.9g} kg*m^2"
+mass = "{inertia}"
 friction = {{ file = "{whole}" }}
 
 [compare.two_masses.controller.feedforward]  # both masses, both frictions, and the wind-up of the coupling
@@ -44,6 +44,70 @@ plant = "own"
 friction = {{ file = "{motor}" }}
 {table}"""
 TABLE = f'table_friction = {{ file = "{TABLE_FILE}" }}\n'
+
+
+SIMULATE_BOTH = Step("Compare the feedforward of one mass and of both masses", f"bristle run {EXPERIMENT_FILE} --out two_masses")
+
+
+def title_of(identification: Identification) -> str:
+    """Return the title of the first screen of an axis with two masses: the errors of both sides, or the frequencies of the coupling."""
+    masses, facts = identification.two_masses, identification.treatment
+    if masses is None or masses.load is None:
+        return f"Antiresonance {with_unit(facts['antiresonance'], 'Hz')}, resonance {with_unit(facts['resonance'], 'Hz')}"
+    errors = (f"{name} {percent_text(side.best.error_percent)}" for name, side in masses.sides.items())
+    return f"Model error: {', '.join(errors)}"
+
+
+def models_of(identification: Identification) -> str:
+    """Return the name of the friction model, or of those of motor and load."""
+    masses = identification.two_masses
+    if masses is None or masses.load is None:
+        return identification.best.name
+    names = {side: one.best.name for side, one in masses.sides.items()}
+    return ", ".join(f"{name} ({side})" for side, name in names.items()) if len({*names.values()}) > 1 else names["motor"]
+
+
+def elastic_cards(identification: Identification, axis: Axis | None) -> list[Card]:
+    """Return masses, stiffness, frequencies and friction of an axis with two masses, each with its interval."""
+    masses, facts, fit, cards = identification.two_masses, identification.treatment, identification.best, list[Card]()
+    of = {} if masses is None else masses.by_name
+    if "motor" in of:
+        cards.append(_pair("Mass" if fit.plant.kind == "translational" else "Inertia", of["motor"], of["load"]))
+    elif masses is None:
+        cards.append(Card("Motor / load", "–", "not determined", open=True))
+    if "stiffness" in of:
+        remark = f"play {_value(of['play'])}" if "play" in of else ""
+        cards.append(_card("Stiffness", of["stiffness"])._replace(remark=remark))
+    hertz = [facts.get(f"antiresonance{part}", 0.0) for part in ("", "_half_width")]
+    hertz = [of["antiresonance"].value, of["antiresonance"].half_width] if "antiresonance" in of else hertz
+    if hertz[0]:
+        high = facts["resonance"] if masses is None or masses.load is None else hertz[0] * math.sqrt(1.0 + _inertia_ratio(masses))
+        text = " / ".join(number(value, digits=3) for value in (hertz[0], high))
+        cards.append(Card("Antiresonance / resonance", f"{text}\u00a0Hz", half=100.0 * hertz[1] / hertz[0]))
+    if masses is None or masses.load is None:
+        return [*cards, friction_card("Lowest sliding friction", fit, axis), *filter(None, [distance_card(fit, axis)]), error_card(fit)]
+    for name, side in masses.sides.items():
+        cards.append(friction_card(f"Friction of the {name}", side.best, axis if name == "motor" else None)._replace(sliders=()))
+    return cards
+
+
+def _inertia_ratio(masses: Any) -> float:
+    of = masses.by_name
+    return float(of["load"].value / (of["motor"].value + (of["screw"].value if "screw" in of else 0.0)))
+
+
+def _card(label: str, item: Any) -> Card:
+    half = 100.0 * item.half_width / item.value
+    return Card(label, quantity_text(item.value, half, item.unit), half=half)
+
+
+def _pair(label: str, motor: Any, load: Any) -> Card:
+    """Return the card of motor and load in a common unit, with the wider interval."""
+    scale = scale_of(motor.unit, max(motor.value, load.value))
+    text = " / ".join(number(item.value * scale.factor, digits=3) for item in (motor, load))
+    halves = [100.0 * item.half_width / item.value for item in (motor, load)]
+    half = max(halves) if math.isfinite(max(halves)) else None
+    return Card(f"{label}, motor / load", f"{text}\u00a0{scale.unit}", half=half, open=half is None)
 
 
 def two_masses_table(identification: Identification) -> Table | None:
@@ -78,9 +142,9 @@ def two_masses_lines(identification: Identification) -> list[Line]:
         parts = [fit.name, *(_level(fit.parameters[level]) for level in fit.levels)]
         constant = 0.0 if sides is None else sides.constant
         parts += [f"constant force {with_unit(constant, unit_of('force', fit.friction.kind))}"] if constant else []
-        texts.append(f"friction of the {name}: {', '.join(parts)}")
+        texts.append(f"friction of the {name}: {', '.join(parts)}, model error {percent_text(fit.error_percent)}")
     texts += filter(None, [_remark(masses)])
-    return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
+    return labelled("Two masses", texts)
 
 
 def _level(estimate: Estimate) -> str:
@@ -94,7 +158,7 @@ def _without(reason: str, facts: Mapping[str, Any]) -> list[Line]:
     for name in ("antiresonance", "resonance"):
         if reason and name in facts:
             texts.append(f"{name} {with_unit(facts[name], 'Hz')} {_width(facts[f'{name}_half_width'], facts[name])} %")
-    return [Line("" if place else "Two masses", text) for place, text in enumerate(texts)]
+    return labelled("Two masses", texts)
 
 
 def write_two_masses(folder: Results, identification: Identification, provenance: Mapping[str, str]) -> None:
@@ -119,8 +183,9 @@ def write_two_masses(folder: Results, identification: Identification, provenance
         motor=MOTOR_FILE,
         table="" if masses.table_friction is None else TABLE,
         whole=SUM_FILE,
-        inertia=inertia,
-        amplitude=amplitude,
+        kind=masses.kind,
+        inertia=f"{inertia:.9g} {unit_of('mass', masses.kind)}",
+        amplitude=f"{amplitude:.6g} {unit_of('length', masses.kind)}",
         frequency=frequency,
         duration=3.0 / frequency,
         settle=1.0 / frequency,
@@ -159,7 +224,7 @@ def _value(item: Any) -> str:
 
 
 def _width(half: float, value: float) -> str:
-    return f"± {short_text(100.0 * half / abs(value))}" if value and math.isfinite(half) else "–"
+    return f"± {number(100.0 * half / abs(value), digits=2)}" if value and math.isfinite(half) else "–"
 
 
 def _share(item: Any) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from bristle.core import BristleError, told_by
+from bristle.core import BristleError, error_text
 from bristle.server.limits import RESTORING
 
 REFUSED = {
@@ -110,7 +110,7 @@ def main() -> None:
         tell(refused=next((text for kind, text in REFUSED.items() if isinstance(error, kind)), str(error)))
         os._exit(2)
     except Exception as error:
-        tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)}")
+        tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)}")
         raise
     tell(facts=facts)
     os._exit(0)  # without waiting for threads of an interrupted search

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, told_by
+from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, error_text
 from bristle.engine import WORTH_LANES, run_batch
 from bristle.files import experiment_from, key_of, with_changes, with_columns
 from bristle.simulation import SimulationResult, simulate
@@ -221,9 +221,9 @@ class Simulator:
         except MemoryError:
             raise
         except BristleError as error:
-            return REFUSED, told_by(error)[:REASON]
-        except Exception as error:  # noqa: BLE001  (a model of a person's own may raise anything: told, not lost)
-            return RAISED, f"{type(error).__name__}: {told_by(error)}"[:REASON]
+            return REFUSED, error_text(error)[:REASON]
+        except Exception as error:  # noqa: BLE001  (a model of a person's own may raise anything, and its row reports it)
+            return RAISED, f"{type(error).__name__}: {error_text(error)}"[:REASON]
         for metric in self.study.metrics:
             metrics[metric.column][place] = metric.of(result.variants[metric.variant])
         worst = max(result.variants.values(), key=lambda variant: variant.status)

@@ -356,5 +356,5 @@ def outcome_of(columns: Callable[[], dict[str, Any]]) -> tuple[str, Any]:
     """Return the outcome of the simulation of a block: ``("done", columns)``, or ``("failed", reason)``."""
     try:
         return "done", columns()
-    except BaseException:  # noqa: BLE001  (told where a person can read it)
+    except BaseException:  # noqa: BLE001  (a person can read it)
         return "failed", traceback.format_exc()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import place_in_own_code, told_by
+from bristle.core.errors import error_text, place_in_own_code
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import interpreted
 
@@ -86,7 +86,7 @@ def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], w
             raise
         except BaseException as error:  # noqa: BLE001  (user code may raise any error: it is the observation)
             place = place_in_own_code(error)
-            detail = f"stops with {type(error).__name__}: {told_by(error)}{f' ({place})' if place else ''}"
+            detail = f"stops with {type(error).__name__}: {error_text(error)}{f' ({place})' if place else ''}"
             outcome = Check(name, False, detail, where_it_stops)
         results.append(outcome)
         if not outcome.passed and check in form:

@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.contracts import Controller, FrictionModel, Model, Motion, Sensor, example_of
 from bristle.core.documented import Documented
-from bristle.core.errors import InputError, told_by
+from bristle.core.errors import InputError, error_text
 from bristle.core.kernel import kernels
 from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.slot import Slot
@@ -62,7 +62,7 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     try:
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may have any content)
-        return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
+        return [Check("example", False, error_text(error), "Give the descriptor example={...} with typical values")]
     return outcomes(demands if checks is None else checks, bound, FORM_OF_ALL)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.content import Content
-from bristle.core.errors import InputError, told_by
+from bristle.core.errors import InputError, error_text
 from bristle.core.lazy import cached_property
 from bristle.logs.catalogue import FORMATS, format_of
 from bristle.logs.formats import START, LogFormat, reading
@@ -173,7 +173,7 @@ def leaves_other_files(trial: _Trial) -> Fact:
                 claimed = trial.format.recognises(data[:START], ending)
             except Exception as error:  # noqa: BLE001  (user code may raise any error)
                 raise UnmetError(
-                    f"recognises stops with {type(error).__name__}: {told_by(error)} ({title})", "Return False for unknown files"
+                    f"recognises stops with {type(error).__name__}: {error_text(error)} ({title})", "Return False for unknown files"
                 ) from None
             if claimed:
                 raise UnmetError(

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core import Axis, BristleError, Experiment, Model, Status, Variant, told_by
+from bristle.core import Axis, BristleError, Experiment, Model, Status, Variant, error_text
 from bristle.files import read_experiment
 from bristle.identification import identify
 from bristle.logs import Log
@@ -77,4 +77,4 @@ def fitted(family: str, log: Log, axis: Axis) -> Fitted:
         friction = identify(log, name, axis=axis, blocks=0, draws=0).finished.best.friction
         return Fitted(friction.with_values(transition="paper") if family == PRINTED else friction)
     except BristleError as error:
-        return Fitted(None, told_by(error))
+        return Fitted(None, error_text(error))
