@@ -5,10 +5,10 @@ from __future__ import annotations
 import warnings
 
 import numpy as np
-from bristle.bench import log_of
 
 from benchmarks.passive import Passive, Rows
 from benchmarks.residual import Extended, deciding_gain
+from bristle.bench import log_of
 from bristle.engine.motion import along
 from bristle.prediction import effort_of_motion
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from bristle.bench.record import MEASURED, Data, Record
-from bristle.core import BristleError, Content, told_by
+from bristle.core import BristleError, Content, error_text
 
 RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wrong shape", "too slow", "crashed", "not entered"
 NEEDED = {"predict": "predict", "loop": "predict", "feedforward": "feedforward", "parameters": "parameters"}
@@ -130,7 +130,7 @@ def answered(orders: Orders) -> Iterator[tuple[str, Any]]:
 def _fault(error: BaseException) -> Fault:
     if isinstance(error, _AnswerError):
         return Fault(error.status, str(error))
-    text = told_by(error) if isinstance(error, BristleError) else f"{type(error).__name__}: {told_by(error)}"
+    text = error_text(error) if isinstance(error, BristleError) else f"{type(error).__name__}: {error_text(error)}"
     return Fault(RAISED, text[:REASON])
 
 
