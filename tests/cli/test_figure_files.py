@@ -11,7 +11,7 @@ from bristle.cli.application import app
 from bristle.files.results import SUMMARY
 
 COMMANDS = typer.main.get_command(app).commands
-WITHOUT_FIGURES = {"export", "lab", "demo", "tune"}
+WITHOUT_FIGURES = {"bench", "export", "lab", "demo", "tune"}
 WITH_RESULTS = sorted(
     name for name, item in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)
 )
