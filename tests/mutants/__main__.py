@@ -46,7 +46,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "exports": ("exports", "translation", "bridges"),
     "report": ("report",),
     "figures": ("figures",),
-    "study": ("study", "fleet", "tune", "arm"),
+    "study": ("study", "fleet", "tune", "arm", "bench"),
     "lab": ("lab", "server"),
     "commands": ("cli", "demo", "paper", "testing"),
 }

@@ -247,5 +247,5 @@ def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
     assert seen["sections"][0].blocks[3].content[-1] == ("Effort by the assumed model", "8 N")
     report.excitation_report(excited(rehearsed=False), identify="x")
     assert seen["expected"] is None
-    assert seen["sections"][1].blocks == ["", None]
+    assert seen["sections"][1].blocks == [""]
     assert len(seen["sections"][0].blocks[3].content) == 3

@@ -139,31 +139,35 @@ def test_progress_counts_the_runs_of_all_variants():
 
 def trials(learning, gain=1.0, diverges_at=99):
     """Return what is learned on an axis whose error is what the learned effort lacks of a wave, with what was asked."""
-    wave, requested = np.sin(0.1 * np.arange(400)), []
+    wave, requested, laws = np.sin(0.1 * np.arange(400)), [], []
 
-    def once(desired, number):
+    def once(variant, desired, number):
+        laws.append(variant.controller)
         requested.append((desired, number))
         error = wave - gain * desired[3]
         status = Status.NOT_FINITE if len(requested) == diverges_at else Status.OK
-        return Result(error, np.zeros(400), SimpleNamespace(peak_to_peak=float(np.ptp(error))), status)
+        return Result(error, np.zeros(400), SimpleNamespace(peak_to_peak=float(np.ptp(error))), status, controller=f"law {len(laws)}")
 
     desired = np.stack([np.full(400, float(k)) for k in range(4)]) * [[1.0], [1.0], [1.0], [0.0]]
-    return learn(learning, 1e-3, once, desired, 7), requested, wave
+    variant = SimpleNamespace(learning=learning, run=SimpleNamespace(sample_time=1e-3), controller="law 0")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(learn.__globals__, "_simulate_once", once)
+        patched.setitem(learn.__globals__, "replace", lambda item, **changes: type(item)(**(vars(item) | changes)))
+        result = learn(variant, desired, 7)
+    # Each trial begins with what the law has learned in the trial before.
+    assert laws == [f"law {number}" for number in range(len(laws))]
+    return result, requested, wave
 
 
 class Result(SimpleNamespace):
     """What a trial returns, as far as learning looks at it."""
 
-    def __init__(self, reference, measured, following_error, status, trials=()):
-        super().__init__(reference=reference, measured=measured, following_error=following_error, status=status, trials=trials)
+    def __init__(self, reference, measured, following_error, status, trials=(), controller=None):
+        super().__init__(
+            reference=reference, measured=measured, following_error=following_error, status=status, trials=trials, controller=controller
+        )
 
 
-@pytest.fixture
-def replaceable(monkeypatch):
-    monkeypatch.setitem(learn.__globals__, "replace", lambda result, **changes: Result(**(vars(result) | changes)))
-
-
-@pytest.mark.usefixtures("replaceable")
 def test_each_trial_learns_from_the_error_of_the_last():
     result, requested, wave = trials(Learning(trials=3, k_e=0.5, k_d=0.0, cutoff=200.0))
     inside = slice(100, 300)
@@ -175,7 +179,6 @@ def test_each_trial_learns_from_the_error_of_the_last():
     assert result.trials == pytest.approx((2.0, 1.0, 0.5), rel=0.2)
 
 
-@pytest.mark.usefixtures("replaceable")
 def test_the_rate_of_the_error_is_learned_too():
     _, requested, wave = trials(Learning(trials=2, k_e=0.0, k_d=0.01, cutoff=200.0))
     # 0.1 rad in a sample of 1 ms: 100 rad/s.
@@ -183,7 +186,6 @@ def test_the_rate_of_the_error_is_learned_too():
     assert np.ptp(wave) == pytest.approx(2.0, rel=0.01)
 
 
-@pytest.mark.usefixtures("replaceable")
 def test_a_trial_that_diverges_is_the_last():
     result, requested, _ = trials(Learning(trials=5, k_e=0.5, k_d=0.0, cutoff=200.0), diverges_at=2)
     assert len(requested) == len(result.trials) == 2

@@ -34,9 +34,9 @@ def effort(identification: Any, motion: Record) -> np.ndarray:
     return np.interp(np.arange(predicted.size), inside, predicted[inside])  # the ends are held
 
 
-def friction_force(identification: Any, reference: Record) -> np.ndarray:
-    """Return the friction of the best model along a desired motion."""
-    fed = Feedforward(friction=identification.best.friction)
+def friction_force(identification: Any, reference: Record, **changes: str) -> np.ndarray:
+    """Return the friction of the best model, with some other parameters, along a desired motion."""
+    fed = Feedforward(friction=identification.best.friction.with_values(**changes))
     return feedforward_effort(fed, reference.position, reference.acceleration, reference.sample_time)
 
 

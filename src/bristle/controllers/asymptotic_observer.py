@@ -54,6 +54,8 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import relaxation
 from bristle.core.variable import Variable
 
+MOST = 1e9  # travel over F_C/sigma_0 in a sample; more occurs only in a loop that diverges
+
 
 class Parameters(NamedTuple):
     """Parameters of the law with an asymptotic observer."""
@@ -98,7 +100,7 @@ def observe(state, measured, dt, p):
     moved, slow = measured - state.measured, p.J * p.g_1 * p.g_2
     loaded = side * state.f_hat if side != 0 else abs(state.f_hat)
     # Dahl's force is exponential in the travel: its mean stiffness over the sample.
-    travel = p.sigma_0 * max(abs(moved), dt * abs(state.v_hat)) / p.F_C
+    travel = min(MOST, p.sigma_0 * max(abs(moved), dt * abs(state.v_hat)) / p.F_C)
     a = p.sigma_0 * max(0.0, min(2.0, 1.0 - loaded / p.F_C)) * relaxation(travel)
     damping, f = p.g_1 + p.g_2, state.f_hat - slow * moved
     known = state.v_hat + damping * moved + dt * (state.feedback - f) / p.J

@@ -1,0 +1,13 @@
+"""Equations (5)–(7) of the source paper as printed: fitted over the position, driven by the deflection."""
+
+from __future__ import annotations
+
+from bristle.bench.of_bristle import friction_force, identified
+
+
+def fit(train):
+    return identified(train, "preisach_lugre")
+
+
+def feedforward(fitted, reference):
+    return friction_force(fitted, reference, transition="paper")
