@@ -5,6 +5,7 @@ The reference is :math:`r(t) = A \sin(2\pi f t + \varphi)`, with frequency and p
 """
 
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from bristle.core import Amount, InputError, MissingExtraError, Model, Variable,
 from bristle.engine import system_of
 
 try:
-    import gymnasium  # pyright: ignore[reportMissingImports]
+    gymnasium: Any = import_module("gymnasium")  # without the library, a type checker takes this file for it
 except ImportError as error:
     raise MissingExtraError.of("an environment of Gymnasium", "gymnasium") from error
 
