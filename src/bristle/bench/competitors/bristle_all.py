@@ -25,8 +25,9 @@ predict, feedforward, parameters = effort, friction_force, numbers
 def fit_arm(train):
     """Return the bodies of the arm, and the best default model of each joint beside them."""
     (record,) = train
-    names = [f"A{number}" for number in range(1, record.position.shape[1] + 1)]
-    heads = ",".join(["t [s]", *(f"q{name} [rad]" for name in names), *(f"u{name} [N*m]" for name in names)])
+    numbers = range(1, record.position.shape[1] + 1)
+    names = [f"A{number}" for number in numbers]
+    heads = ",".join(["t [s]", *(f"q{number} [rad]" for number in numbers), *(f"u{number} [N*m]" for number in numbers)])
     rows = np.column_stack([record.time, record.position, record.effort])
     text = "\n".join([heads, *(",".join(f"{value:.9g}" for value in row) for row in rows), ""])
     log = Content(Path("train.csv"), text.encode())
