@@ -49,7 +49,7 @@ def board(bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str,
     for score, description in SCORES.items():
         tasks: dict[str, Any] = {task.name: {} for task in bench.tasks if score in task.scores and not task.missing}
         for task, results in tasks.items():
-            for competitor in bench.competitors:
+            for competitor in bench.entered(score):
                 units = [unit for unit in bench.units if unit.task.name == task and unit.competitor == competitor]
                 cases = [finished[unit.file]["scores"][score] for unit in units if unit.file in finished]
                 results[competitor.name] = _over_cases(cases, bench.seed)

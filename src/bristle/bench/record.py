@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bristle.core import Axis, Kind
-from bristle.logs import Log
+from bristle.logs import Log, low_passed
 
 MEASURED = "BRISTLE_DATA"  # names the folder with measured logs
 EDGE = 5.0  # periods of the cut-off at each end, where the filter has a transient
@@ -93,12 +93,8 @@ class Data:
 
 
 def smoothed(signal: np.ndarray, dt: float, axis: Axis) -> np.ndarray:
-    """Return a signal after the filter of the axis: Butterworth of fourth order, forward and backward."""
-    ends = 2.0 * signal[:1] - signal[:0:-1], 2.0 * signal[-1:] - signal[-2::-1]
-    padded = np.concatenate([ends[0], signal, ends[1]])
-    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(padded), dt) / _cutoff(axis, dt)) ** 8)
-    spectrum = np.fft.rfft(padded, axis=0) * gain.reshape(-1, *[1] * (signal.ndim - 1))
-    return np.fft.irfft(spectrum, len(padded), axis=0)[len(signal) - 1 :][: len(signal)]
+    """Return a signal, shape (sample, ...), after the zero-phase filter of the axis."""
+    return np.ascontiguousarray(low_passed(signal.T, _cutoff(axis, dt), dt).T)
 
 
 def _cutoff(axis: Axis, dt: float) -> float:

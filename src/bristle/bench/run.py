@@ -114,6 +114,10 @@ class Bench:
         listed = {"task": self.tasks, "competitor": self.competitors}
         return {f"{word} {part.name}": part.missing for word, parts in listed.items() for part in parts if part.missing}
 
+    def entered(self, score: str) -> list[Competitor]:
+        """Return the competitors with the function behind a score."""
+        return [competitor for competitor in self.competitors if competitor.enters(score)]
+
     @property
     def units(self) -> list[Unit]:
         """Results of this run, those of one case together."""

@@ -61,12 +61,12 @@ def _motion(shift: float) -> np.ndarray:
     return np.concatenate([fast, slow - slow[0], slow[-1] - slow[0] + fine])
 
 
-def _followed(plant: Model, contact: Model, law: Model, reference: np.ndarray, seed: int, disturbance: np.ndarray | None = None) -> Any:
+def _followed(plant: Model, contact: Model, law: Model, reference: np.ndarray, seed: int) -> Any:
     """Return the result of a loop along a reference."""
     run = Run(duration=DT * reference.size, sample_time=DT)
     sensor = sensors.encoder(resolution=RESOLUTION, noise=NOISE, seed=seed)
     desired = references.recorded(position=reference, sample_time=DT)
-    variant = Variant("axis", plant, contact, law, sensor, desired, Feedforward(), run, disturbance=disturbance)
+    variant = Variant("axis", plant, contact, law, sensor, desired, Feedforward(), run)
     return simulate(Experiment("axis", plant.kind, (variant,))).variants["axis"]
 
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from bristle.logs.catalogue import FORMATS
     from bristle.logs.check import checked
     from bristle.logs.curves import Curves
+    from bristle.logs.filters import low_passed
     from bristle.logs.formats import reading
     from bristle.logs.listing import LogFile, listed_logs
     from bristle.logs.log import Channel, Log, is_table

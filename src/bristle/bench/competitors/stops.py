@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle import hysteresis
 from bristle.bench.record import smoothed
 from bristle.core import non_negative
+from bristle.engine import response
 
 COUNT = 6
 
 
 def stops(position, reach):
     """Return the outputs of stop operators, between -1 and 1, after a motion; thresholds divide the reach evenly."""
-    inverse = np.arange(1, COUNT + 1) ** -1.0 * COUNT / reach
-    outputs, output = np.empty((position.size, COUNT)), np.zeros(COUNT)
-    for sample, step in enumerate(np.diff(position, prepend=position[0])):
-        output = np.clip(output + step * inverse, -1.0, 1.0)
-        outputs[sample] = output
-    return outputs
+    thresholds = reach / COUNT * np.arange(1, COUNT + 1)
+    operators = (hysteresis.prandtl_ishlinskii(thresholds=[threshold], weights=[1.0 / threshold]) for threshold in thresholds)
+    return np.column_stack([response(operator, position - position[0]) for operator in operators])
 
 
 def columns(record, reach):
