@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bristle.identification import identify
-from bristle.identification.dahl_resonance import Beside, DahlResonance, dahl_resonance
+from bristle.identification.dahl_resonance import Compared, DahlResonance, dahl_resonance
 from bristle.logs.log import Log
 from bristle.report.summary import identification_summary
 from bristle.report.sweep import sweep_lines, sweep_table
@@ -112,12 +112,12 @@ def test_a_response_of_two_masses_is_refused():
     ("fitted", "half", "differs"), [(1.3, 0.05, True), (1.07, 0.05, False), (1.015, 0.001, False), (1.3, None, False), (None, None, False)]
 )
 def test_sweep_and_fit_contradict_each_other_beyond_their_intervals(fitted, half, differs):
-    assert Beside("stiffness", "N/m", 1.0, 0.005, fitted, half).differs is differs
+    assert Compared("stiffness", "N/m", 1.0, 0.005, fitted, half).differs is differs
 
 
-def reported(sweep, **beside):
-    items = [Beside(name, "N/m", 1e5, 1e3, *fitted) for name, fitted in beside.items()]
-    sweep = sweep if isinstance(sweep, str) or sweep is None else SimpleNamespace(beside=lambda _: items)
+def reported(sweep, **quantities):
+    items = [Compared(name, "N/m", 1e5, 1e3, *fitted) for name, fitted in quantities.items()]
+    sweep = sweep if isinstance(sweep, str) or sweep is None else SimpleNamespace(compared_with=lambda _: items)
     return SimpleNamespace(sweep=sweep, best=SimpleNamespace(name="lugre"))
 
 
@@ -137,7 +137,7 @@ def test_an_identification_reports_the_sweep_beside_its_fit(log, sweep):
     found = identify(log, "dahl", draws=0, blocks=0)
     assert isinstance(found.sweep, DahlResonance)
     assert found.sweep.stiffness == pytest.approx(sweep.stiffness, rel=1e-9)
-    stiffness, damping = found.sweep.beside(found.best)
+    stiffness, damping = found.sweep.compared_with(found.best)
     assert stiffness.fitted == found.best.parameters["sigma_0"].value
     assert damping.fitted == found.best.parameters["sigma_2"].value
     assert [row[0] for row in sweep_table(found).rows] == ["Stiffness", "Damping"]

@@ -23,7 +23,7 @@ bristle refuses other gains. The slowest pole is :math:`-g_1`, in sliding. The d
 measured position is farther than a band behind its last extreme, so that no sign of a noisy velocity enters. The
 implicit step of the integration is stable for every :math:`g_2`.
 
-Only the abstract and the opening of both papers by Ruderman were readable [1]_, [2]_. From them come the friction state,
+Only the abstract and the opening of both papers by Ruderman were readable [1]_ [2]_. From them come the friction state,
 the reduced-order observer without measured velocity, the real eigenvalues, the dominant pole and the compensator beside
 a PID. The equations are derived here, with Dahl's stiffness. Ruderman proves stability by Ignatyev's criterion [3]_,
 which needs a bounded rate of :math:`a`. Here the circle criterion proves it for any rate: the condition of real

@@ -75,8 +75,8 @@ class DahlResonance(NamedTuple):
     stiffnesses: tuple[float, ...]
     losses: tuple[float, ...]
 
-    def beside(self, fit: Fit) -> tuple[Beside, ...]:
-        """Return stiffness and damping beside those of a fit."""
+    def compared_with(self, fit: Fit) -> tuple[Compared, ...]:
+        """Return stiffness and damping of the sweep and of a fit."""
         kind, friction = fit.plant.kind, fit.friction.component.variables
         units = unit_of("force/length", kind), unit_of("force*time/length", kind)
         viscous = [name for part in (fit.plant, fit.friction) for name in names_of(Role.VISCOUS, part.component.variables)]
@@ -85,13 +85,13 @@ class DahlResonance(NamedTuple):
         springs = [(item, 1.0) for item in fit.estimates if item.unit == units[0] and item.name not in fit.plant.values]
         damping = [(item, shares[item.name]) for item in fit.estimates if item.name in shares]
         return (
-            Beside("stiffness", units[0], self.stiffness, self.stiffness_half_width, *_sum_of(springs[:1])),
-            Beside("damping", units[1], self.damping, self.damping_half_width, *_sum_of(damping)),
+            Compared("stiffness", units[0], self.stiffness, self.stiffness_half_width, *_sum_of(springs[:1])),
+            Compared("damping", units[1], self.damping, self.damping_half_width, *_sum_of(damping)),
         )
 
 
-class Beside(NamedTuple):
-    """A quantity from the sweep, beside that of the fit; None if the model lacks it, or if the log does not determine its half-width."""
+class Compared(NamedTuple):
+    """A quantity from the sweep and from the fit; None if the model lacks it, or if the log does not determine its half-width."""
 
     name: str
     unit: str

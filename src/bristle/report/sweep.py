@@ -1,4 +1,4 @@
-"""Stiffness and damping from sweeps of small amplitude in reports, beside those of the fit."""
+"""Stiffness and damping from sweeps of small amplitude in reports, compared with those of the fit."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from bristle.identification import Identification
 
 HEADS = ("Quantity", "Sweep", "95 % interval of the sweep [%]", "Fit", "95 % interval of the fit [%]")
-CAPTION = """Contact at the amplitude zero, from sweeps and without a friction model, beside the fit. The damping is that of bristles
+CAPTION = """Contact at the amplitude zero, from sweeps and without a friction model, compared with the fit. The damping is that of bristles
 and viscous friction together."""
 
 
 def sweep_table(identification: Identification) -> Table | None:
-    """Return stiffness and damping from the sweeps beside the fit; None without sweeps."""
+    """Return stiffness and damping from the sweeps and from the fit; None without sweeps."""
     if not (items := _items(identification)):
         return None
     rows = [
@@ -48,7 +48,7 @@ def sweep_data(identification: Identification) -> dict[str, Any]:
 
 def _items(identification: Identification) -> tuple[Any, ...]:
     sweep = identification.sweep
-    return () if sweep is None or isinstance(sweep, str) else sweep.beside(identification.best)
+    return () if sweep is None or isinstance(sweep, str) else sweep.compared_with(identification.best)
 
 
 def _contradiction(identification: Identification) -> str:
