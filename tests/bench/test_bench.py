@@ -7,12 +7,14 @@ import pytest
 
 from bristle.bench.board import board, page, ranks
 from bristle.bench.child import Orders, answered, answers
+from bristle.bench.loop import following_error
 from bristle.bench.record import Data, Record
 from bristle.bench.run import Bench, competitors_named
 from bristle.bench.scores import OK, reversals_of, scored
 from bristle.bench.task import SCORES, TASKS, tasks_named
 from bristle.core import Axis, InputError, content_of
-from bristle.files import growing_folder
+from bristle.files import axes_in, growing_folder
+from bristle.logs import Log
 
 AXIS = Axis(kind="translational", cutoff=40.0)
 TIME = 1e-3 * np.arange(4000)
@@ -108,16 +110,6 @@ def test_a_missing_parameter_counts_as_wrong(data):
     assert values == pytest.approx([5.0, 50.0])
 
 
-def test_the_filter_agrees_with_scipy():
-    signal = pytest.importorskip("scipy.signal")
-    from bristle.bench.record import smoothed
-
-    noisy = np.random.default_rng(3).standard_normal(4000)
-    expected = signal.sosfiltfilt(signal.butter(4, 2.0 * 1e-3 * 40.0, output="sos"), noisy)
-    inner = slice(200, -200)
-    assert np.max(np.abs(smoothed(noisy, 1e-3, AXIS) - expected)[inner]) < 0.02 * np.std(expected)
-
-
 def test_least_squares_finds_the_axis(data):
     (entered,) = competitors_named(["least_squares"])
     found = dict(answered(Orders.of(entered.content, ("predict", "parameters"), data)))
@@ -128,7 +120,6 @@ def test_least_squares_finds_the_axis(data):
 
 def test_the_loop_of_the_true_axis_follows_as_simulated():
     from bristle import controllers, friction, plants
-    from bristle.bench.loop import following_error
     from bristle.core import Experiment
     from bristle.simulation import compensation_experiment, simulate
 
@@ -216,3 +207,67 @@ def test_the_date_draws_the_axes():
     (task,) = tasks_named(("known_axis",))
     first, again, later = (task.data("1", seed).truth for seed in (20260101, 20260101, 20260102))
     assert first == again != later
+
+
+def test_the_loop_without_friction_is_a_hundred_percent_wrong():
+    from bristle import controllers
+
+    axis = Axis(kind="translational", cutoff=40.0, controller=controllers.cascade(k_p=20.0, k_v=120.0))
+    reference = Record.of(TIME, record(1.0).position, None, axis)
+    free = following_error(lambda motion: 3.0 * motion.acceleration, reference, 3.0)
+    followed = free + 1e-4 * np.sign(reference.velocity)
+    data = Data([record(1.0)], reference=reference, followed=followed, loop_mass=3.0)
+    values = [scored(["loop"], {"loop": answer}, data, 1)["loop"].value for answer in (free, followed, 0.5 * (free + followed))]
+    assert values == pytest.approx([100.0, 0.0, 50.0], abs=1e-9)
+
+
+def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
+    from bristle.bench import simulated
+
+    log, seen = record(1.0), []
+    monkeypatch.setattr(
+        simulated, "log_of", lambda truth: (Log.from_columns({"time": TIME, "position": log.position, "effort": log.effort}), AXIS)
+    )
+    monkeypatch.setattr(simulated, "peak_to_peak", lambda variant, number: seen.append(variant) or 1.0)
+    (task,) = tasks_named(("unknown_axis",))
+    data = task.data(task.cases[0], 5)
+    effort = np.arange(data.reference.time.size, dtype=float)
+    data.left(effort)
+    delay = seen[0].run.delay
+    assert delay > 0
+    assert np.array_equal(seen[0].injected[:-delay], effort[delay:])
+
+
+def test_the_stops_feed_forward_all_but_the_inertia():
+    from bristle.bench.competitors import stops
+
+    position = 1e-4 * np.sin(2.0 * np.pi * TIME) * np.cos(0.4 * np.pi * TIME)
+    moved = Record.of(TIME, position, None, AXIS)
+    effort = 3.0 * moved.acceleration - 0.7 + np.tanh(moved.velocity / 1e-4)
+    fitted = stops.fit([Record.of(TIME, position, effort, AXIS)])
+    left = stops.predict(fitted, moved) - stops.feedforward(fitted, moved)
+    mass = left @ moved.acceleration / (moved.acceleration @ moved.acceleration)
+    assert left == pytest.approx(mass * moved.acceleration, abs=1e-9)
+    assert np.mean(stops.feedforward(fitted, moved)) == pytest.approx(-0.7, abs=0.1)
+
+
+def test_the_log_of_an_arm_has_the_columns_of_its_axis_file(monkeypatch):
+    from bristle.arm import identify
+    from bristle.bench.competitors import bristle_all
+
+    class ReachedError(Exception):
+        pass
+
+    def caught(log, robot, axis):
+        raise ReachedError(log, axis)
+
+    monkeypatch.setattr(bristle_all, "identify_arm", caught)
+    part, time = record(1.0), 1e-3 * np.arange(4000)
+    both = np.column_stack([part.position, -2.0 * part.position])
+    axis = Axis(kind="rotational", cutoff=40.0)
+    with pytest.raises(ReachedError) as reached:
+        bristle_all.fit_arm([Record.of(time, both, np.column_stack([part.effort, part.effort]), axis, "robot")])
+    log, described = reached.value.args
+    logs, motion = identify.read_joints(log, axes_in(described))
+    assert len(logs) == 2
+    assert motion.position[:, 1] == pytest.approx(-2.0 * motion.position[:, 0], abs=1e-6)

@@ -75,6 +75,18 @@ def test_constant_force_delay_and_noise_do_not_change_the_values(changed):
     assert holds(dahl_resonance([recorded(**changed)], STEP))
 
 
+def test_the_loss_extrapolates_the_stiffness_where_each_amplitude_slips():
+    found = dahl_resonance([recorded((0.7e-6, 0.9e-6, 1.2e-6, 1.6e-6), low=4.0)], STEP)
+    assert found.stiffness == pytest.approx(STIFFNESS, rel=0.03)
+    assert found.stiffnesses[-1] < 0.85 * found.stiffness
+
+
+def test_a_coarse_encoder_widens_the_intervals(log, sweep):
+    coarse = dahl_resonance([log], 10.0 * STEP)
+    assert coarse.stiffness == pytest.approx(sweep.stiffness, rel=0.02)
+    assert coarse.stiffness_half_width > 1.5 * sweep.stiffness_half_width
+
+
 def test_logs_of_one_axis_are_one_sweep():
     logs = [recorded((size,), seed=3) for size in (0.15e-6, 0.4e-6, 0.8e-6)]
     assert dahl_resonance(logs[:1], STEP) is None  # one amplitude
