@@ -3,7 +3,7 @@
 ``observer``: force and error with the asymptotic observer, beside a disturbance observer and a PID.
 ``learning``: error at first try on a second reference, after learning on a first one.
 ``circles``: deviation and quadrant glitches of two axes on a circle.
-``truths``: the laws in the loop of set C on the frictions of ``bristle paper --robust``.
+``bristle bench --task unknown_axis`` compares the laws in the loop of set C.
 The seeds that judge (from 301) chose no parameter: seeds 1 and 101 did.
 """
 
@@ -244,51 +244,7 @@ def maxwell(axis: Friction, desired: np.ndarray) -> np.ndarray:
     return constant(axis, desired) + along(model, desired)
 
 
-# --- the frictions of the paper -----------------------------------------------------------------------------------------
-
-
-def truths() -> None:
-    """Print error and effort of the laws in the loop of set C, on every friction of ``bristle paper --robust``."""
-    from bristle.core import Experiment
-    from bristle.paper.robust.loops import fitted, log_of, loop, setting
-    from bristle.paper.robust.truths import truths_named
-    from bristle.simulation import simulate
-
-    loops = setting("set_c")
-    plain, fed = loops["none"], loops["feedforward"]
-    first = plain.reference.with_values(amplitudes=[0.0, 3.0e-6, 6.8e-6, 4.2e-6, 6.8e-6, 2.6e-6, 5.6e-6, 6.8e-6])
-    observing = controllers.asymptotic_observer(**GAINS, **OBSERVER)
-    laws = {
-        "sliding mode": plain,
-        "sliding mode, Maxwell slip": fed,
-        "disturbance observer": loops["observer"],
-        "disturbance observer, Maxwell slip": loops["observer_feedforward"],
-        "asymptotic observer": replace(plain, controller=observing),
-        "asymptotic observer, Maxwell slip": replace(fed, controller=observing.with_values(sigma_0=0.0)),
-        "PID and asymptotic observer": replace(plain, controller=observing.with_values(K_I=20.0)),
-        "stops, weights of zero": replace(plain, controller=controllers.adaptive_hysteresis(**GAINS, **ADAPTIVE)),
-        "stops, carried weights": replace(plain, controller=controllers.adaptive_hysteresis(**GAINS, **ADAPTIVE)),
-        "Stribeck over a reversal": replace(plain, controller=controllers.predictive_reversal(**GAINS, **STRIBECK, x_0=2e-6, lead=1e-3)),
-    }
-    for truth in truths_named():
-        identified, printed = (fitted(family, *log_of(truth)).friction for family in ("maxwell_slip", "printed"))
-        chosen = laws | {"sliding mode, (5) to (7)": fed}
-        print(f"\n{truth.name}: following error, µm p-p; effort, N rms; {len(JUDGES)} runs")
-        for name, variant in chosen.items():
-            runs = []
-            for seed in JUDGES:
-                case = loop(variant, truth.friction, printed if "(5)" in name else identified)
-                seeded = {"friction": case.friction, "sensor": case.sensor}
-                case = replace(case, **{k: m.with_values(seed=m.values["seed"] + seed) for k, m in seeded.items() if "seed" in m.values})
-                if name == "stops, carried weights":
-                    learned = simulate(Experiment("first", "translational", (replace(case, reference=first),))).variants[case.name]
-                    case = replace(case, controller=learned.controller)
-                runs.append(simulate(Experiment("one", "translational", (case,))).variants[case.name])
-            errors = summary([1e6 * run.following_error.peak_to_peak for run in runs])
-            print(f"  {name:<40}{errors}   {np.mean([run.effort_rms for run in runs]):7.1f}", flush=True)
-
-
-PARTS = {part.__name__: part for part in (observer, learning, circles, truths)}
+PARTS = {part.__name__: part for part in (observer, learning, circles)}
 
 
 def main(names: list[str]) -> int:

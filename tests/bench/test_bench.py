@@ -1,10 +1,13 @@
 """The score board: splits, leakage, faulty competitors, scores with known answers, and resumed runs."""
 
 import pickle
+from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
+from bristle import controllers
 from bristle.bench.board import board, page, ranks
 from bristle.bench.child import Orders, answered, answers
 from bristle.bench.loop import following_error
@@ -209,9 +212,28 @@ def test_the_date_draws_the_axes():
     assert first == again != later
 
 
-def test_the_loop_without_friction_is_a_hundred_percent_wrong():
-    from bristle import controllers
+def test_the_true_friction_of_a_known_axis_has_small_scores():
+    """The contact is stiffer than the loop: passes without mixing diverge. A coarse encoder would let LuGre creep unseen."""
+    from bristle import friction, plants
+    from bristle.prediction import effort_of_motion
 
+    (task,) = tasks_named(("known_axis",))
+    data = task.data("1", 20260101)
+    mass, values = data.truth["M"], {name: value for name, value in data.truth.items() if name != "M"}
+    contact, plant = friction.find("lugre")(**values, sigma_1=0.0), plants.inertia(M=mass)
+
+    def predict(motion):
+        effort = effort_of_motion(plant, contact, {"time": motion.time, "position": motion.position}, motion.axis, {})
+        inside = np.flatnonzero(np.isfinite(effort))
+        return np.interp(np.arange(effort.size), inside, effort[inside])
+
+    answers = {"predict": [predict(data.test[0])], "loop": following_error(predict, data.reference, data.loop_mass)}
+    scores = scored(["force", "reversals", "loop"], answers, data, 1)
+    # Without the damping of the contact, which the table of the task does not list.
+    assert all(scores[name].value < most for name, most in {"force": 5.0, "reversals": 10.0, "loop": 5.0}.items())
+
+
+def test_the_loop_without_friction_is_a_hundred_percent_wrong():
     axis = Axis(kind="translational", cutoff=40.0, controller=controllers.cascade(k_p=20.0, k_v=120.0))
     reference = Record.of(TIME, record(1.0).position, None, axis)
     free = following_error(lambda motion: 3.0 * motion.acceleration, reference, 3.0)
@@ -219,6 +241,37 @@ def test_the_loop_without_friction_is_a_hundred_percent_wrong():
     data = Data([record(1.0)], reference=reference, followed=followed, loop_mass=3.0)
     values = [scored(["loop"], {"loop": answer}, data, 1)["loop"].value for answer in (free, followed, 0.5 * (free + followed))]
     assert values == pytest.approx([100.0, 0.0, 50.0], abs=1e-9)
+
+
+LAW = controllers.sliding_mode(J=3.0, lambda_=100.0, K_1=80.0, cutoff=300.0)
+CONTACT = {"F_C": 5.0, "F_S": 6.0, "v_S": 1e-3, "sigma_0": 2e6, "sigma_2": 20.0}
+
+
+@pytest.mark.parametrize("answer", ["law, effort", "law", "effort"])
+def test_a_feedforward_is_an_effort_or_a_controller_or_both(tmp_path, answer):
+    text = f"""import numpy as np
+from bristle import controllers
+def fit(train): return None
+def feedforward(fitted, reference):
+    law, effort = controllers.disturbance_observer(J=3.0, lambda_=100.0, K_1=80.0, g=30.0), 7.0 * np.ones(reference.time.size)
+    return {answer}
+"""
+    law, effort = replies(tmp_path, text, Data([record(1.0)], reference=record(1.3).motion), ("feedforward",))["feedforward"]
+    assert (law is not None, effort is not None) == ("law" in answer, "effort" in answer)
+    assert law is None or law.name == "disturbance_observer"
+    assert effort is None or np.all(effort == 7.0)
+
+
+@pytest.mark.parametrize("name", ["disturbance_observer", "asymptotic_observer", "predictive_reversal", "adaptive_hysteresis"])
+def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
+    competitor = import_module(f"bristle.bench.competitors.{name}")
+    reference = replace(record(1.3).motion, axis=replace(AXIS, controller=LAW, resolution=1e-7))
+    fitted = competitor.fit([record(1.0)]) if name == "adaptive_hysteresis" else CONTACT
+    law = competitor.feedforward(fitted, reference)
+    kept = ("J", "lambda_", "K_1", "cutoff")
+    assert {key: law.values[key] for key in kept} == {key: LAW.values[key] for key in kept}
+    if name == "asymptotic_observer":
+        assert (law.values["g_2"] - law.values["g_1"]) ** 2 > 8.0 * CONTACT["sigma_0"] / 3.0  # real eigenvalues for each stiffness
 
 
 def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
@@ -232,10 +285,14 @@ def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
     (task,) = tasks_named(("unknown_axis",))
     data = task.data(task.cases[0], 5)
     effort = np.arange(data.reference.time.size, dtype=float)
-    data.left(effort)
+    data.left(None, effort)
+    data.left(LAW, None)
     delay = seen[0].run.delay
     assert delay > 0
     assert np.array_equal(seen[0].injected[:-delay], effort[delay:])
+    assert seen[0].controller is data.reference.axis.controller
+    assert seen[1].controller is LAW
+    assert seen[1].injected is None
 
 
 def test_the_stops_feed_forward_all_but_the_inertia():

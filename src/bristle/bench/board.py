@@ -29,14 +29,14 @@ bristle bench my_competitor.py --task known_axis
 | --- | --- | --- |
 | `fit(train)` | any object, from a list of records | |
 | `predict(fitted, motion)` | effort at each sample, shape (sample,) | `force`, `reversals`, `loop` |
-| `feedforward(fitted, reference)` | friction along the desired motion, without inertia | `compensation` |
+| `feedforward(fitted, reference)` | friction along the desired motion, or a controller, or both as a pair | `compensation` |
 | `parameters(fitted)` | a dictionary with any of `M`, `F_C`, `F_S`, `v_S`, `sigma_0`, `sigma_2` | `parameters` |
 | `fit_arm(train)`, `predict_arm(fitted, motion)` | efforts of all joints, shape (sample, joint) | `force` of an arm |
 
 Only `fit` is necessary. Without the last two functions, `fit` and `predict` serve each joint of an arm. A record has `time`, `position`,
 `velocity`, `acceleration`, `effort`, `sample_time`, `kind` and `axis`, in SI. In records to predict, `effort` is `None`.
 `bristle.bench.log_of(record)` returns a log for `bristle.identify`. `NEEDS = ("sklearn",)` names required libraries. The first line of
-the docstring describes the competitor.
+the docstring describes the competitor. `reference.axis.controller` is the law that a controller replaces.
 
 A competitor runs in a separate process without the efforts of the tests, for at most 150 s of processor time. The process does not isolate
 hostile code: run only code that you trust. A result counts until the file of its competitor or task changes.

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from bristle.bench.record import MEASURED, Data, Record
-from bristle.core import BristleError, Content, error_text
+from bristle.core import BristleError, Content, Model, error_text
 
 RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wrong shape", "too slow", "crashed", "not entered"
 NEEDED = {"predict": "predict", "loop": "predict", "feedforward": "feedforward", "parameters": "parameters"}
@@ -117,7 +117,7 @@ def answered(orders: Orders) -> Iterator[tuple[str, Any]]:
     calls: dict[str, Callable[[], Any]] = {
         "predict": lambda: [_predicted(module, fitted, motion) for motion in orders.motions],
         "loop": lambda: _loop(module, fitted, orders.reference, orders.loop_mass),
-        "feedforward": lambda: _array(module.feedforward(fitted, orders.reference), orders.reference),
+        "feedforward": lambda: _fed(module.feedforward(fitted, orders.reference), orders.reference),
         "parameters": lambda: {str(name): float(value) for name, value in dict(module.parameters(fitted)).items()},
     }
     for name in orders.names:
@@ -149,6 +149,12 @@ def _array(values: Any, record: Record | None) -> np.ndarray:
     if not np.all(np.isfinite(array)):
         raise _AnswerError(NOT_FINITE, f"{np.count_nonzero(~np.isfinite(array))} of {array.size} values are not finite")
     return array
+
+
+def _fed(answer: Any, reference: Record | None) -> tuple[Model | None, np.ndarray | None]:
+    """Return the controller and the feedforward of an answer, which is either, or both."""
+    law, *efforts = answer if isinstance(answer, tuple) else (answer,) if isinstance(answer, Model) else (None, answer)
+    return law, _array(efforts[0], reference) if efforts else None
 
 
 def _fit(module: ModuleType, train: Sequence[Record]) -> Any:

@@ -14,6 +14,7 @@ from bristle.identification import identify
 from bristle.prediction import effort_of_motion
 from bristle.simulation import feedforward_effort
 
+OBSERVED = 0.4  # bandwidth of an observer, of that of the loop
 NAMES = {"s": "sigma_0", "F_v": "sigma_2"}  # names of some models, and those of the scores
 
 
@@ -48,3 +49,10 @@ def numbers(identification: Any) -> dict[str, float]:
     if "k_i" in values:
         values["sigma_0"] = float(np.sum(values["k_i"]))
     return {name: float(value) for name, value in values.items() if np.ndim(value) == 0 and not isinstance(value, str)}
+
+
+def gains(reference: Record) -> dict[str, Any]:
+    """Return inertia, gains and cut-off of the law in the loop of a desired motion."""
+    law = reference.axis.controller
+    assert law is not None
+    return {name: law.values[name] for name in ("J", "lambda_", "K_1", "cutoff")}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bristle.core import Axis, Kind
+from bristle.core import Axis, Kind, Model
 from bristle.logs import Log, low_passed
 
 MEASURED = "BRISTLE_DATA"  # names the folder with measured logs
@@ -88,8 +88,8 @@ class Data:
     """Measured following error of that loop [m or rad]."""
     loop_mass: float = 0.0
     truth: Mapping[str, float] = field(default_factory=dict)
-    left: Callable[[np.ndarray | None], float] | None = None
-    """Following error of the axis with a feedforward effort, or without (None) [m]."""
+    left: Callable[[Model | None, np.ndarray | None], float] | None = None
+    """Following error of the axis [m] with another law and a feedforward effort; None is the law of the loop, and no effort."""
 
 
 def smoothed(signal: np.ndarray, dt: float, axis: Axis) -> np.ndarray:

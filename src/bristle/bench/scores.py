@@ -10,6 +10,7 @@ import numpy as np
 from bristle.bench.child import NOT_FINITE, Fault
 from bristle.bench.loop import following_error
 from bristle.bench.record import Data, Record, smoothed
+from bristle.core import Model
 
 BLOCKS, DRAWS = 20, 1000  # blocks of a record, draws of a bootstrap
 AROUND = 0.1  # [s] before and after a reversal
@@ -85,9 +86,9 @@ def _parameters(answer: Mapping[str, float], data: Data, rng: np.random.Generato
     return Score(100.0 * float(np.mean([error if np.isfinite(error) else 1.0 for error in errors])))
 
 
-def _compensation(answer: np.ndarray, data: Data, rng: np.random.Generator) -> Score:
+def _compensation(answer: tuple[Model | None, np.ndarray | None], data: Data, rng: np.random.Generator) -> Score:
     assert data.left is not None
-    return Score(100.0 * data.left(answer) / data.left(None))
+    return Score(100.0 * data.left(*answer) / data.left(None, None))
 
 
 SCORING: dict[str, Callable[[Any, Data, np.random.Generator], Score]] = {

@@ -21,7 +21,7 @@ SCORES = {
     "reversals": "error of the predicted force within 0.1 s of each reversal [% of the rms force of the record]",
     "loop": "error of the predicted following error [% of the part that friction causes]",
     "parameters": "mean error of the parameters [%], at most 100 % each",
-    "compensation": "following error with feedforward [% of that without]",
+    "compensation": "following error with feedforward, or with another law [% of that without]",
 }
 
 

@@ -1,0 +1,18 @@
+"""The law of the loop with six stop operators that learn on line; their first weights are those of `stops`."""
+
+from __future__ import annotations
+
+from bristle import controllers
+from bristle.bench.competitors.stops import COUNT, fit
+from bristle.bench.of_bristle import gains
+
+__all__ = ["feedforward", "fit"]
+
+RATE, LARGEST = 8.0, 2.0  # [1/s] of the learning; times the largest first weight
+
+
+def feedforward(fitted, reference):
+    (reach, weights), own = fitted, gains(reference)
+    first = {"w_0": weights[0] - weights[1]} | {f"w_{number}": weights[3 + number] for number in range(1, COUNT + 1)}
+    learning = {"Gamma": RATE * own["J"] * own["K_1"], "delta": own["K_1"] * reference.axis.resolution}
+    return controllers.adaptive_hysteresis(**own, **first, **learning, reach=reach, w_max=LARGEST * max(map(abs, first.values())))

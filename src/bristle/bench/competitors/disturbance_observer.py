@@ -1,0 +1,15 @@
+"""The law of the loop with a disturbance observer of 0.4 times its bandwidth, and without a model of friction."""
+
+from __future__ import annotations
+
+from bristle import controllers
+from bristle.bench.of_bristle import OBSERVED, gains
+
+
+def fit(train):
+    return None
+
+
+def feedforward(fitted, reference):
+    own = gains(reference)
+    return controllers.disturbance_observer(**own, g=OBSERVED * own["K_1"])
