@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bristle import controllers
-from bristle.bench.board import board, page, ranks
-from bristle.bench.child import Orders, answered, answers
+from bristle.bench.board import board, failures, page, ranks
+from bristle.bench.child import SLOW, Fault, Orders, answered, answers
 from bristle.bench.loop import following_error
 from bristle.bench.record import Data, Record
 from bristle.bench.run import Bench, competitors_named
@@ -62,7 +62,7 @@ def test_a_competitor_does_not_learn_the_folder_of_the_logs(tmp_path, monkeypatc
     monkeypatch.setenv("BRISTLE_DATA", str(tmp_path))
     text = "import os\ndef fit(train): return None\ndef predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
     orders = Orders.of(content_of(competitor(tmp_path, text)), ("predict",), data)
-    assert answers(orders, 60.0)["predict"].reason == "ValueError: absent"
+    assert answers(orders, 60.0)["predict"].reason == "line 3: ValueError: absent"
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_a_faulty_answer_becomes_a_status(tmp_path, data, result, status):
 
 
 def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
-    assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "RuntimeError: no"
+    assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "line 1: RuntimeError: no"
 
 
 @pytest.mark.parametrize(("body", "status"), [("while True: pass", "too slow"), ("import os; os._exit(3)", "crashed")])
@@ -167,12 +167,13 @@ def test_an_unknown_name_suggests_a_similar_one():
 def test_files_alone_meet_all_and_a_file_needs_fit(tmp_path):
     own = competitor(tmp_path, LEAST.format("0"))
     assert len(competitors_named([own])) > 5
-    assert [entered.name for entered in competitors_named([own, "lugre"])] == ["lugre", "own"]
-    with pytest.raises(InputError, match="defines no function fit"):
-        competitors_named([competitor(tmp_path, "x = 1", "empty")])
+    assert [entered.name for entered in competitors_named([own, "lugre"])] == ["own", "lugre"]
+    for text, lacking in {"x = 1": "fit", "def fit(train): return None": "predict, feedforward or parameters"}.items():
+        with pytest.raises(InputError, match=f"defines no function {lacking}"):
+            competitors_named([competitor(tmp_path, text, "empty")])
     (lacking,) = (
         entered
-        for entered in competitors_named([competitor(tmp_path, "NEEDS = ('no_such_library',)\nfit = 1", "lacking")])
+        for entered in competitors_named([competitor(tmp_path, "NEEDS = ('no_such_library',)\nfit = predict = 1", "lacking")])
         if entered.name == "lacking"
     )
     assert lacking.missing == "no_such_library is not installed"
@@ -198,6 +199,22 @@ def test_a_run_continues_and_a_changed_competitor_runs_again(tmp_path, monkeypat
     summary = board(bench, finished, provenance={"command": "bristle bench own.py"})
     assert summary["scores"]["force"]["tasks"]["emps"]["own"]["status"] == OK
     assert "| own |" in page(summary)
+
+
+def test_a_slow_competitor_does_not_try_the_other_axes_of_a_task(tmp_path, monkeypatch, data):
+    monkeypatch.setattr("bristle.bench.run._data", lambda *_: data)
+    calls = []
+    monkeypatch.setattr(
+        "bristle.bench.run.answers", lambda orders, limit: calls.append(1) or {"predict": Fault(SLOW, "used more than 1 s")}
+    )
+    own = next(one for one in competitors_named([competitor(tmp_path, LEAST.format("0"))]) if one.is_file)
+    bench = Bench(tasks_named(("known_axis",)), (own,), "2026-01-01")
+    with growing_folder(tmp_path / "out", "score board") as (folder, _):
+        finished = bench.run(folder, 1)
+        rest = replace(bench, competitors=()).further(folder)
+    assert (len(calls), len(finished), rest) == (1, 6, 6)
+    (text,) = failures(board(bench, finished, provenance={"command": "bristle bench own.py"}))
+    assert text == "`own`, force on known_axis, reversals on known_axis: used more than 1 s"
 
 
 def test_a_failure_ranks_last():

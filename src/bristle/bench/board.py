@@ -19,9 +19,11 @@ from bristle.report.table import Table
 PAGE, DATA = "score-board.md", "score-board.json"
 ENTER = """## Enter a competitor
 
-A competitor is one Python file, like [this example](../../examples/bench_competitor.py). A file alone meets all built-in competitors:
+A competitor is one Python file, like [this example](../../examples/bench_competitor.py).
+With a named rival the table is there in a minute. A file alone meets all built-in competitors:
 
 ```sh
+bristle bench my_competitor.py stribeck --task known_axis
 bristle bench my_competitor.py --task known_axis
 ```
 
@@ -38,8 +40,8 @@ Only `fit` is necessary. Without the last two functions, `fit` and `predict` ser
 `bristle.bench.log_of(record)` returns a log for `bristle.identify`. `NEEDS = ("sklearn",)` names required libraries. The first line of
 the docstring describes the competitor. `reference.axis.controller` is the law that a controller replaces.
 
-A competitor runs in a separate process without the efforts of the tests, for at most 150 s of processor time. The process does not isolate
-hostile code: run only code that you trust. A result counts until the file of its competitor or task changes.
+A competitor runs in a separate process without the efforts of the tests, for at most 150 s of processor time and 630 s of waiting. The
+process does not isolate hostile code: run only code that you trust. A result counts until the file of its competitor or task changes.
 """
 
 
@@ -101,6 +103,17 @@ def verdicts(summary: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
+def failures(summary: Mapping[str, Any]) -> list[str]:
+    """Return each reason of a failure of a competitor, with its scores and tasks."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for score, entry in summary["scores"].items():
+        for task, results in entry["tasks"].items():
+            for name, result in results.items():
+                if result["failed"] and result["status"] != ABSENT:
+                    places.setdefault((name, result["reason"] or result["status"]), []).append(f"{score} on {task}")
+    return [f"`{name}`, {', '.join(listed)}: {reason}" for (name, reason), listed in places.items()]
+
+
 def tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return a table for each score, the competitor with the best mean rank first."""
     listed = []
@@ -124,7 +137,6 @@ def _cell(result: Mapping[str, Any]) -> str:
 
 def page(summary: Mapping[str, Any]) -> str:
     """Return the score board as a page in Markdown."""
-    failures = list[str]()
     parts = [
         "# Score board",
         "<!-- Written by bristle bench. -->",
@@ -137,14 +149,7 @@ def page(summary: Mapping[str, Any]) -> str:
         rows = [table.heads, ["---"] * len(table.heads), *table.rows]
         head, _, text = table.caption.partition(": ")
         parts += [f"## {head}", f"{text[0].upper()}{text[1:]}.", "\n".join(f"| {' | '.join(row)} |" for row in rows)]
-    for score, entry in summary["scores"].items():
-        failures += [
-            f"- `{name}` on `{task}`, {score}: {result['reason'] or result['status']}"
-            for task, results in entry["tasks"].items()
-            for name, result in results.items()
-            if result["failed"] and result["status"] != ABSENT
-        ]
-    lists = {"Failures": failures} | {
+    lists = {"Failures": [f"- {text}" for text in failures(summary)]} | {
         head: [f"- `{name}`: {text}" for name, text in summary[head.lower()].items()] for head in ("Skipped", "Tasks", "Competitors")
     }
     parts += [f"## {head}\n\n" + "\n".join(lines) for head, lines in lists.items() if lines]

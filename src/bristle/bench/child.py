@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from bristle.core import BristleError, Content, Model, error_text
 RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wrong shape", "too slow", "crashed", "not entered"
 NEEDED = {"predict": "predict", "loop": "predict", "feedforward": "feedforward", "parameters": "parameters"}
 """Function of a competitor behind each answer."""
-WALL = 6.0  # waiting time over processor time: other programs may use the cores
+WALL = 4.0  # waiting time over processor time: other programs may use the cores
 STARTS = 30.0  # [s] more waiting time, for the start
 PATIENCE = 1.0  # [s] between checks that the parent is alive
 REASON = 200  # letters
@@ -112,7 +113,7 @@ def answered(orders: Orders) -> Iterator[tuple[str, Any]]:
         exec(compile(orders.code.data, str(orders.code.source), "exec"), module.__dict__)
         fitted = _fit(module, orders.train)
     except BaseException as error:  # noqa: BLE001  (any fault of a competitor becomes a row)
-        yield "fit", _fault(error)
+        yield "fit", _fault(error, str(orders.code.source))
         return
     calls: dict[str, Callable[[], Any]] = {
         "predict": lambda: [_predicted(module, fitted, motion) for motion in orders.motions],
@@ -124,14 +125,16 @@ def answered(orders: Orders) -> Iterator[tuple[str, Any]]:
         try:
             yield name, calls[name]() if hasattr(module, NEEDED[name]) else Fault(ABSENT)
         except BaseException as error:  # noqa: BLE001
-            yield name, _fault(error)
+            yield name, _fault(error, str(orders.code.source))
 
 
-def _fault(error: BaseException) -> Fault:
+def _fault(error: BaseException, file: str) -> Fault:
+    """Return the fault behind an error, with the last line of the competitor in its traceback."""
     if isinstance(error, _AnswerError):
         return Fault(error.status, str(error))
     text = error_text(error) if isinstance(error, BristleError) else f"{type(error).__name__}: {error_text(error)}"
-    return Fault(RAISED, text[:REASON])
+    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    return Fault(RAISED, (f"line {lines[-1]}: " if lines else "") + text[:REASON])
 
 
 class _AnswerError(Exception):

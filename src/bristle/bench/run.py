@@ -7,14 +7,14 @@ import json
 import threading
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bristle.bench.child import ABSENT, NEEDED, Fault, Orders, answers
+from bristle.bench.child import ABSENT, NEEDED, SLOW, Fault, Orders, answers
 from bristle.bench.record import Data
 from bristle.bench.scores import ANSWER_OF, scored
 from bristle.bench.task import Task, tasks_named
@@ -26,6 +26,7 @@ from bristle.study.workers import Here
 FOLDER = Path(__file__).with_name("competitors")
 COMPETITORS = tuple(sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__"))
 LIMIT = 150.0  # [s] of processor time for one competitor on one case
+SLOW_AXIS = "another simulated axis of this task took too long"
 _LOCK = threading.Lock()
 
 
@@ -38,20 +39,25 @@ class Competitor(NamedTuple):
     description: str
     missing: str
 
+    @property
+    def is_file(self) -> bool:
+        """Whether the competitor is a file of the user."""
+        return self.content.source.parent != FOLDER
+
     def enters(self, score: str) -> bool:
         """Return whether the file defines the function behind a score."""
         return NEEDED[ANSWER_OF[score]] in self.defined
 
 
 def competitors_named(names: Sequence[str]) -> tuple[Competitor, ...]:
-    """Return competitors by the names of built-in ones, or by Python files; files alone meet all built-in ones."""
+    """Return competitors by the names of built-in ones, or by Python files, which come first; files alone meet all built-in ones."""
     files = [name for name in names if name.endswith(".py")]
     for name in names:
         if name not in COMPETITORS and name not in files:
             allowed, mend = f"{', '.join(COMPETITORS)}, or a Python file", did_you_mean(name, COMPETITORS)
             raise InputError("is not a competitor", path="COMPETITOR", value=name, allowed=allowed, mend=mend)
     built_in = [name for name in COMPETITORS if name in names or len(files) == len(names)]
-    entered = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*(FOLDER / f"{name}.py" for name in built_in), *files)]
+    entered = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*files, *(FOLDER / f"{name}.py" for name in built_in))]
     titles = [competitor.name for competitor in entered]
     if twice := next((title for title in titles if titles.count(title) > 1), ""):
         raise InputError("has the name of another competitor", path="COMPETITOR", value=twice, mend="Rename the file")
@@ -70,8 +76,9 @@ def _competitor(content: Content) -> Competitor:
     }
     imported = (alias.asname or alias.name for part in tree.body if isinstance(part, ast.ImportFrom) for alias in part.names)
     defined = frozenset((*assigned, *imported, *(part.name for part in tree.body if isinstance(part, ast.FunctionDef))))
-    if "fit" not in defined:
-        raise InputError("defines no function fit", path=path, mend="Write def fit(train), and def predict(fitted, motion)")
+    if "fit" not in defined or defined.isdisjoint({*NEEDED.values(), "fit_arm"}):
+        lacking = "predict, feedforward or parameters" if "fit" in defined else "fit"
+        raise InputError(f"defines no function {lacking}", path=path, mend="Write def fit(train), and def predict(fitted, motion)")
     lacking = [name for name in ast.literal_eval(assigned.get("NEEDS", ast.Tuple([]))) if find_spec(name) is None]
     missing = f"{', '.join(lacking)} is not installed" if lacking else ""
     return Competitor(content.source.stem, content, defined, (ast.get_docstring(tree) or "").partition("\n")[0], missing)
@@ -102,6 +109,8 @@ class Bench:
     tasks: tuple[Task, ...]
     competitors: tuple[Competitor, ...]
     date: str
+    slow: set[tuple[str, Competitor]] = field(default_factory=set)
+    """Tasks and competitors of which one case took too long: the others are not tried."""
 
     @property
     def seed(self) -> int:
@@ -117,6 +126,11 @@ class Bench:
     def entered(self, score: str) -> list[Competitor]:
         """Return the competitors with the function behind a score."""
         return [competitor for competitor in self.competitors if competitor.enters(score)]
+
+    def further(self, folder: Growing) -> int:
+        """Return the number of results of this date in the folder that do not belong to this run."""
+        files = {f"{self.date}/{unit.file}" for unit in self.units}
+        return sum(name.startswith(f"{self.date}/") and name not in files for name in folder.names)
 
     @property
     def units(self) -> list[Unit]:
@@ -157,7 +171,13 @@ class Bench:
         with _LOCK:
             data = _data(task.name, case, self.seed)
         began = time.monotonic()
-        replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answers(Orders.of(competitor.content, functions, data), LIMIT)
+        if (task.name, competitor) in self.slow:
+            answered = dict.fromkeys(functions, Fault(SLOW, SLOW_AXIS))
+        else:
+            answered = answers(Orders.of(competitor.content, functions, data), LIMIT)
+        if any(isinstance(answer, Fault) and answer.status == SLOW for answer in answered.values()):
+            self.slow.add((task.name, competitor))
+        replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answered
         scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
         return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}
 

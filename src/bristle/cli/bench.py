@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from bristle.bench.run import Bench
 
 EXAMPLE = """Example:
-  bristle bench my_competitor.py --task known_axis
+  bristle bench my_competitor.py stribeck --task known_axis
   bristle bench --all --date 2026-11-28"""
 
 
@@ -30,7 +30,8 @@ def _day(text: str) -> str:
 def bench(
     context: typer.Context,
     competitors: Annotated[
-        list[str] | None, typer.Argument(metavar="[COMPETITOR]...", help="Names of competitors, or Python files. Files alone meet all.")
+        list[str] | None,
+        typer.Argument(metavar="[COMPETITOR]...", help="Names of competitors, or Python files. Files alone meet all, which takes minutes."),
     ] = None,
     *,
     everything: Annotated[bool, typer.Option("--all", help="Run all tasks with all competitors: 30 minutes on two cores.")] = False,
@@ -85,7 +86,8 @@ def _list(bench: Bench, *, as_json: bool) -> int:
 
 def _run(bench: Bench, output: Output, workers: int | None) -> int:
     """Run the missing results, and print and write the board."""
-    from bristle.bench.board import DATA, PAGE, board, page, tables, verdicts
+    from bristle.bench.board import DATA, PAGE, board, failures, page, tables, verdicts
+    from bristle.bench.scores import OK
     from bristle.files import allow, as_json, growing_folder, provenance
 
     assert output.out is not None
@@ -97,10 +99,18 @@ def _run(bench: Bench, output: Output, workers: int | None) -> int:
         folder.set_all_aside(damaged)
         with interruptible(output.out, "results"):
             finished = bench.run(folder, workers, report)
+        further = bench.further(folder)
+        if not finished:
+            complain(f"no task can run: {output.out} is unchanged")
+            return NO
         summary = board(bench, finished, provenance=provenance(output.command))
         for name, text in {DATA: as_json(summary), PAGE: page(summary)}.items():
             folder.write(name, text)
-    output.tell(
-        summary, *tables(summary), f"Date, the seed of the simulated axes: {bench.date}.", *verdicts(summary), files=f"{PAGE}, {DATA}"
-    )
-    return 0 if finished else NO
+    lines = [f"Date, the seed of the simulated axes: {bench.date}.", *verdicts(summary), *failures(summary)]
+    if further:
+        lines.append(f"{output.out} holds {further} results of other tasks or competitors: name them, too, for a board with them.")
+    output.tell(summary, *tables(summary), *lines, files=f"{PAGE}, {DATA}")
+    scored = {
+        name for entry in summary["scores"].values() for task in entry["tasks"].values() for name in task if task[name]["status"] == OK
+    }
+    return NO if any(entered.is_file and entered.name not in scored for entered in bench.competitors) else 0

@@ -18,15 +18,15 @@ and changed without this module. `write_models` computes them again, to the bit 
 import math
 from os import PathLike
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle import friction
-from bristle.core import Axis, Experiment, Model, digest, unit_of
+from bristle.core import Axis, Experiment, Model, digest
 from bristle.files import FITTED_TO, read_experiment, write_model
 from bristle.identification import identify
-from bristle.logs import Channel, Log
+from bristle.logs import Log
 from bristle.simulation import simulate
 
 ELEMENTS, BREAK_AWAY, SEED = 30, 7e-6, 7
@@ -97,10 +97,8 @@ def logged(described: Experiment) -> Log:
     result, run = simulate(described).variants[variant.name], variant.run
     samples = np.arange(result.command.size)
     acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
-    length, force = unit_of("length", described.kind), unit_of("force", described.kind)
-    time, position = Channel(result.time, "s", "time"), Channel(result.measured, length, "encoder")
-    effort, segments = Channel(acting, force, "command"), (slice(0, samples.size),)
-    return Log(time=time, position=position, effort=effort, sample_time=run.sample_time, segments=segments, kind=described.kind)
+    signals: dict[str, Any] = {"time": result.time, "position": result.measured, "effort": acting}
+    return Log(**signals, sample_time=run.sample_time, segments=(slice(0, samples.size),), kind=described.kind)
 
 
 def axis_of(described: Experiment) -> Axis:

@@ -11,5 +11,5 @@ def fit(train):
 
 
 def feedforward(fitted, reference):
-    own = gains(reference)
-    return controllers.disturbance_observer(**own, g=OBSERVED * own["K_1"])
+    loop = gains(reference)
+    return controllers.disturbance_observer(**loop, g=OBSERVED * loop["K_1"])
