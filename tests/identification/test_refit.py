@@ -19,7 +19,7 @@ class Steep:
         return self.unit * np.array([-(free["x"] + free["x"] ** 3)])
 
 
-@pytest.mark.parametrize("start", [-1.8, 1.2, 2.0])
+@pytest.mark.parametrize("start", [-12.0, -1.8, 1.2, 2.0, 5.0])
 def test_a_step_that_leads_uphill_is_shortened(start):
     solution = Solution(ANYWHERE, np.zeros(1), np.ones((1, 1)))
     x, residual = Refit(solution).solve(Steep(), np.array([start]))

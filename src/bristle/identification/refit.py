@@ -62,7 +62,7 @@ class Refit:
             longest = max(longest, length)
             if length <= max(0.03**2 * variance, SHORT**2 * longest):  # of a standard error
                 break
-            for share in (1.0, 0.3):  # shorter step if it overshoots
+            for share in (1.0, 0.3, 0.1, 0.03, 0.01):  # shorter step if it overshoots
                 trial = np.clip(theta + share * step, space.low, space.high)
                 after = problem.residual(space.values(trial))
                 before, beside = residual[self.rows], after[self.rows]
