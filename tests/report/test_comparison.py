@@ -152,7 +152,7 @@ def test_worse_change_advises_the_old_values():
 
 def test_unclear_change_asks_for_more_cycles():
     for item in ((OPEN,), (ONCE,), ()):
-        assert front(item).next.text == "Record ten cycles or more of each side, with the reference"
+        assert front(item).next.text == "Record ten cycles or more of one motion on each side, with the reference"
     assert front(()).title == ""
 
 

@@ -271,7 +271,7 @@ def test_next_steps_are_errors_then_missing_models(actual):
     fit = doubted(actual.best, grave, *lacking)
     assert next_steps(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
     assert next_steps(doubted(fit), usable=True) == [
-        "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
+        "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv --axis axis.toml`"
     ]
     assert next_steps(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]
 

@@ -38,7 +38,7 @@ def compare(
     from bristle.files import axes_for, read_axis
     from bristle.logs import read_log
     from bristle.report.compared import compared_as
-    from bristle.report.comparison import change_table, remarks_of
+    from bristle.report.comparison import advice_of, change_table, remarks_of
     from bristle.report.table import capital
 
     output.context.with_resource(own_readers(reader))
@@ -61,6 +61,6 @@ def compare(
         if folder:
             comparison.write(folder)
 
-    remarks = (f"{capital(remark)}." for remark in remarks_of(comparison))
-    output.tell(comparison.summary, comparison.sentences[0], change_table(comparison), *remarks)
+    remarks = [f"{capital(remark)}." for remark in remarks_of(comparison)]
+    output.tell(comparison.summary, comparison.sentences[0], change_table(comparison), *remarks, f"Next: {advice_of(comparison)}")
     return NO if comparison.helped is False else 0

@@ -133,7 +133,9 @@ class Effect:
         worst = max(worse, key=lambda path: path.ratio, default=None)
         chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
         sizes = "; ".join(f"{self._change(path)} in moves of {self._length(path.distance)}" for path in chosen if path)
-        head = "simulated following error, peak to peak" if self.in_loop else "simulated residual friction force"
+        head = (
+            "simulated following error, peak to peak" if self.in_loop else "simulated residual friction force, rms in % of sliding friction"
+        )
         head += ", without -> with compensation"
         lines = [f"{head}: {sizes}{self._switch()}"]
         for own in (path for path in self.along if path.motion != MOVES):

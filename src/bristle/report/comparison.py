@@ -31,7 +31,7 @@ WORDS = {
 }
 SHORT = {"root mean square": "rms", "largest in a cycle": "peak"}
 MOST_CARDS = 4
-MORE = "record ten cycles or more of each side, with the reference: `bristle compare before.csv after.csv --axis axis.toml`"
+MORE = "record ten cycles or more of one motion on each side, with the reference: `bristle compare before.csv after.csv --axis axis.toml`"
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 
@@ -57,10 +57,8 @@ VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
     "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
-    "no_change": Wording("with_care", "No clear change", ZERO, "record more cycles of each side, several times", is_open=True),
-    "unknown": Wording(
-        "with_care", "Effect unknown", "a single cycle gives no interval", "record ten cycles or more of each side", is_open=True
-    ),
+    "no_change": Wording("with_care", "No clear change", ZERO, MORE, is_open=True),
+    "unknown": Wording("with_care", "Effect unknown", "a single cycle gives no interval", MORE, is_open=True),
 }
 CELLS = {"no_change": "no clear change", "unknown": "no interval"}
 
@@ -175,13 +173,19 @@ def comparison_ruling(compared: Comparison) -> Ruling:
     return Ruling(level, wording.words, tuple(dict.fromkeys([*reasons, *doubts])))
 
 
+def advice_of(compared: Comparison) -> str:
+    """Return the next step in a sentence, its command in backticks."""
+    change = compared.changes.get(RMS)
+    return _wording(change).advice if change else MORE
+
+
 def _text(change: Change, value: float) -> str:
     return length_text(value, change.kind) if change.quantity == "length" else fixed(value, change.unit)
 
 
 def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
     change, shared = compared.changes.get(RMS), compared.shared
-    wording, ruling = _wording(change) if change else None, comparison_ruling(compared)
+    ruling = comparison_ruling(compared)
     first = change or next(iter(compared.changes.values()), None)
     arrow, title = " → ".join(filter(None, files.values())), ""
     if first:
@@ -194,7 +198,7 @@ def _front(compared: Comparison, name: str, files: Mapping[str, str]) -> Front:
         title=title,
         basis=f"({arrow})" if arrow else "",
         cards=[_card(item) for item in list(compared.changes.values())[:MOST_CARDS]],
-        next=Step.of(wording.advice if wording and "`" in wording.advice else MORE),
+        next=Step.of(advice_of(compared)),
     )
 
 

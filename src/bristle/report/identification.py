@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from bristle.report.compensation import Gain
     from bristle.simulation import Prediction, SimulationResult
 
-ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv`"
+ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv --axis axis.toml`"
 PAIRS_SHOWN = 20
 BY_POSITION = """bristle fitted the model to the position. The figures below show the effort along the measured motion, from which the
 search started. This effort is noisy, because the second derivative of the position amplifies noise."""
