@@ -80,6 +80,7 @@ def test_a_model_is_named_and_its_values_are_in_range():
     assert model_from({"F_C": 2.0}, MODELS, kind="translational", path="friction", default="coulomb").name == "coulomb"
     for table, words in (
         ({"F_C": 1.0}, r'friction: names no model.*Write model = "\.\.\." under \[friction\]'),
+        ({"file": "own.py"}, "friction: names no model.*Name your own law in an experiment file"),
         ({"model": "coulom"}, r"friction\.model: there is no such model; found 'coulom'.*'coulomb'"),
         ({"model": 3}, r"friction\.model: there is no such model"),
         ({"model": "coulomb", "F_C": -1.0}, r"friction\.F_C"),

@@ -6,8 +6,9 @@ from types import SimpleNamespace as Some
 import pytest
 from tests.identification.known_logs import STATED, sliding_log
 
+from bristle import controllers
 from bristle.cli.terminal import show_lines
-from bristle.core import Diagnostic
+from bristle.core import Axis, Diagnostic
 from bristle.identification import identify
 from bristle.report import brief as module
 from bristle.report.brief import Line, brief
@@ -104,15 +105,18 @@ def test_a_log_to_be_measured_again_has_no_values_to_type_in(identification):
 def gained(monkeypatch, before, after):
     steps = (Errors("feedforward", before, before, 0.0, 0.0), Errors("compensated", after, after, 0.0, 0.0))
     monkeypatch.setattr(module, "gain_of", lambda simulation: Gain(steps, "translational", "caveat"))
-    return module._gain(Some(), None)[0].text
+    return module._gain(Some(), None, None)[0].text
 
 
 def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(monkeypatch):
     assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "Friction feedforward: 203 → 7 µm peak to peak, ×29"
     assert gained(monkeypatch, 203e-6, 195e-6).endswith("no improvement")
     assert gained(monkeypatch, 203e-6, 190e-6).endswith("×1.1")
-    assert module._gain(Some(), Some(contradiction=Diagnostic("loop_contradicts")))[0].text.startswith("not predicted")
-    assert module._gain(None, None)[0].text.startswith("not simulated")
+    assert module._gain(Some(), Some(contradiction=Diagnostic("loop_contradicts")), None)[0].text.startswith("not predicted")
+    in_a_loop = Axis(controller=controllers.cascade(k_p=60.0, k_v=9e4))
+    for axis in (None, Axis()):
+        assert module._gain(None, None, axis)[0].text == "not simulated: the axis file has no controller"
+    assert module._gain(None, None, in_a_loop)[0].text == "not simulated: the log has no reference of a loop"
 
 
 def test_a_command_to_copy_is_on_one_line_of_its_own_and_no_word_is_cut(capsys, monkeypatch):

@@ -86,7 +86,8 @@ def model_from(
 def _component_in(table: Any, registry: Mapping[str, Component], path: str, default: str = "", find: Any = None) -> Any:
     named = table_at(table, path).get("model", default)
     if named == "" and "model" not in table:
-        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]')
+        mend = "Name your own law in an experiment file" if "file" in table else f'Write model = "..." under [{path}]'
+        raise InputError("names no model", path=path, allowed=", ".join(registry), mend=mend)
     if find is not None and isinstance(named, str) and "+" in named:
         return find(named, table, f"{path}.model")
     return component_named(named, registry, f"{path}.model")

@@ -36,7 +36,7 @@ def brief(
     if identification.two_masses is not None and identification.two_masses.load is not None:  # their fits are not those of one mass
         lines = [*masses, *labelled("One mass", [f"{fit.name}: model error {percent_text(fit.error_percent)}"])]
     if ruling.level != "measure_again":
-        lines += [*_to_type_in(fit, axis), *_gain(simulation, following)]
+        lines += [*_to_type_in(fit, axis), *_gain(simulation, following, axis)]
     return [*lines, Line("Feedforward", feedforward_of(identification)), verdict(ruling)]
 
 
@@ -119,10 +119,11 @@ def _width(estimates: list[Estimate]) -> str:
     return f" ± {number(max(halves), digits=2)}\u00a0%" if halves else ""
 
 
-def _gain(simulation: SimulationResult | None, following: Following | None) -> list[Line]:
+def _gain(simulation: SimulationResult | None, following: Following | None, axis: Axis | None) -> list[Line]:
     """Return the following error without and with friction feedforward."""
     if simulation is None:
-        return [Line("Gain", "not simulated: the axis file has no controller, or the log has no reference")]
+        lacking = "the axis file has no controller" if axis is None or axis.controller is None else "the log has no reference of a loop"
+        return [Line("Gain", f"not simulated: {lacking}")]
     gain = gain_of(simulation)
     if gain is None or not gain.steps or (following is not None and following.contradiction is not None):
         return [Line("Gain", f"not predicted: {no_gain(simulation, following, usable=True).remark}")]
