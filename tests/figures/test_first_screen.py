@@ -59,8 +59,8 @@ def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
     best.traces.friction = np.array([-4.0, -3.0, 1.0, 5.0])
     (axes,) = figures.friction_over_velocity(best, [(-0.2, -6.0), (-0.0, -5.0), (0.0, 5.0), (0.2, 6.0)]).axes
     assert lines(axes)["measured"].get_data() == (pytest.approx([-200.0, -1.0, 1.0, 200.0]), pytest.approx([-4.0, -3.0, 1.0, 5.0]))
-    assert lines(axes)["model"].get_ydata() == pytest.approx([-6.0, -5.0])
-    assert [line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"] == [[5.0, 6.0]]
+    assert lines(axes)["model"].get_ydata() == pytest.approx([5.0, 6.0])  # at the right end, where its name is
+    assert [line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"] == [[-6.0, -5.0]]
     assert (axes.get_xscale(), axes.get_xlabel(), axes.get_ylabel()) == ("symlog", "Velocity [mm/s]", "Friction force [N]")
     assert [label.get_text() for label in axes.get_xticklabels()] == ["−100", "−10", "0", "10", "100"]
     share = axes.transAxes.inverted().transform(axes.transData.transform([[10.0, 0.0], [-10.0, 0.0]]))[:, 0]
@@ -160,3 +160,9 @@ def test_names_of_lines_that_end_at_one_place_do_not_overlap():
     figure.canvas.draw()
     boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
     assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
+
+
+def test_the_window_at_a_reversal_ends_where_samples_are_left_out():
+    time = np.concatenate([np.arange(5), 40.0 + np.arange(9), 90.0 + np.arange(3)])
+    assert figures.without_gap(time, slice(2, 17)) == slice(5, 14)
+    assert figures.without_gap(time, slice(5, 12)) == slice(5, 12)

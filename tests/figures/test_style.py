@@ -256,7 +256,7 @@ def test_no_line_joins_the_two_sides_of_rest():
     points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
     style.plot_by_side(axes, points, "model", style.DASHED)
     assert [line.get_label() for line in axes.get_lines()] == ["model", "_same"]
-    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-5.0, 4.0], [-4.0, 5.0]]
+    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-4.0, 5.0], [-5.0, 4.0]]
     style.plot_by_side(axes, points[2:], "forward", style.DASHED)
     assert [line.get_label() for line in axes.get_lines()[2:]] == ["forward"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width an
 MOST_REVERSALS = 12
 CELLS = 100, 50  # of the cloud of measured friction
 WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
+GAP = 20.0  # median steps between samples: some are left out
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
 
@@ -114,12 +116,21 @@ def as_strip(axes: style.Axes, window: np.ndarray | None = None) -> None:
         axes.axvspan(float(window[0]), float(window[-1]), color=LIGHT["ghost"], alpha=0.35, linewidth=0, zorder=0)
 
 
+def without_gap(time: np.ndarray, part: slice) -> slice:
+    """Return the longest stretch of a part of a log in which no samples are left out."""
+    steps = np.diff(time[part])
+    gaps = np.flatnonzero(steps > GAP * np.median(steps)) + 1
+    ends = [0, *gaps.tolist(), steps.size + 1]
+    start, stop = max(pairwise(ends), key=lambda stretch: stretch[1] - stretch[0])
+    return slice(part.start + start, part.start + stop)
+
+
 @shown("effort", "fit", "Measured and predicted effort at the reversal with the largest change of effort; below, the whole log")
 def effort_at_reversal(fit: Fit, *, small: bool = False) -> Figure:
     """Return measured and predicted effort at the reversal where the effort changes most, and below over the whole log."""
     traces, kind = fit.traces, fit.plant.kind
     position = np.cumsum(traces.velocity)
-    part = worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05)
+    part = without_gap(traces.time, worst_reversal(position, traces.measured) or style.window(traces.time, traces.residual, 0.05))
     figure, near, strip = over_a_strip(["measured", "model"], small=small)
     scale, word = style.effort_scale(kind, traces.measured, traces.predicted)
     draw_pair(near, strip, traces.time, (traces.measured, traces.predicted), part, scale=scale, word=word)
