@@ -153,10 +153,10 @@ class TransformedSpace(ParameterSpace):
                 continue
             uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
             # A parameter with one value for both directions is above the values of both.
-            each = [(lower,) for lower in lowers] if len(uppers) == len(lowers) else [lowers] * len(uppers)
-            for upper, below in zip(uppers, each, strict=True):
-                known = all(lower in parameters.free or lower in parameters.fixed for lower in below)
-                if upper in parameters.free and known and not any(_hangs_on(lower, upper, bases) for lower in below):
+            floor_names = [(lower,) for lower in lowers] if len(uppers) == len(lowers) else [lowers] * len(uppers)
+            for upper, below in zip(uppers, floor_names, strict=True):
+                has_values = all(lower in parameters.free or lower in parameters.fixed for lower in below)
+                if upper in parameters.free and has_values and not any(_hangs_on(lower, upper, bases) for lower in below):
                     floors[upper], bases[upper] = Floor(below, match[2] == ">"), below
         ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
 
