@@ -3,7 +3,6 @@
 import importlib
 import json
 import signal
-import sys
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
-from bristle.identification import fitting, identify
+from bristle.identification import fitting, identify, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
@@ -181,7 +180,7 @@ def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
     def interrupted(*values):
         raise error
 
-    monkeypatch.setattr(sys.modules[identify.__module__], "with_uncertainty", interrupted)
+    monkeypatch.setattr(intervals, "with_uncertainty", interrupted)
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.unfinished == "interrupted: intervals from simulated logs are missing"

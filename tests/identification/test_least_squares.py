@@ -102,7 +102,7 @@ def test_a_start_is_computed_in_order_and_inside_its_range():
     parameters = SimpleNamespace(component=SimpleNamespace(defaults={}), variables=variables, complete=lambda values: {"a": 2.0})
     transforms = (
         Transform("F_C", "plain", 4.0, 0.0, 9.0, 0.0, np.inf),
-        Transform("F_S", "excess", 4.0, 0.0, 9.0, 0.0, np.inf, above="F_C"),
+        Transform("F_S", "excess", 4.0, 0.0, 9.0, 0.0, np.inf, above=("F_C",)),
         Transform("share", "below", 1.0, 0.2, 0.6, 0.0, np.inf, ceiling=Ceiling("a", ("F_C",))),
     )
     search = Search(SimpleNamespace(parameters=parameters), None, SLIDING, 1.0)

@@ -20,6 +20,7 @@ CASES = {
     "what it must stay below is known": ("elastoplastic", False, {"F_C": 12.0}),
     "each direction has its own": ("elastoplastic", True, {}),
     "excess over another": ("lugre", False, {}),
+    "excess over both directions": ("preisach_lugre", True, {}),
 }
 
 
@@ -48,6 +49,7 @@ def test_relations_are_satisfied_everywhere_in_a_search(case):
         values = space.parameters.complete(space.values(anywhere(space, rng)))
         coulomb, static = ([value for name, value in values.items() if name.startswith(of)] for of in ("F_C", "F_S"))
         assert all(above >= below for above, below in zip(static, coulomb, strict=True))
+        assert values.get("f_p", np.inf) > max(static)
         if "z_ba" in values:
             assert 0.0 <= values["sigma_0"] * values["z_ba"] < min(coulomb)
 
@@ -147,4 +149,4 @@ def test_a_share_of_a_share_is_computed_after_it():
 
 def test_of_two_mutual_relations_the_first_makes_an_excess():
     space = space_for(own_model(["F_S >= F_C", "F_C >= F_S"]))
-    assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", "F_C")]
+    assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", ("F_C",))]

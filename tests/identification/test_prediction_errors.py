@@ -253,7 +253,7 @@ def test_a_diagnostic_of_inverse_dynamics_is_removed_with_its_value(columns, mon
         )
         return foreseen(replace(fit, diagnostics=(*fit.diagnostics, *doubts)), *arguments)
 
-    monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", doubted)
+    monkeypatch.setattr(import_module("bristle.identification.intervals"), "foreseen", doubted)
     result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
     assert result.parameters["sigma_0"].status == "identified"
     codes = {one.code: one.severity for one in result.best.diagnostics}
@@ -401,7 +401,7 @@ def of_observer(columns, monkeypatch, times=1.0, **changes):
     def few(rung, *_):
         return np.full(2, rung.error / times)
 
-    monkeypatch.setattr(import_module("bristle.identification.identify"), "foreseen", asked)
+    monkeypatch.setattr(import_module("bristle.identification.intervals"), "foreseen", asked)
     monkeypatch.setattr(observed_fit, "errors_of_replicates", few)
     return br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
 

@@ -14,7 +14,7 @@ from bristle.core import Axis, Diagnostic
 from bristle.core.axis import Cogging, KnownColumn
 from bristle.core.errors import InputError
 from bristle.files import axis_text, read_axis
-from bristle.identification import identify
+from bristle.identification import identify, intervals
 from bristle.identification.second_pass import axis_with, proposed_lines
 from bristle.logs import Channel
 from bristle.report.brief import brief
@@ -135,8 +135,8 @@ def test_an_elastic_coupling_is_sought_in_the_first_pass_only(cogged, monkeypatc
 
 @pytest.mark.slow
 def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch):
-    seen, original = [], identifying.with_uncertainty
-    monkeypatch.setattr(identifying, "with_uncertainty", lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest))
+    seen, original = [], intervals.with_uncertainty
+    monkeypatch.setattr(intervals, "with_uncertainty", lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest))
     axis, shares = replace(AXIS, method="inverse_dynamics"), []
     result = identify(cogged, "coulomb_viscous", axis=axis, draws=20, progress=lambda share, task: shares.append((share, task)))
     assert [list(values) for values in seen] == [list(result.best.plant.values)]

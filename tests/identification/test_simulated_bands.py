@@ -8,6 +8,7 @@ import pytest
 
 from bristle import plants
 from bristle.core.axis import Axis
+from bristle.core.errors import InputError
 from bristle.friction import coulomb, coulomb_viscous
 from bristle.identification import simulated_bands
 from bristle.identification.simulated_bands import Bands, Widths, _rounding, half_width, simulated_widths, with_loops, with_parameters
@@ -188,6 +189,11 @@ def test_noise_counts_by_the_bandwidth_of_rows_and_adds_in_squares(monkeypatch, 
     for count in (0, 1, 5):
         width = half_width(bands_of(noise=0.4, unexplained=0.3, inflation=2.0, count=count), PLANT, FRICTION, dataset)
         assert width == pytest.approx(NORMAL * 2.0 * np.sqrt(share * 0.16 + 0.09), rel=1e-5)
-    efforts = iter([1.0, 4.0])
-    dataset.rows_of = lambda _: np.full(3, next(efforts))
-    assert half_width(bands_of(count=2), PLANT, FRICTION, dataset) == pytest.approx(NORMAL * np.sqrt(4.5), rel=1e-5)
+    for drawn in ([1.0, 4.0], [1.0, np.inf, 4.0]):  # a draw that diverges is left out
+        efforts = iter(drawn)
+        dataset.rows_of = lambda _, efforts=efforts: np.full(3, next(efforts))
+        assert half_width(bands_of(count=len(drawn)), PLANT, FRICTION, dataset) == pytest.approx(NORMAL * np.sqrt(4.5), rel=1e-5)
+    most = iter([1.0, np.nan, np.inf])
+    dataset.rows_of = lambda _: np.full(3, next(most))
+    with pytest.raises(InputError, match="diverges with 2 of 3 draws"):
+        half_width(bands_of(count=3), PLANT, FRICTION, dataset)

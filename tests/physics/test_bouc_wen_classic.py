@@ -53,6 +53,15 @@ def test_the_force_depends_on_products_of_the_amplitudes_only():
     np.testing.assert_allclose(force_along(item, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
 
 
+@pytest.mark.parametrize("nu", [1.0, 1.7])
+@pytest.mark.parametrize("length", [1e-3, 0.02, 1.0, 1e6])
+def test_a_yielding_contact_slides_at_its_bound_for_steps_of_any_length(nu, length):
+    model = friction.bouc_wen_classic(alpha=6e6, beta=10.0, gamma=37_000.0, delta=-27_000.0, nu=nu)
+    bound = 60.0 ** (1.0 / nu)  # where the slope alpha - beta (gamma + delta) z**nu is 0
+    assert force_along(model, np.full(8, 1.0), length)[1:] == pytest.approx(bound, rel=1e-9)
+    assert force_along(model, np.array([1.0, -1.0, -1.0]), length)[-1] == pytest.approx(-bound, rel=1e-9)
+
+
 def test_a_negative_sum_of_amplitudes_hardens():
     hard = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=-1.1)
     force = force_along(hard, np.full(100, 1e-3), 1e-2)

@@ -1,4 +1,5 @@
 import math
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from bristle.prediction.drive_table import (
     levels_of,
     placed,
     resolved_side,
+    reversal_distance,
     steady_curve,
     steady_side,
     table_error,
@@ -283,3 +285,28 @@ def test_the_band_of_the_curve_is_wider_where_its_parameters_are_less_certain(fi
     assert forward[-1] == pytest.approx(by_level[0] * F_v * velocity[-1] / F_C, rel=1e-3)
     doubled = curve_band(with_draws(fit, F_v=F_v * (1.0 + 0.02 * deviations)))
     assert doubled == pytest.approx(2.0 * by_slope, rel=1e-6)
+
+
+HARDENING = {"alpha": 5e4, "beta": 1e3, "gamma": 0.8, "delta": -1.1}
+
+
+def test_a_force_that_hardens_without_bound_has_no_steady_curve(curved):
+    hardening = replace(curved, friction=friction.bouc_wen_classic(**HARDENING))
+    with warnings.catch_warnings(action="error"):
+        assert (drive_table(hardening), steady_curve(hardening), level_values(hardening)) == ([], [], None)
+        (drawn,) = with_draws(hardening, beta=[1e6]).resampling.bands.models(hardening.friction, 1)
+        assert reversal_distance(drawn, 0.1) == 0.0
+    with pytest.raises(InputError, match="not finite"):
+        steady_force(hardening.friction, 0.1)
+
+
+def test_draws_that_harden_without_bound_widen_the_band_of_the_curve(curved):
+    bounded, delta = replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))), 0.3 * np.linspace(0.8, 1.2, 10)
+    with warnings.catch_warnings(action="error"):
+        narrow, wide, open_ended = (
+            curve_band(with_draws(bounded, delta=np.where(np.arange(10) < count, -1.1, delta))) for count in (0, 3, 5)
+        )
+    assert len(narrow) == len(steady_curve(bounded))
+    assert np.all(np.array(wide) > 1.1 * np.array(narrow))
+    assert np.all(np.isfinite(wide))
+    assert open_ended == []

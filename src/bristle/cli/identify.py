@@ -211,7 +211,8 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
         return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
     has_table = (masses := outcome.identification.two_masses) is not None and masses.is_elastic
     further = f", {TWO_MASSES}" if has_table else ""
-    results = [Line("Results", f"{out}: report.html, drive_table.csv, model.toml, {EXPERIMENT}{further}")]
+    table = "drive_table.csv, " if outcome.table else ""
+    results = [Line("Results", f"{out}: report.html, {table}model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
     lines = [Line("Next", "Simulate the loop:", command=command)]

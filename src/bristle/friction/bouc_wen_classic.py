@@ -66,8 +66,7 @@ def decay(y, p):
 @kernel
 def linear(y, rate, length, p):
     """Return the change of `y` [N or N*m] along ``dy/dl = alpha - rate * y``: its mean, and its end value."""
-    q = min(rate * length, LARGEST)
-    q = max(q, -LARGEST)
+    q = max(rate * length, -LARGEST)
     slope = (p.alpha - rate * y) * length
     if abs(q) < SMALL:
         return slope * (0.5 - q / 6.0 + q * q / 24.0), slope * (1.0 - 0.5 * q + q * q / 6.0)

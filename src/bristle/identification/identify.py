@@ -1,6 +1,6 @@
 """From a log to friction models with their uncertainty, best first."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -25,8 +25,8 @@ from bristle.identification.excitation import checks_of, spread_between_repeats,
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.half_cycles import blocks_for
+from bristle.identification.intervals import DRAWING, NUMERIC, WITHOUT_DRAWS, message_of, with_intervals
 from bristle.identification.least_squares import Report, silent
-from bristle.identification.observed_fit import foreseen
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
@@ -34,18 +34,14 @@ from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, 
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
-from bristle.identification.simulated_bands import with_loops
 from bristle.identification.structure import next_models, with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
-from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_SLOTS = "interrupted: the search for slots is incomplete"
-WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
-WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 AGAIN = "second pass, "  # before a task of the progress
 _Common = tuple[
     Sequence[FrictionModel], bool, int | None, Settings, Callable[[Axis | None], PriorKnowledge], tuple[float | None, int | None]
@@ -54,7 +50,6 @@ TELLS_CHANNEL = "lugre"
 TURNS = 2  # rounds of slots added to the best model
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders
-DRAWING = 8  # duration of the intervals in fits
 
 
 @guarded(
@@ -169,19 +164,10 @@ def identify(
         again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"), first=better)
         better, second = second_pass(better, pairs, again, chosen.lines_gain)
         share(fitting - 1, f"fitting {components[-1].name}")(1.0)
-    (best, *rest), unfinished = better.fits, better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
+    unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
-        report, estimation = share(fitting, f"fitting {best.name} to simulated logs"), better.estimations[best.name]
-        # An observer moves one mass: of an elastic axis, the fit in the low band remains.
-        observed = better.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
-        try:
-            best = with_uncertainty(best, estimation, draws, chosen, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
-            if observed:
-                logs = [log for log, _ in better.pairs]
-                best = foreseen(best, estimation, better.context, logs, between(report, 0.5 * DRAWING, DRAWING))
-            best = with_loops(best, better.pairs)
-        except KeyboardInterrupt:
-            unfinished = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
+        better, unfinished = with_intervals(better, draws, chosen, pairs, partial(share, fitting))
+    best, *rest = better.fits
     dataset = better.context.dataset
     treatment = {
         "cutoff": dataset.cutoff,
@@ -220,13 +206,14 @@ def _passed(
     short = blocks is None and not held_out
     fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
 
-    def judged() -> list[Fit]:
-        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
+    def judged(omitted: Container[str] = ()) -> list[Fit]:
+        fitted = [fit for fit in fits if fit.name not in omitted]
+        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fitted, context))
         best = with_structure(best, estimations[best.name], settings, context.prior, [fit.name for fit in rest], context.coupling)
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     ranked, interrupted = to_the_end(judged)
-    return Passed(ranked, estimations, left_out, unfinished, interrupted, context, pairs)
+    return Passed(ranked, estimations, left_out, unfinished, interrupted, context, pairs, judged)
 
 
 def _context(
@@ -331,12 +318,12 @@ def _fits(
     """Return the fits of several models until an interruption, and the reasons for omitted models."""
     fits: list[Fit] = []
     estimations: dict[str, Estimation] = {}
-    left_out: dict[str, InputError] = {}
+    left_out: dict[str, Exception] = {}
     for number, component in enumerate(components):
         try:
             model_fit, estimation = fit(context, component, blocks, share(number, f"fitting {component.name}"))
-        except InputError as error:
-            if error.path != "model":
+        except NUMERIC as error:
+            if isinstance(error, InputError) and error.path not in ("model", *component.variables):
                 raise
             left_out[component.name] = error
             continue
@@ -350,7 +337,7 @@ def _fits(
             break
     if left_out and not fits:
         raise next(iter(left_out.values()))
-    return fits, estimations, {name: error.message for name, error in left_out.items()}
+    return fits, estimations, {name: message_of(error) for name, error in left_out.items()}
 
 
 def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
@@ -377,8 +364,8 @@ def _with_slots(
             break
         try:
             more, of_them, refused = _fits(context, further, blocks, partial(_turn, report, turn, len(further)))
-        except InputError as error:  # no model can be fitted to this log
-            left_out |= {one.name: error.message for one in further}
+        except NUMERIC as error:  # no model can be fitted to this log
+            left_out |= {one.name: message_of(error) for one in further}
             break
         added += further
         fits += more

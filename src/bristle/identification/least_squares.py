@@ -256,7 +256,7 @@ class Search:
                 inside = rng.uniform(transform.low, transform.high)
             else:
                 drawn = self._draw(transform, variables[transform.name], rng)
-                inside = transform.theta(drawn + (values[transform.above] if transform.above else 0.0), values)
+                inside = transform.theta(drawn + transform.base(values), values)
             values[transform.name] = transform.value(inside, values)
         return self.space.theta(values)
 

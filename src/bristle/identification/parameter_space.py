@@ -105,20 +105,24 @@ class Transform(NamedTuple):
     high: float
     least: float  # of the parameter, like `most`
     most: float
-    above: str = ""  # the parameter is in excess of this one
+    above: tuple[str, ...] = ()  # the parameter is in excess of the largest of these
     ceiling: Ceiling | None = None
+
+    def base(self, values: Mapping[str, float]) -> float:
+        """Return the parameter [SI] that this one exceeds, the largest of several; 0 without."""
+        return max((values[name] for name in self.above), default=0.0)
 
     def value(self, theta: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those computed before it."""
         unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
         value = math.exp(theta) if self.form == "log" else unit * theta
         # Rounding must not violate the bounds of the model.
-        return min(max(value + (values[self.above] if self.above else 0.0), self.least), self.most)
+        return min(max(value + self.base(values), self.least), self.most)
 
     def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, clipped to its range."""
-        unit, base = self.scale if self.ceiling is None else self.ceiling.largest_value(values), values[self.above] if self.above else 0.0
-        inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - base) / unit
+        unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
+        inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - self.base(values)) / unit
         return min(max(inside, self.low), self.high)
 
     def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -127,7 +131,8 @@ class Transform(NamedTuple):
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
             return {self.name: self.ceiling.largest_value(values), below: value / values[below], factor: -value / values[factor]}
-        return {self.name: value if self.form == "log" else self.scale} | ({self.above: 1.0} if self.above else {})
+        largest = sorted(self.above, key=lambda name: values[name])[-1:]
+        return {self.name: value if self.form == "log" else self.scale} | dict.fromkeys(largest, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,10 +152,12 @@ class TransformedSpace(ParameterSpace):
             if match is None:
                 continue
             uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
-            for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
-                free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
-                if free and not _hangs_on(lower, upper, bases):
-                    floors[upper], bases[upper] = Floor(lower, match[2] == ">"), (lower,)
+            # A parameter with one value for both directions is above the values of both.
+            floor_names = [(lower,) for lower in lowers] if len(uppers) == len(lowers) else [lowers] * len(uppers)
+            for upper, below in zip(uppers, floor_names, strict=True):
+                has_values = all(lower in parameters.free or lower in parameters.fixed for lower in below)
+                if upper in parameters.free and has_values and not any(_hangs_on(lower, upper, bases) for lower in below):
+                    floors[upper], bases[upper] = Floor(below, match[2] == ">"), below
         ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
 
         def place(name: str) -> None:
@@ -231,7 +238,7 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
     if floor is not None:
         # A log does not show a force far above its efforts.
         most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf  # times the largest effort of the log
-        return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
+        return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.names)
     if variable.min > 0.0 and variable.quantity != "mass":
         low, high = scales.range(variable)
         low, high = max(low, variable.min), min(high, variable.max)
@@ -244,9 +251,9 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
 
 
 class Floor(NamedTuple):
-    """Lower bound of a parameter: the name of another parameter, and whether it is strict."""
+    """Lower bound of a parameter: the largest of other parameters, and whether it is strict."""
 
-    name: str
+    names: tuple[str, ...]
     strict: bool
 
 

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
@@ -50,6 +50,7 @@ class Passed(NamedTuple):
     interrupted: bool
     context: Context
     pairs: Pairs
+    judged: Callable[[Container[str]], list[Fit]]  # the same fits, without some models
 
 
 def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:

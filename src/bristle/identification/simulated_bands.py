@@ -182,7 +182,10 @@ class Bands:
 
 
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
-    """Return the half-width of the 95 % band around the effort of each row [N or N*m]; without draws, parameters are fixed."""
+    """Return the half-width of the 95 % band around the effort of each row [N or N*m]; without draws, parameters are fixed.
+
+    Draws that diverge are left out; InputError if most diverge.
+    """
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []
     for body, contact in zip(bands.models(plant, MEMBERS), bands.models(friction, MEMBERS), strict=True):
@@ -192,6 +195,12 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
             for segment, turns in zip(dataset.segments, starts, strict=True)
         ]
         members.append(dataset.rows_of(efforts))
+    drawn, members = len(members), [member for member in members if np.all(np.isfinite(member))]
+    if 2 * len(members) < drawn:
+        mend = "Fit another model to this log"
+        raise InputError(
+            f"diverges with {drawn - len(members)} of {drawn} draws of its parameters", path="model", value=friction.name, mend=mend
+        )
     spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
     in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)
     return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)

@@ -1,5 +1,6 @@
 """The friction of a fit in the form of a drive: a table of velocity and effort, or levels."""
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
@@ -48,8 +49,8 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
         Velocity [m/s or rad/s], ascending, and the force to feed forward [N or N*m], including the offset, without inertia.
         The table covers the velocities of the log, in both directions if the log has both. Straight lines between the
         entries follow the steady friction as closely as possible. The table is shorter if fewer entries suffice.
-        Zero speed has two entries, -0.0 and +0.0, one per direction. The table is empty for a plant on a spring,
-        which has no steady motion, and for a log without sliding (`Fit.never_slid`).
+        Zero speed has two entries, -0.0 and +0.0, one per direction. The table is empty for a plant on a spring and for a
+        force that hardens without bound, which have no steady motion, and for a log without sliding (`Fit.never_slid`).
 
     Raises
     ------
@@ -135,11 +136,21 @@ def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:
     halves: list[tuple[float, float]] = []
     for direction, side, ascending in _branches(fit) if len(models) > 1 else ():
         speeds = side[-1, 0] * np.geomspace(1e-6, 1.0, COARSE // 2)
-        own, *drawn = ([steady_force(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
+        own, *drawn = ([_or_infinite(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
         spread = NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
+        if not np.all(np.isfinite(spread)):  # half of the draws harden without bound
+            return []
         velocities = ascending[:, 0]
         halves += zip(velocities.tolist(), np.interp(np.abs(velocities), speeds, spread).tolist(), strict=True)
     return halves
+
+
+def _or_infinite(model: Model, v: float) -> float:
+    """Return the steady friction force [N or N*m], infinite if it grows without bound."""
+    try:
+        return steady_force(model, v)
+    except InputError:
+        return math.inf
 
 
 def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
@@ -164,7 +175,10 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
-    sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
+    try:
+        sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
+    except InputError:  # the force hardens without bound
+        return []
     return [(direction, side, side if direction > 0.0 else -side[::-1]) for direction, side in sides]
 
 
@@ -238,15 +252,16 @@ def reversal_distance(model: Model, fastest: float) -> float:
     way = np.diff(WAY, prepend=0.0).tolist()
     x, before = 0.0, 0.0
     forces: list[float] = []
-    for direction in (-1.0, 1.0):
-        before = forces[-1] if forces else 0.0
-        forces = []
-        for pace in way:
-            x += direction * pace
-            force, move = component.trial(state, memory, Motion(direction * speed, x), pace / speed, p)
-            state = component.commit(state, memory, move, p)
-            forces.append(force)
-    change = np.array(forces) - before
+    with np.errstate(over="ignore", invalid="ignore"):  # a force that grows without bound has no such distance
+        for direction in (-1.0, 1.0):
+            before = forces[-1] if forces else 0.0
+            forces = []
+            for pace in way:
+                x += direction * pace
+                force, move = component.trial(state, memory, Motion(direction * speed, x), pace / speed, p)
+                state = component.commit(state, memory, move, p)
+                forces.append(force)
+        change = np.array(forces) - before
     enough = SETTLED_SHARE * change[-1]
     first = int(np.argmax(change >= enough))
     return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0

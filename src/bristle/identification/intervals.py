@@ -1,0 +1,61 @@
+"""The intervals of the best model; a model whose intervals fail gives way to the next."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from bristle.core.axis import Axis
+from bristle.core.edge import between
+from bristle.core.errors import InputError
+from bristle.identification.least_squares import Report
+from bristle.identification.observed_fit import foreseen
+from bristle.identification.second_pass import Passed
+from bristle.identification.settings import Settings
+from bristle.identification.simulated_bands import with_loops
+from bristle.identification.uncertainty import with_uncertainty
+from bristle.logs.log import Log
+
+WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
+WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
+DRAWING = 8  # duration of the intervals in fits
+NUMERIC = (ArithmeticError, ValueError)
+"""Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
+
+
+def with_intervals(
+    passed: Passed, draws: int, settings: Settings, pairs: Sequence[tuple[Log, Axis | None]], share: Callable[[str], Report]
+) -> tuple[Passed, str]:
+    """Return a pass whose best fit has intervals, and a remark about interrupted work; InputError if the last model fails."""
+    # An observer moves one mass: of an elastic axis, the fit in the low band remains.
+    observed = passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
+    while True:
+        (best, *rest), remark = passed.fits, ""
+        report, estimation = share(f"fitting {best.name} to simulated logs"), passed.estimations[best.name]
+        try:
+            best = with_uncertainty(best, estimation, draws, settings, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
+            if observed:
+                logs = [log for log, _ in passed.pairs]
+                best = foreseen(best, estimation, passed.context, logs, between(report, 0.5 * DRAWING, DRAWING))
+            best = with_loops(best, passed.pairs)
+        except KeyboardInterrupt:
+            remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
+        except NUMERIC as error:
+            if not rest:
+                raise
+            passed = _without_best(passed, error)
+            continue
+        return passed._replace(fits=[best, *rest]), remark
+
+
+def _without_best(passed: Passed, error: Exception) -> Passed:
+    """Return a pass without its best fit, whose intervals failed with this error."""
+    failed = passed.fits[0]
+    left_out = passed.left_out | {failed.name: f"its intervals from simulated logs failed: {message_of(error)}"}
+    best, *rest = passed.judged(left_out)
+    noted = (diagnostic for diagnostic in failed.diagnostics if diagnostic.code == "second_pass")
+    best = replace(best, diagnostics=(*best.diagnostics, *noted))
+    return passed._replace(fits=[best, *rest], left_out=left_out)
+
+
+def message_of(error: Exception) -> str:
+    """Return the message of an error, as the reason for an omitted model."""
+    return error.message if isinstance(error, InputError) else str(error)
