@@ -233,8 +233,8 @@ class WideRows:
             frequency = frequency_in(x, side, weight * residual, MOST_TURNS, TURNS)
             if frequency is None:
                 return
-            found = apart_from(basis, weight[:, None] * waves(x, side, frequency))
-            if np.sum((np.linalg.qr(found)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
+            columns = apart_from(basis, weight[:, None] * waves(x, side, frequency))
+            if np.sum((np.linalg.qr(columns)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
                 return
             for s in self.stretches:
                 s.columns = np.vstack([s.columns, waves(s.position, s.side, frequency).T])
