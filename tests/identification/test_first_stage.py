@@ -110,7 +110,7 @@ def test_acceleration_is_springy_in_one_sine_and_not_in_several():
 def test_the_slope_of_the_acceleration_is_kept_up_to_sixty_hertz(frequency, kept):
     time = DT * np.arange(4000)
     columns = np.stack([np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)])
-    rows = WideRows([wide._Stretch(time, columns, np.ones_like(time), np.zeros_like)], 200.0, DT, DT, 0.0)
+    rows = WideRows([wide._Stretch(time, np.ones_like(time), columns, np.ones_like(time), np.zeros_like)], 200.0, DT, DT, 0.0)
     (calm,) = rows._calm(8.0, 0.0)
     assert calm[500:-500] == pytest.approx(kept * columns[0, 500:-500], abs=0.12)
 
@@ -233,13 +233,27 @@ def test_waves_are_columns_of_all_later_fits():
     assert after.std(0) < 0.5 * before.std(0)
 
 
-def test_cogging_is_neither_inertia_nor_delay():
+@pytest.mark.parametrize("of_friction", [False, True])
+def test_a_wave_over_the_position_is_neither_inertia_nor_delay(of_friction):
     motion = sines(20.0, DT, **FAST)
     pull = 1.5 * np.sin(2.0 * np.pi * motion.position / 4e-3 + 0.5)
+    pull *= np.sign(motion.velocity) if of_friction else 1.0
     result = alignment_of([recorded(sliding_effort(motion, noise=0.0) + pull)], [None], DEFAULT)
     smooth = alignment_of([recorded(sliding_effort(motion, noise=0.0))], [None], DEFAULT)
     assert holds(result)
     assert result.mass_half_width < 2.0 * smooth.mass_half_width
+
+
+@pytest.mark.parametrize(("samples", "begin"), [(0, 0.0), (2, 1.7e9)])
+def test_warming_up_is_not_a_delay(samples, begin):
+    parts = [sines(seconds, DT, (0.03,), (hertz,), (np.pi / 2.0,)) for seconds, hertz in ((10.0, 0.6), (10.0, 1.2), (4.0, 2.5))]
+    motion = Motion(*map(np.concatenate, zip(*parts, strict=True)))
+    time = DT * np.arange(motion.time.size)
+    effort = sliding_effort(motion, noise=0.0) - 2.0 * np.sign(motion.velocity) * time / time[-1]
+    log = recorded(np.roll(effort, samples), motion._replace(time=begin + time))
+    result = alignment_of([log], [None], DEFAULT)
+    assert abs(result.delay - samples * DT) < result.delay_half_width < 0.3 * DT
+    assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.01 * TRUTH["M"]
 
 
 def test_a_spring_is_not_an_inertia():
@@ -494,7 +508,7 @@ def test_columns_of_a_slide_are_those_of_friction_in_its_direction():
     acceleration, position, *shapes = stretch.columns[:, 1000]
     assert (acceleration, position) == pytest.approx((0.0, 2000 * DT * speed), abs=1e-9)
     falls = np.exp(-0.5 / np.array(wide.SPEEDS))  # at half of the top speed
-    assert shapes == pytest.approx([speed, 1.0, *falls, *[0.0] * 5], abs=1e-9)
+    assert shapes == pytest.approx([speed, 1.0, *falls, *[0.0] * 5, 2000 * DT], abs=1e-9)
 
 
 def test_columns_without_rows_in_a_log_in_one_direction_are_dropped():
@@ -502,6 +516,6 @@ def test_columns_without_rows_in_a_log_in_one_direction_are_dropped():
     columns[2] = 1e-9
     columns[2, 0] = 1.0  # where nothing is weighed
     weight = np.where(time > 0.01, 1.0, 0.0)
-    stretches = [wide._Stretch(time, columns.copy(), weight, np.zeros_like) for _ in range(2)]
+    stretches = [wide._Stretch(time, np.sign(time), columns.copy(), weight, np.zeros_like) for _ in range(2)]
     assert WideRows(stretches, 100.0, DT, DT, 0.0).suffice()
     assert [stretch.columns.tolist() for stretch in stretches] == [columns[:2].tolist()] * 2

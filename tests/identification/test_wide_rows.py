@@ -164,10 +164,11 @@ def test_bias_of_the_inertia_by_noise_is_as_predicted(rows):
     assert noisy.bias == pytest.approx(rows.fit(60.0, 0.0, free=(False, False)).theta[0] - noisy.theta[0], rel=0.3)
 
 
-def test_waves_in_the_residual_are_columns_and_noise_is_not():
+@pytest.mark.parametrize("side", [1.0, np.sign(MOTION.velocity)])
+def test_waves_of_force_and_friction_in_the_residual_are_columns_and_noise_is_not(side):
     noise = 0.2 * np.random.default_rng(2).standard_normal(EFFORT.size)
     for size, shown in ((0.0, False), (3.0, True)):
-        found = rows_of(EFFORT + noise + size * np.sin(2.0 * np.pi * MOTION.position / 0.004))
+        found = rows_of(EFFORT + noise + size * side * np.sin(2.0 * np.pi * MOTION.position / 0.004))
         before = found.stretches[0].columns.shape[0]
         found.find_waves(0.0)
         assert (found.stretches[0].columns.shape[0] > before) is shown

@@ -7,10 +7,10 @@ narrow low-pass filter `H`, in which noise is negligible,
 .. math:: X^T W H W \left[u(t + \tau) - X \theta + \tau' \tfrac{d}{dt} X \theta - c\, \tfrac{d^2}{dt^2} X \theta\right]
    = 0 .
 
-`X` contains the acceleration, friction by direction, nonlinear in the speed, a spring, and the waves over the position
-that the residual shows. `W` removes slow parts: in pre-sliding, friction turns after the motion, as if the effort were
-late. A first-order filter of time constant `T` is a delay of `T` with :math:`c = T^2 / 2`, positive if the effort passed
-it. A `c` that is not significant is shrunk to zero.
+`X` contains the acceleration, friction by direction, nonlinear in the speed, its linear change over the log, a spring, and
+the waves of force and friction over the position that the residual shows. `W` removes slow parts: in pre-sliding,
+friction turns after the motion, as if the effort were late. A first-order filter of time constant `T` is a delay of `T`
+with :math:`c = T^2 / 2`, positive if the effort passed it. A `c` that is not significant is shrunk to zero.
 
 `H` has the largest cut-off that neither encoder noise nor the estimates at lower cut-offs contradict [2]_. Errors come
 from a jackknife over blocks of time. If all cut-offs contradict each other, the errors are scaled until some agree [3]_.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -43,9 +43,10 @@ SINGULAR = 1e-9  # for normal equations with a unit diagonal
 
 @dataclass
 class _Stretch:
-    """A stretch of the log on the grid of the wide rows: position, regressor (column, row), weight, and effort at a delay [s]."""
+    """A stretch of the log on the wide rows: position, side of motion, regressor (column, row), weight, effort at a delay [s]."""
 
     position: np.ndarray
+    side: np.ndarray
     columns: np.ndarray
     weight: np.ndarray
 
@@ -222,22 +223,21 @@ class WideRows:
         return squares[0] - squares[1]
 
     def find_waves(self, delay: float) -> None:
-        """Add waves over the position found in the residual: cogging, pitch of a screw."""
+        """Add waves of force and friction over the position found in the residual: cogging, pitch of a screw."""
         for _ in range(WAVES):
-            weight, x = self._together("weight"), self._together("position")
+            weight, x, side = map(self._together, ("weight", "position", "side"))
             rows = weight * self._together("columns")
             target = weight * np.hstack(self._efforts(delay))[0]
             basis = np.linalg.qr(rows.T)[0]
             residual = apart_from(basis, target)
-            frequency = frequency_in(x, None, weight * residual, MOST_TURNS, TURNS)
+            frequency = frequency_in(x, side, weight * residual, MOST_TURNS, TURNS)
             if frequency is None:
                 return
-            pair = weight[:, None] * waves(x, None, frequency)
-            pair = apart_from(basis, pair)
-            if np.sum((np.linalg.qr(pair)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
+            columns = apart_from(basis, weight[:, None] * waves(x, side, frequency))
+            if np.sum((np.linalg.qr(columns)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
                 return
             for s in self.stretches:
-                s.columns = np.vstack([s.columns, waves(s.position, None, frequency).T])
+                s.columns = np.vstack([s.columns, waves(s.position, s.side, frequency).T])
             self.narrow.clear()
             self.passed = None
 
@@ -256,7 +256,7 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
             for part in log.segments or (slice(0, len(log)),):
                 if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
                     segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
-                    parts.append(segment)
+                    parts.append(replace(segment, time=segment.time - log.time.values[0]))
                     # White noise above the cut-off determines the total noise; it is at least that of rounding.
                     noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
         speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
@@ -302,6 +302,9 @@ def _stretch(
             along = speed * side > 0.0
             for rate in rates:
                 yield np.where(along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0)
+        if not few:
+            # While an axis warms up, faster motions at the end of a log seem to have another delay.
+            yield np.sign(speed) * segment.time
         for wave in plant:
             yield from (bend(wave * segment.position) for bend in (np.cos, np.sin))
         yield from ((segment.position - segment.position.mean()) ** power for power in range(2, degree + 1))
@@ -321,4 +324,5 @@ def _stretch(
     edge = int(EDGE / (stride * dt))
     weight[:edge], weight[-edge:] = 0.0, 0.0
     effort = spline_filter1d(segment.effort)
-    return _Stretch(smooth[0] + segment.position[0], rows, weight, lambda delay: at_spline(effort, delay / dt)[::stride])
+    position, side = smooth[0] + segment.position[0], np.sign(smooth[1])
+    return _Stretch(position, side, rows, weight, lambda delay: at_spline(effort, delay / dt)[::stride])
