@@ -110,11 +110,12 @@ def test_a_connection_that_had_the_token_is_not_dropped_for_a_stranger(server):
     sends = server.raw(f"PUT {case}/files HTTP/1.1\r\n{head}content-length: 6\r\n\r\nabc".encode())
     time.sleep(0.1)
     with kept, sends, strangers(server, 20):
-        longest_wait(server, 2)
+        for _ in range(2):  # more often than the server ends silent connections, on a busy machine, too
+            longest_wait(server, 1)
+            kept.sendall(f"GET {case} HTTP/1.1\r\n{head}\r\n".encode())
+            assert status_of(kept) == 200
         sends.sendall(b"def")
         assert status_of(sends) == 201
-        kept.sendall(f"GET {case} HTTP/1.1\r\n{head}\r\n".encode())
-        assert status_of(kept) == 200
 
 
 @pytest.mark.slow
