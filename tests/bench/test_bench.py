@@ -74,6 +74,11 @@ def test_a_faulty_answer_becomes_a_status(tmp_path, data, result, status):
     assert (fault.status, bool(fault.reason)) == (status, True)
 
 
+def test_a_fault_names_the_line_in_which_it_arises(tmp_path, data):
+    text = "def fit(train): return 2\ndef predict(fitted, motion):\n    return scaled(fitted)\ndef scaled(value):\n    return value['mass']"
+    assert replies(tmp_path, text, data)["predict"].reason.startswith("line 5: TypeError")
+
+
 def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
     assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "line 1: RuntimeError: no"
 
@@ -287,8 +292,43 @@ def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
     law = competitor.feedforward(fitted, reference)
     kept = ("J", "lambda_", "K_1", "cutoff")
     assert {key: law.values[key] for key in kept} == {key: LAW.values[key] for key in kept}
+    if name == "predictive_reversal":
+        assert 1.0 < law.values["lead"] / reference.sample_time < 5.0
     if name == "asymptotic_observer":
         assert (law.values["g_2"] - law.values["g_1"]) ** 2 > 8.0 * CONTACT["sigma_0"] / 3.0  # real eigenvalues for each stiffness
+
+
+def learning_law(axis):
+    from bristle.bench.competitors import adaptive_hysteresis, stops
+
+    reference = replace(record(1.3).motion, axis=axis)
+    fitted = stops.fit([record(1.0)])
+    return reference, stops.feedforward(fitted, reference), adaptive_hysteresis.feedforward(fitted, reference)
+
+
+def test_the_first_weights_of_the_learning_law_are_the_feedforward_of_the_stops():
+    from bristle import hysteresis
+    from bristle.engine import response
+
+    reference, fed, law = learning_law(replace(AXIS, controller=LAW, resolution=1e-7))
+    weights = [law.values[f"w_{number}"] for number in range(7)]
+    assert max(weights) > 1.0
+    thresholds = law.values["reach"] / 6.0 * np.arange(1, 7)
+    stops = hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=weights[1:] / thresholds)
+    assert weights[0] + response(stops, reference.position - reference.position[0]) == pytest.approx(fed, abs=1e-9)
+
+
+def test_the_learning_law_learns_a_constant_force_within_an_eighth_of_a_second():
+    from bristle import friction, plants
+    from bristle.core import Experiment
+    from bristle.simulation import compensation_experiment, simulate
+
+    _, _, law = learning_law(replace(AXIS, controller=LAW, resolution=1e-9))
+    force, still = law.values["w_0"] + 2.0, friction.coulomb(F_C=0.0)
+    disturbance = np.full(126, force)
+    loops = compensation_experiment(plants.inertia(M=3.0), still, still, law, np.zeros(126), 1e-3, disturbance=disturbance)
+    learned = simulate(Experiment("loop", "translational", loops.variants[:1])).variants[loops.variants[0].name].controller
+    assert learned.values["w_0"] - law.values["w_0"] == pytest.approx(2.0 * (1.0 - np.exp(-1.0)), rel=0.1)
 
 
 def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
@@ -298,18 +338,18 @@ def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
     monkeypatch.setattr(
         simulated, "log_of", lambda truth: (Log.from_columns({"time": TIME, "position": log.position, "effort": log.effort}), AXIS)
     )
-    monkeypatch.setattr(simulated, "peak_to_peak", lambda variant, number: seen.append(variant) or 1.0)
+    monkeypatch.setattr(simulated, "peak_to_peak", lambda variant, number: seen.append(variant) or 4.0 / len(seen))
     (task,) = tasks_named(("unknown_axis",))
     data = task.data(task.cases[0], 5)
     effort = np.arange(data.reference.time.size, dtype=float)
-    data.left(None, effort)
-    data.left(LAW, None)
-    delay = seen[0].run.delay
+    assert (data.left(None, effort), data.left(LAW, None)) == (1.0 / 2.0, 1.0 / 3.0)
+    plain, fed, led = seen  # the loop without compensation once for all competitors
+    delay = fed.run.delay
     assert delay > 0
-    assert np.array_equal(seen[0].injected[:-delay], effort[delay:])
-    assert seen[0].controller is data.reference.axis.controller
-    assert seen[1].controller is LAW
-    assert seen[1].injected is None
+    assert np.array_equal(fed.injected[:-delay], effort[delay:])
+    assert plain.controller is fed.controller is data.reference.axis.controller
+    assert led.controller is LAW
+    assert plain.injected is led.injected is None
 
 
 def test_the_stops_feed_forward_all_but_the_inertia():

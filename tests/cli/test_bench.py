@@ -48,4 +48,4 @@ def test_a_run_without_a_possible_task_leaves_the_board(folder, capsys, monkeypa
     assert run("right.py", "least_squares") == 1
     assert (folder / "out" / "score-board.json").read_text() == before
     assert set(json.loads(before)["scores"]["force"]["tasks"]["cogging"]) == {"right", "least_squares"}
-    assert "no task can run" in capsys.readouterr().err
+    assert "no task can run with these competitors" in capsys.readouterr().err

@@ -100,10 +100,10 @@ def test_a_bar_ends_at_thirty_percent():
 
 def test_an_unknown_gain_has_its_reason():
     contradicted = Some(contradiction=1)
-    assert no_gain(None, None, usable=True).remark == "needs controller and reference"
-    assert no_gain(Some(), contradicted, usable=True).remark == "the simulated loop does not match the log"
-    assert no_gain(Some(), None, usable=True).remark == "a simulated loop is unstable"
-    assert no_gain(Some(), contradicted, usable=False).remark == "measure again"
+    assert no_gain(None, None, None, usable=True).remark == "the axis file has no controller"
+    assert no_gain(Some(), contradicted, None, usable=True).remark == "the simulated loop does not match the log"
+    assert no_gain(Some(), None, None, usable=True).remark == "a simulated loop is unstable"
+    assert no_gain(Some(), contradicted, None, usable=False).remark == "measure again"
 
 
 def test_a_step_separates_sentence_and_command():

@@ -22,7 +22,7 @@ class _DivergedError(Exception):
 
 
 def following_error(effort_along: Callable[[Record], np.ndarray], reference: Record, mass: float) -> np.ndarray:
-    r"""Return the following error of the known loop along a reference [m or rad], shape (sample,); not finite if it diverges.
+    r"""Return the following error of the known loop along a reference [m or rad], shape (sample,); not finite if the first pass diverges.
 
     A pass :math:`G` simulates the loop of a mass, with the rest of the effort along a motion `x` as a disturbance. Its fixed
     point :math:`G(x) = x` is the loop of the axis with this effort, for any mass. Plain passes diverge where a contact is

@@ -89,7 +89,7 @@ class Data:
     loop_mass: float = 0.0
     truth: Mapping[str, float] = field(default_factory=dict)
     left: Callable[[Model | None, np.ndarray | None], float] | None = None
-    """Following error of the axis [m] with another law and a feedforward effort; None is the law of the loop, and no effort."""
+    """Share of the following error that another law and a feedforward effort leave; None is the law of the loop, and no effort."""
 
 
 def smoothed(signal: np.ndarray, dt: float, axis: Axis) -> np.ndarray:

@@ -7,8 +7,8 @@ import json
 import threading
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -109,8 +109,6 @@ class Bench:
     tasks: tuple[Task, ...]
     competitors: tuple[Competitor, ...]
     date: str
-    slow: set[tuple[str, Competitor]] = field(default_factory=set)
-    """Tasks and competitors of which one case took too long: the others are not tried."""
 
     @property
     def seed(self) -> int:
@@ -149,7 +147,8 @@ class Bench:
             else:
                 missing.append(unit)
         before, spent, threads = len(finished), 0.0, workers or core_count()
-        with closing(Here(self._result, threads).results(missing)) as results:  # type: ignore[arg-type]
+        result_of = partial(self._result, slow=set())
+        with closing(Here(result_of, threads).results(missing)) as results:  # type: ignore[arg-type]
             for unit, result in results:
                 text = as_json(result)
                 folder.write(f"{self.date}/{unit.file}", text)  # type: ignore[attr-defined]
@@ -162,8 +161,8 @@ class Bench:
                     )
         return finished
 
-    def _result(self, unit: Any) -> dict[str, Any]:
-        """Return the scores of a competitor on a case."""
+    def _result(self, unit: Any, slow: set[tuple[str, str]]) -> dict[str, Any]:
+        """Return the scores of a competitor on a case, not tried if another case of the task was too slow; `slow` holds these."""
         import time
 
         task, case, competitor = unit
@@ -171,12 +170,12 @@ class Bench:
         with _LOCK:
             data = _data(task.name, case, self.seed)
         began = time.monotonic()
-        if (task.name, competitor) in self.slow:
+        if (task.name, competitor.name) in slow:
             answered = dict.fromkeys(functions, Fault(SLOW, SLOW_AXIS))
         else:
             answered = answers(Orders.of(competitor.content, functions, data), LIMIT)
         if any(isinstance(answer, Fault) and answer.status == SLOW for answer in answered.values()):
-            self.slow.add((task.name, competitor))
+            slow.add((task.name, competitor.name))
         replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answered
         scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
         return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}

@@ -88,7 +88,7 @@ def _parameters(answer: Mapping[str, float], data: Data, rng: np.random.Generato
 
 def _compensation(answer: tuple[Model | None, np.ndarray | None], data: Data, rng: np.random.Generator) -> Score:
     assert data.left is not None
-    return Score(100.0 * data.left(*answer) / data.left(None, None))
+    return Score(100.0 * data.left(*answer))
 
 
 SCORING: dict[str, Callable[[Any, Data, np.random.Generator], Score]] = {

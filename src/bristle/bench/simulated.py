@@ -76,6 +76,7 @@ def _in_presliding(case: str, drawn: Mapping[str, float], rng: np.random.Generat
     contact = truth.friction.with_values(**drawn, wavelength=float(rng.uniform(4e-6, 12e-6)))
     log, axis = log_of(replace(truth, friction=contact))
     variant = loop(setting("set_c")["none"], contact.with_values(seed=int(rng.integers(2**30))), None)
+    without = peak_to_peak(variant, 0)
     run, plain = variant.run, replace(axis, columns={}, text=b"")
     time = run.sample_time * np.arange(round(run.duration / run.sample_time))
     position = np.asarray(variant.reference.component.sample(time, variant.reference.parameters)[0])
@@ -83,7 +84,7 @@ def _in_presliding(case: str, drawn: Mapping[str, float], rng: np.random.Generat
     def left(law: Model | None, effort: np.ndarray | None) -> float:
         # The controller knows a feedforward ahead by its delay.
         ahead = None if effort is None else np.append(effort[run.delay :], np.full(run.delay, effort[-1]))
-        return peak_to_peak(replace(variant, controller=law or variant.controller, injected=ahead), 0)
+        return peak_to_peak(replace(variant, controller=law or variant.controller, injected=ahead), 0) / without
 
     assert log.effort is not None
     train = Record.of(log.time.values, log.position.values, log.effort.values, plain)

@@ -101,7 +101,7 @@ def _run(bench: Bench, output: Output, workers: int | None) -> int:
             finished = bench.run(folder, workers, report)
         further = bench.further(folder)
         if not finished:
-            complain(f"no task can run: {output.out} is unchanged")
+            complain(f"no task can run with these competitors: the board in {output.out} is unchanged")
             return NO
         summary = board(bench, finished, provenance=provenance(output.command))
         for name, text in {DATA: as_json(summary), PAGE: page(summary)}.items():

@@ -273,7 +273,7 @@ def mark_window(axes: Axes, times: np.ndarray) -> None:
 def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:
     """Plot (velocity, effort) of each direction separately, so that no line joins the two sides of rest."""
     forward = ~np.signbit(points[:, 0])
-    for side in (forward, ~forward):  # the name belongs beside the right end
+    for side in (forward, ~forward):  # the name belongs at the right end
         if side.any():
             axes.plot(*points[side].T, label=name, **look)
             name = "_same"

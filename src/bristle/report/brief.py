@@ -122,11 +122,10 @@ def _width(estimates: list[Estimate]) -> str:
 def _gain(simulation: SimulationResult | None, following: Following | None, axis: Axis | None) -> list[Line]:
     """Return the following error without and with friction feedforward."""
     if simulation is None:
-        lacking = "the axis file has no controller" if axis is None or axis.controller is None else "the log has no reference of a loop"
-        return [Line("Gain", f"not simulated: {lacking}")]
+        return [Line("Gain", f"not simulated: {no_gain(simulation, following, axis, usable=True).remark}")]
     gain = gain_of(simulation)
     if gain is None or not gain.steps or (following is not None and following.contradiction is not None):
-        return [Line("Gain", f"not predicted: {no_gain(simulation, following, usable=True).remark}")]
+        return [Line("Gain", f"not predicted: {no_gain(simulation, following, axis, usable=True).remark}")]
     return [Line("Gain", gain.headline, "gain"), Line("", "(following error, simulated: confirm on the machine)")]
 
 

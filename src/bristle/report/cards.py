@@ -64,6 +64,9 @@ def labelled(label: str, texts: Sequence[str]) -> list[Line]:
     return [Line("" if place else label, text) for place, text in enumerate(texts)]
 
 
+COMPARE = "`bristle compare before.csv after.csv --axis axis.toml`"
+
+
 class Step(NamedTuple):
     """The next step: a sentence, and a command to copy."""
 
@@ -114,13 +117,13 @@ def gain_card(gain: Gain) -> Card:
     return Card("Gain, simulated", factor, f"{label.lower()} of one mass: {change}")
 
 
-def no_gain(simulation: SimulationResult | None, following: Following | None, *, usable: bool) -> Card:
+def no_gain(simulation: SimulationResult | None, following: Following | None, axis: Axis | None, *, usable: bool) -> Card:
     """Return the card of a gain that is unknown, with the reason."""
     reason = "a simulated loop is unstable"
     if not usable:
         reason = "measure again"
     elif simulation is None:
-        reason = "needs controller and reference"
+        reason = "the axis file has no controller" if axis is None or axis.controller is None else "the log has no reference of a loop"
     elif following is not None and following.contradiction is not None:
         reason = "the simulated loop does not match the log"
     return Card("Gain", "–", reason, open=True)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core import number, unit_of, with_unit
-from bristle.report.cards import Card, Step
+from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.log import log_facts
 from bristle.report.messages import as_data, message, picked
@@ -31,7 +31,7 @@ WORDS = {
 }
 SHORT = {"root mean square": "rms", "largest in a cycle": "peak"}
 MOST_CARDS = 4
-MORE = "record ten cycles or more of one motion on each side, with the reference: `bristle compare before.csv after.csv --axis axis.toml`"
+MORE = f"record ten cycles or more of one motion on each side, with the reference: {COMPARE}"
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 

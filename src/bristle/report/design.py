@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from bristle.core import number, unit_of, with_unit
 from bristle.loop import Design
-from bristle.report.cards import Card, Step
+from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
@@ -116,7 +116,7 @@ def circle_table(design: Design) -> Table:
 
 
 COPY = "copy these gains: `bristle run EXPERIMENT.toml`"
-MEASURE = "record the machine before and after: `bristle compare before.csv after.csv --axis axis.toml`"
+MEASURE = f"record the machine before and after: {COMPARE}"
 GAINS = """“Tuned” is the present law with new gains. They give a phase margin of 40° and a gain margin of two, for small and large
 motions. “With an observer” is a proportional-derivative law with a disturbance observer and the same margins. Both loops use
 feedforward along the desired motion. Both assume that the real axis has the friction of the model."""

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from bristle.core import unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
-from bristle.report.cards import Step, cards_of, gain_card, no_gain
+from bristle.report.cards import COMPARE, Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
 from bristle.report.judgement import WRITTEN_BY, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from bristle.report.compensation import Gain
     from bristle.simulation import Prediction, SimulationResult
 
-ENTER = "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv --axis axis.toml`"
+ENTER = f"enter the values on the machine, record again, and measure the gain with {COMPARE}"
 PAIRS_SHOWN = 20
 BY_POSITION = """bristle fitted the model to the position. The figures below show the effort along the measured motion, from which the
 search started. This effort is noisy, because the second derivative of the position amplifies noise."""
@@ -139,7 +139,7 @@ def identification_report(
         ruling if sides else ruling._replace(reasons=_merged(ruling.reasons)),
         title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
-        cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, usable=usable)])],
+        cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, axis, usable=usable)])],
         next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
         feedforward=feedforward_of(identification),

@@ -8,7 +8,7 @@ import numpy as np
 from bristle.core import Kind, Model, Status, unit_of, with_unit
 from bristle.identification import Settings
 from bristle.logs import Log
-from bristle.report.cards import Card, Step
+from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.log import log_facts
 from bristle.report.loops import component_table
 from bristle.report.messages import advice_of, as_data, notes_of
@@ -129,7 +129,7 @@ def _front(prediction: Prediction, friction: Model, log: Log, name: str, *, own_
     if own_log:
         then = "predict a log of another motion: `bristle predict model.toml OTHER --axis axis.toml`"
     elif ruling.level == "usable":
-        then = "record without and with this feedforward: `bristle compare before.csv after.csv --axis axis.toml`"
+        then = f"record without and with this feedforward: {COMPARE}"
     force, length, percent = (prediction.metrics.get(key) for key in ("force_rmse", "position_rmse", "force_error_percent"))
     title, cards, unit = "No signal to compare", list[Card](), unit_of("force", kind)
     if isinstance(force, (int, float)):

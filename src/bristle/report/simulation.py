@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from bristle.core import NORMAL_95, Diagnostic, Status, unit_of
-from bristle.report.cards import Card, Step
+from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
 from bristle.report.messages import as_data
@@ -15,7 +15,7 @@ from bristle.report.table import fixed, length_text
 from bristle.simulation import SimulationResult, VariantResult, swing_at_worst_reversal
 
 BETTER = "find better gains: `bristle design EXPERIMENT.toml`"
-ON_THE_MACHINE = "record the machine without and with compensation: `bristle compare before.csv after.csv --axis axis.toml`"
+ON_THE_MACHINE = f"record the machine without and with compensation: {COMPARE}"
 
 
 def simulation_report(
