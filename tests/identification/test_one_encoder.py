@@ -85,12 +85,16 @@ def test_both_masses_and_their_sum_are_those_of_the_drive(seed):
         assert abs(getattr(coupling, name) - truth) < getattr(coupling, f"{name}_half_width")
 
 
-def test_the_more_precise_frequency_is_reported():
+def test_the_more_precise_mass_and_frequency_are_reported():
     _, pairs, response, coupling = found_in(742)
     assert coupling.antiresonance_half_width <= response.antiresonance_half_width
     width = 0.5 * coupling.antiresonance_half_width
     sharp = with_masses(response._replace(antiresonance_half_width=width), pairs)
     assert (sharp.antiresonance, sharp.antiresonance_half_width) == (response.antiresonance, width)
+    assert coupling.mass_half_width < 2.0 * response.mass_half_width
+    width = 0.4 * coupling.mass_half_width  # friction doubles the error of the response
+    sharp = with_masses(response._replace(mass_half_width=width), pairs)
+    assert (sharp.mass, sharp.mass_half_width) == (response.mass, 2.0 * width)
 
 
 def test_a_load_that_vibrates_for_long_does_not_change_the_sum_of_the_masses():
@@ -200,6 +204,14 @@ def test_a_fit_that_contradicts_the_response_does_without_it():
     assert np.min(np.abs(np.array([coupling.antiresonance, coupling.resonance]) / truth - 1.0)) > 0.1  # the error of the response
     assert np.max(np.abs(np.array([with_both.antiresonance, with_both.resonance]) / truth - 1.0)) < 0.01
     assert abs(with_both.mass / drive.total - 1.0) < 0.01
+
+
+def test_a_fit_that_is_less_precise_than_the_response_does_not_contradict_it():
+    drive, _, coupling, with_both = found_in(1409)
+    for name in ("antiresonance", "resonance"):
+        truth = getattr(drive, name)
+        assert abs(getattr(coupling, name) / truth - 1.0) < 0.02
+        assert abs(getattr(with_both, name) / truth - 1.0) < 0.03
 
 
 def test_short_strokes_have_no_masses():

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ from bristle.identification.two_encoders import (
     MassFit,
     Prior,
     Record,
+    Solved,
     half_width,
     spectra_of,
 )
@@ -49,7 +51,8 @@ HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
 OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
 DAMPED, RUBS = 0.03, 0.1  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
 ALIKE = 0.2  # largest relative difference of antiresonance and resonance of the fit from those of the response
-CONTRADICTED = 20.0  # standard errors of the response, from which the fit differs without it as prior knowledge
+OF_FRICTION = 2.0  # factor of the half-width of the mass of the response: error by friction at low frequencies
+CONTRADICTED = 10.0  # standard errors, by which the fit without the response as prior knowledge differs from it
 
 
 class OneEncoder(MassFit):
@@ -99,19 +102,20 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
     if spectra is None:
         return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
     start = np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0])
-    left = np.zeros((spectra.frequency.size, 1, 1), complex)
-    free, fit = OneEncoder(spectra, UNKNOWN, left), OneEncoder(spectra, prior, left)
-    differs = np.abs(_frequencies(free.converged(start)[1]) - frequencies)
-    contradicted = bool(np.max(differs / prior.errors) > CONTRADICTED and np.max(differs) < math.log1p(ALIKE))
-    solved = (free if contradicted else fit).solution(start)
+    solved, contradicted = _solution(OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex)), start)
     masses, fitted = solved.masses, _frequencies(solved.point)
     if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not np.max(np.abs(fitted - frequencies)) < math.log1p(ALIKE):
         return coupling._replace(masses=f"the fit of both masses has other frequencies than the frequency response. {EXCITE}")
     hertz, ratio = np.exp(fitted) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
-    of_fit = zip(half_width(hertz, hertz * solved.error(_frequencies)).tolist(), hertz.tolist(), strict=True)
-    of_response = ((coupling.antiresonance_half_width, coupling.antiresonance), (coupling.resonance_half_width, coupling.resonance))
-    antiresonance, resonance = of_fit if contradicted else map(min, of_fit, of_response)  # the more precise estimate of both
-    total = float(masses.values[M_1] + masses.values[M_2])
+    total, spread = np.sum(masses.values[: M_2 + 1]), solved.error(lambda points: points[..., M_1] + points[..., M_2])
+    values, errors = np.array([*hertz, total]), np.array([*(hertz * solved.error(_frequencies)), spread])
+    of_fit = zip(half_width(values, errors).tolist(), values.tolist(), strict=True)
+    of_response = (
+        (coupling.antiresonance_half_width, coupling.antiresonance),
+        (coupling.resonance_half_width, coupling.resonance),
+        (OF_FRICTION * coupling.mass_half_width, coupling.mass),
+    )
+    antiresonance, resonance, mass = of_fit if contradicted else map(min, of_fit, of_response)  # the more precise estimate of both
     return coupling._replace(
         antiresonance=antiresonance[1],
         antiresonance_half_width=antiresonance[0],
@@ -119,10 +123,21 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
         resonance_half_width=resonance[0],
         inertia_ratio=ratio,
         inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
-        mass=total,
-        mass_half_width=half_width(total, float(solved.error(lambda points: points[..., M_1] + points[..., M_2]))),
+        mass=mass[1],
+        mass_half_width=mass[0],
         masses=masses,
     )
+
+
+def _solution(fit: OneEncoder, start: np.ndarray) -> tuple[Solved, bool]:
+    """Return the solution near a start, or that without prior knowledge if it contradicts this knowledge; and whether it does."""
+    prior, free = fit.prior, replace(fit, prior=UNKNOWN)
+    differs = np.abs(_frequencies(free.converged(start)[1]) - prior.values)
+    if np.max(differs / prior.errors) > CONTRADICTED and np.max(differs) < math.log1p(ALIKE):
+        solved = free.solution(start)
+        if np.max(differs / np.hypot(prior.errors, solved.error(_frequencies))) > CONTRADICTED:
+            return solved, True
+    return fit.solution(start), False
 
 
 class Response(NamedTuple):
