@@ -8,7 +8,7 @@ from tests.arm.conftest import DT, Pendulum, swing
 
 import bristle as br
 from bristle.core import InputError
-from bristle.report.arm import joints_table
+from bristle.report.arm import arm_sentence, joints_table
 
 JOINTS = """schema = 1
 kind = "rotational"
@@ -37,16 +37,25 @@ class Link(Pendulum):
 
 
 @pytest.fixture
-def arm(tmp_path, monkeypatch):
-    """Return an identified pendulum with Coulomb friction of 3 N*m and damping of 2 N*m*s/rad."""
+def identified(tmp_path, monkeypatch):
+    """Return the identification of a pendulum with Coulomb friction of 3 N*m, damping of 2 N*m*s/rad and a further effort."""
     monkeypatch.setattr("bristle.arm.identify.read_robot", lambda content: Link())
-    _, q, v, a = swing(1, 40.0, seed=3, amplitude=1.2)
-    effort = (INERTIA + ROTOR) * a + GRAVITY * np.sin(q) + 3.0 * np.sign(v) + 2.0 * v
-    rows = np.column_stack([DT * np.arange(len(q)), q, effort])
-    np.savetxt(tmp_path / "arm.csv", rows, "%.12g", ",", header="t,q,u", comments="")
-    (tmp_path / "arm.urdf").write_text("<robot/>")
-    (tmp_path / "joints.toml").write_text(JOINTS)
-    return br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml"))
+
+    def of(further=lambda q: 0.0 * q, joints=JOINTS, pressure=0.0, begin=0.0):
+        t, q, v, a = swing(1, 40.0, seed=3, amplitude=1.2)
+        push = np.sin(5.0 * t)
+        effort = (INERTIA + ROTOR) * a + GRAVITY * np.sin(q) + 3.0 * np.sign(v) + 2.0 * v + further(q) + pressure * push[:, None]
+        np.savetxt(tmp_path / "arm.csv", np.column_stack([begin + t, q, effort, push]), "%.15g", ",", header="t,q,u,p", comments="")
+        (tmp_path / "arm.urdf").write_text("<robot/>")
+        (tmp_path / "joints.toml").write_text(joints)
+        return br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml"))
+
+    return of
+
+
+@pytest.fixture
+def arm(identified):
+    return identified()
 
 
 def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
@@ -66,3 +75,45 @@ def test_a_file_without_joints_is_refused(arm, tmp_path):
     (tmp_path / "joints.toml").write_text(JOINTS.partition("[[joint]]")[0])
     with pytest.raises(InputError, match="joint: is missing"):
         br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", tmp_path / "joints.toml")
+
+
+def gravity_of(arm):
+    return {entry.name: 9.81 * entry.value for entry in arm.dynamics.base}["hinge.mc_x"]
+
+
+@pytest.mark.parametrize("line", ["", 'plant = { spring = "cubic" }'])
+def test_a_cable_is_found_and_does_not_bend_the_bodies(identified, line):
+    arm = identified(lambda q: 6.0 * q + 4.0 * q**2 + 8.0 * q**3, f"{JOINTS}{line}")
+    assert arm.pulled == (() if line else ("hinge",))
+    assert arm.tables["hinge"]["plant"]["spring"] == "cubic"
+    assert gravity_of(arm) == pytest.approx(GRAVITY, rel=0.15)  # 1.6 of it without the cable
+    assert ("cable into hinge" in arm_sentence(arm)) is not bool(line)
+
+
+@pytest.mark.parametrize("further", [lambda q: 0.0 * q, lambda q: 8.0 * q**3])
+def test_no_spring_without_a_cable_or_against_the_axis_file(identified, further):
+    final = JOINTS.replace("decimation = 4", "decimation = 4\nsettings = { lines_gain = 1 }")
+    arm = identified(further, JOINTS if further(2.0) == 0.0 else final)
+    assert (arm.pulled, "plant" in arm.tables["hinge"]) == ((), False)
+
+
+def test_a_known_column_does_not_bend_the_bodies(identified):
+    arm = identified(joints=f'{JOINTS}[[joint.known]]\ncolumn = "p"\n', pressure=20.0)
+    assert gravity_of(arm) == pytest.approx(GRAVITY, rel=0.02)
+
+
+def test_an_arm_needs_neither_kind_nor_times_in_its_log(identified, tmp_path):
+    joints = JOINTS.replace('kind = "rotational"\n', "").replace('time = "t"\n', "")
+    arm = identified(joints=f"{joints}timing = {{ sample_time = {DT} }}\n")
+    (axis,) = arm.write(tmp_path / "arm")
+    assert axis.mass == pytest.approx(arm.dynamics.rotors[0])
+    result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
+    assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)
+
+
+@pytest.mark.parametrize(("begin", "span"), [(1.7e9, ""), (7.0, '[log]\nspan = ["9 s", "35 s"]\n')])
+def test_an_arm_is_identified_on_any_stretch_of_time(identified, tmp_path, begin, span):
+    arm = identified(joints=JOINTS.replace("[[joint]]", f"{span}[[joint]]"), begin=begin)
+    (axis,) = arm.write(tmp_path / "arm")
+    result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
+    assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)

@@ -1,6 +1,7 @@
 """A fleet as data: a row for each log, a column for each parameter with its interval, and logs that keep their numbers."""
 
 import importlib
+from pathlib import Path
 from types import SimpleNamespace as Some
 
 import pytest
@@ -153,6 +154,8 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     row = Identifier(fleet(log("a")))._numbers(log("a"))
     assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
     assert settings == [{"lines_gain": 1.0}]  # the logs of a fleet have the same plant: no second pass
+    Identifier(fleet(log("a")), models=Path())._numbers(log("a"))
+    assert settings[1:] == [{}]  # the axes of a trace may have different plants
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
     with pytest.raises(InputError, match="has changed since the command began"):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))
@@ -180,6 +183,12 @@ def test_axes_of_a_fleet_are_of_a_single_kind_and_plant(logs, axes, fits):
     else:
         with pytest.raises(InputError, match="describe axes of different kinds"):
             fleet_of([logs], axes=described)
+
+
+def test_axes_of_a_common_trace_may_have_different_terms(logs):
+    trace = next(path for path in Path(logs).rglob("*") if path.is_file())
+    columns = fleet_of([trace], axes=[Axis(name="turn"), Axis(name="lift", spring="cubic")]).columns
+    assert {"plant.M", "plant.spring_3", "friction.F_C"} <= set(columns)
 
 
 def test_fleets_differ_by_the_axes_and_not_by_their_order(logs):

@@ -79,6 +79,14 @@ def test_a_table_of_the_results_names_the_second_table_by_its_full_path(tmp_path
     assert again.regressors == axis.regressors
 
 
+def test_a_log_without_times_uses_its_sample_time(tmp_path, second):
+    written(tmp_path / "timeless.csv", "x,u", POSITION, EFFORT)
+    text = AXIS.replace('time = { column = "t", unit = "s" }\n', "") + '[timing]\nsample_time = "1 ms"\n'
+    (tmp_path / "timeless.toml").write_text(text + '[[known]]\ncolumn = "belt tension"\nfile = "belt.csv"\n')
+    recorded = read_log(tmp_path / "timeless.csv", read_axis(tmp_path / "timeless.toml"))
+    assert recorded.regressors[0].values == pytest.approx(TENSION, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [

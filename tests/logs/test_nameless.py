@@ -110,7 +110,26 @@ def test_noise_has_no_role():
 def test_names_with_a_meaning_are_no_numbers():
     assert not is_nameless(read_table(b"q1,q2\n" + table_of(ONE.q, ONE.v)))
     assert is_nameless(read_table(table_of(ONE.q, ONE.v)))
-    assert proposed_roles(read_table(b"time,position\n" + table_of(T, ONE.q))) == ()
+
+
+@pytest.mark.parametrize(
+    ("heads", "unit"),
+    [
+        ("t,q1 [deg],q2 [deg],u1 [N*m],u2 [N*m]", 'position = { unit = "deg" }'),
+        ("t,phi_1,phi_2,tau_1,tau_2", 'position = { unit = "?" }'),
+        ("t,J1_act,J2_act,J1_cur,J2_cur", 'position = { unit = "?" }'),  # recognised by the signals only
+    ],
+)
+def test_numbered_names_are_joints(heads, unit):
+    joints = [Joint(1), Joint(2)]
+    data = table_of(T, *(joint.q for joint in joints), *(joint.u for joint in joints))
+    proposal = propose_axis(f"{heads}\n".encode() + data)
+    names = [head.partition(" ")[0] for head in heads.split(",")]
+    found = {(entry.role, entry.joint): entry.column for entry in proposal.roles if entry.joint}
+    expected = [("position", 1), ("position", 2), ("effort", 1), ("effort", 2)]
+    assert found == dict(zip(expected, names[1:], strict=True))
+    assert unit in proposal.text
+    assert proposal.text.count("[[joint]]") == 2
 
 
 def test_two_joints_give_an_axis_file_with_two_tables_and_no_channels(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.motion import Motion, motion_of
-from bristle.arm.parameters import Dynamics, identify_dynamics
+from bristle.arm.parameters import Dynamics, identify_dynamics, joints_with_springs
 from bristle.arm.robot import Robot, read_robot
 from bristle.core import SIZE_LIMIT, Axis, Content, InputError, KnownColumn, Model, Readable, cached_property, content_of
 from bristle.files import as_toml, axes_in, joints_in, read_axis, write_whole
@@ -31,6 +31,8 @@ class Arm:
     """Axis file of each joint, by name."""
     file: Content
     """The robot file."""
+    pulled: tuple[str, ...] = ()
+    """The joints with a spring or a cable that bristle found."""
 
     def axes(self, folder: Path) -> list[Axis]:
         """Return the axis of each joint with the effort of the arm as a known column, for results in a folder."""
@@ -63,7 +65,7 @@ class Arm:
             entry = {"column": COLUMN, "name": COLUMN, "coefficient": 1.0, "file": f"{name}.csv"} | (
                 {"log": motion.log} if motion.log else {}
             )
-            plant = {"inertia" if table.get("kind") == "rotational" else "mass": rotor} | table.get("plant", {})
+            plant = {"inertia" if table["kind"] == "rotational" else "mass": rotor} | table.get("plant", {})
             axis = table | {"plant": plant, "known": [*table.get("known", []), entry]}
             head = f"# Effort of the arm: SHA-256 {hashlib.sha256(known_effort).hexdigest()}\n"
             if name in self.dynamics.rotors_in_sums:
@@ -103,8 +105,20 @@ def identify_arm(log: Readable, robot: Readable, axis: Readable, *, size_limit: 
     described = content_of(axis)
     tables = joints_in(described)
     file = content_of(robot)
-    moved, motion = read_robot(file).of(list(tables)), read_joints(log, axes_in(described), size_limit=size_limit)[1]
-    return Arm(moved, identify_dynamics(moved, motion), motion, tables, file)
+    axes, moved = axes_in(described), read_robot(file).of(list(tables))
+    logs, motion = read_joints(log, axes, size_limit=size_limit)
+    tables = {name: {"kind": log.kind, **table} for (name, table), log in zip(tables.items(), logs, strict=True)}
+    pulled = [name for name in joints_with_springs(moved, motion) if _is_open(axes[name])]
+    for name in pulled:
+        tables[name]["plant"] = {**tables[name].get("plant", {}), "spring": "cubic"}
+        axes[name] = replace(axes[name], spring="cubic")
+    motion = motion_of(logs, axes) if pulled else motion
+    return Arm(moved, identify_dynamics(moved, motion), motion, tables, file, tuple(pulled))
+
+
+def _is_open(axis: Axis) -> bool:
+    """Return whether an axis file leaves it to bristle to find a spring."""
+    return axis.spring is None and float(axis.settings.get("lines_gain", 0.0)) < 1.0
 
 
 def read_joints(log: Readable, axes: Mapping[str, Axis], *, size_limit: int = SIZE_LIMIT) -> tuple[list[Log], Motion]:
@@ -112,7 +126,7 @@ def read_joints(log: Readable, axes: Mapping[str, Axis], *, size_limit: int = SI
     if not axes:
         raise InputError("is missing", path="joint", mend="Write a [[joint]] table into the axis file for each joint of the robot")
     logs = [read_log(log, joint, size_limit=size_limit) for joint in axes.values()]
-    return logs, motion_of(logs, list(axes))
+    return logs, motion_of(logs, axes)
 
 
 def logs_of_joints(folder: Path | str, log: Readable, *, size_limit: int = SIZE_LIMIT) -> dict[str, tuple[Log, Axis]]:

@@ -1,15 +1,16 @@
 """The common motion of the joints of an arm, and the parts of the joint efforts that friction may explain."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core import InputError
+from bristle.core import Axis, InputError
 from bristle.core.lazy import cached_property
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import period_of
+from bristle.plants.terms import SPRINGS
 
 BANDWIDTH = 20.0  # of the rigid-body motion [Hz]: filter of logs with a higher rate
 ROWS_PER_PERIOD = 2.5  # of the bandwidth
@@ -29,6 +30,8 @@ class Motion:
     effort: np.ndarray
     step: int  # samples for each row of the identification
     log: str = ""  # its mark
+    terms: tuple[np.ndarray, ...] = ()
+    """Columns of the spring and of the known forces of each joint, each of shape (sample, column)."""
 
     @cached_property
     def rows(self) -> slice:
@@ -49,11 +52,12 @@ class Motion:
         return longest if max(apart) < REPEATED else None
 
     def friction_columns(self, joint: int) -> np.ndarray:
-        """Return columns that span the friction of a joint, shape (row, column): pre-sliding, fall over speed, damping, constant."""
+        """Return columns that span the friction and the terms of a joint: pre-sliding, fall over speed, damping, terms, constant."""
         q, v = self.position[self.rows, joint], self.velocity[self.rows, joint]
         elements = stops(q, WIDTHS * np.ptp(q))
         fall = np.exp(-np.abs(v)[:, None] / (SPEEDS * np.max(np.abs(v))))
-        return np.hstack([elements, elements[:, :1] * fall, v[:, None], np.ones((len(q), 1))])
+        terms = [self.terms[joint][self.rows]] if self.terms else []
+        return np.hstack([elements, elements[:, :1] * fall, v[:, None], *terms, np.ones((len(q), 1))])
 
 
 def stops(position: np.ndarray, widths: np.ndarray) -> np.ndarray:
@@ -66,18 +70,19 @@ def stops(position: np.ndarray, widths: np.ndarray) -> np.ndarray:
     return forces
 
 
-def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
+def motion_of(logs: Sequence[Log], axes: Mapping[str, Axis]) -> Motion:
     """Return the common motion of the logs of all joints, with derivatives along each stretch without a gap."""
     from scipy.interpolate import make_interp_spline
 
-    first, dt = logs[0], float(logs[0].sample_time)
-    for name, log in zip(names, logs, strict=True):
+    first, dt, begin = logs[0], float(logs[0].sample_time), next(iter(axes))
+    for name, log in zip(axes, logs, strict=True):
         if log.effort is None:
             raise InputError("has no effort", path=f"joint {name}", mend="Name its column under [columns]")
         if not np.array_equal(log.time.values, first.time.values):
-            raise InputError(f"has other times than {names[0]}", path=f"joint {name}", mend="Record all joints in one log")
+            raise InputError(f"has other times than {begin}", path=f"joint {name}", mend="Record all joints in one log")
     step = max(int(1.0 / (dt * BANDWIDTH * ROWS_PER_PERIOD)), 1)
     recorded = np.array([[log.position.values for log in logs], [log.effort.values for log in logs if log.effort is not None]])
+    terms = [_terms(log, axis) for log, axis in zip(logs, axes.values(), strict=True)]
     signals = {name: np.empty(recorded.shape[1:]) for name in ("position", "velocity", "acceleration", "effort")}
     for part in first.segments or (slice(0, len(first)),):
         times = first.time.values[part]
@@ -85,4 +90,20 @@ def motion_of(logs: Sequence[Log], names: Sequence[str]) -> Motion:
         spline = make_interp_spline(times, position, k=5, axis=1)
         for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
             signal[:, part] = values
-    return Motion(first.time.values, **{name: signal.T for name, signal in signals.items()}, step=step, log=first.origin.mark)
+        for forces in terms if step > 1 else ():
+            forces[:, part] = low_passed(forces[:, part], BANDWIDTH, dt)
+    columns = {name: signal.T for name, signal in signals.items()}
+    mark, forces = first.origin.mark, tuple(forces.T for forces in terms)
+    return Motion(first.time.values, **columns, step=step, log=mark, terms=forces)
+
+
+def _terms(log: Log, axis: Axis) -> np.ndarray:
+    """Return the forces of spring and known columns of a joint, apart from their factors, shape (column, sample)."""
+    springs = cable(log.position.values)[: SPRINGS.get(axis.spring or "", 0)]
+    return np.vstack([springs, *(column.values for column in log.regressors)])
+
+
+def cable(position: np.ndarray) -> np.ndarray:
+    """Return the powers of a position that span the force of a cable, each at most 1, shape (power, sample)."""
+    place = (position - np.mean(position)) / (np.ptp(position) or 1.0)
+    return np.array([place**power for power in range(1, SPRINGS["cubic"] + 1)])

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.arm.motion import Motion
+from bristle.arm.motion import Motion, cable
 from bristle.arm.robot import OF_BODY, Robot, pseudo_inertia
 from bristle.core.least_squares import apart_from, unbounded
 
@@ -32,6 +32,7 @@ SEARCH = 100  # evaluations
 ROTOR_SHARE = 0.5  # of the sum of rotor and body, at first
 TO_PRIOR = 1e-2  # weight of the bodies in the file, against the residual of one row
 ROTOR = "J"
+SPRING_GAIN = 0.1  # fall of the held-out error of a joint: a smaller gain can come from wrong bodies or friction
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,32 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
         for place, row, value, half in zip(places, factors, base, half_widths, strict=True)
     ]
     return Dynamics(tuple(described), bodies, rotors, np.linalg.norm(residual, axis=1) / np.linalg.norm(effort, axis=0))
+
+
+def joints_with_springs(robot: Robot, motion: Motion) -> list[str]:
+    """Return the joints whose effort shows a spring or a cable: it lowers the held-out error beside any bodies and friction."""
+    q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
+    columns, blocks = with_rotors(robot.regressor(q, v, a), a)[..., base_of(robot)[0]], _blocks(motion)
+    pulled = list[str]()
+    for joint, name in enumerate(robot.names):
+        free = np.hstack([motion.friction_columns(joint), columns[:, joint]])
+        tried = np.hstack([free, cable(q[:, joint]).T])
+        basis, upper = np.linalg.qr(tried / (np.linalg.norm(tried, axis=0) + np.finfo(float).tiny))
+        independent = np.abs(np.diag(upper)) > ALIKE**0.5
+        without, beside = basis[:, : free.shape[1]][:, independent[: free.shape[1]]], basis[:, independent]
+        if _held_out(beside, effort[:, joint], blocks) < (1.0 - SPRING_GAIN) * _held_out(without, effort[:, joint], blocks):
+            pulled.append(name)
+    return pulled
+
+
+def _held_out(basis: np.ndarray, effort: np.ndarray, blocks: Sequence[np.ndarray]) -> float:
+    """Return the norm of the residuals of each block with the coefficients of all other blocks, for orthonormal columns."""
+    residual, left = effort - basis @ (basis.T @ effort), list[np.ndarray]()
+    for rows in blocks:
+        part = basis[rows]
+        inverse = np.linalg.pinv(np.eye(part.shape[1]) - part.T @ part, rcond=1e-10, hermitian=True)
+        left.append(residual[rows] + part @ (inverse @ (part.T @ residual[rows])))
+    return float(np.linalg.norm(np.concatenate(left)))
 
 
 def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:

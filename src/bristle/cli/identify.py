@@ -249,7 +249,7 @@ def _identify_each(
     from bristle.core import content_of
     from bristle.files import axes_in, provenance
     from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.arm import arm_sections, arm_summary
+    from bristle.report.arm import arm_sections, arm_sentence, arm_summary
     from bristle.report.brief import verdict
     from bristle.report.cards import labelled
     from bristle.report.fleet import (
@@ -299,7 +299,7 @@ def _identify_each(
                 _write_arm(arm, store)
     table = logs_table(runs, summary, brief=True) if of_joints else parameters_table(summary)
     ruling, sentences = fleet_ruling(runs), fleet_sentences(summary, "axes" if of_joints else "logs")
-    sentences += ["The report shows the bodies of the arm and their base parameters."] if arm else []
+    sentences += [arm_sentence(arm)] if arm else []
     if of_joints and not (output.as_json or output.quiet):
         show_lines([verdict(ruling), *labelled("Axes", sentences)])
     output.tell(summary, table, failed_logs_table(summary), *(() if of_joints else sentences))

@@ -18,7 +18,7 @@ from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
-from bristle.logs.nameless import REVERSED, Proposed, array_roles, joint_count, proposed_roles, roles_of_joint
+from bristle.logs.nameless import REVERSED, Proposed, is_nameless, joint_count, numbered_roles, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in
@@ -212,12 +212,13 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         name, count = table.tables[0], len(table.tables)
         table = read_table(content, name, size_limit=limit)
     roles = roles_of(table)
-    proposed = proposed_roles(table) or array_roles(table, roles)
+    has_names = not is_nameless(table) and {"position", "velocity"} & set(roles.channels)
+    proposed = numbered_roles(table, roles) if has_names else proposed_roles(table)
     joints = joint_count(proposed)
     if joints:
-        roles = replace(
-            roles, channels=roles_of_joint(proposed, 1).channels | {key: roles.channels[key] for key in {"time"} & set(roles.channels)}
-        )
+        first, named = roles_of_joint(proposed, 1).channels, roles.channels if has_names else {}
+        channels = {channel: replace(named.get(channel, role), column=role.column) for channel, role in first.items()}
+        roles = replace(roles, channels=channels | {key: roles.channels[key] for key in {"time"} & set(roles.channels)})
     if not {"position", "velocity"} & set(roles.channels):
         message, mend = (
             "has no column that bristle recognises as the position",
@@ -258,7 +259,9 @@ def _text_of_joints(text: str, tables: Mapping[str, Any], proposed: Sequence[Pro
     first = roles_of_joint(proposed, 1).channels
     for channel in tables["columns"]:
         if channel != "time":
-            unit = f'{channel} = {{ unit = "{FILL_IN}" }}  # {HINTS.get(f"columns.{channel}.unit", HINTS["columns.position.unit"])}'
+            stated = tables["columns"][channel].get("unit", FILL_IN)
+            hint = f"  # {HINTS.get(f'columns.{channel}.unit', HINTS['columns.position.unit'])}" if stated == FILL_IN else ""
+            unit = f"{channel} = {{ unit = {quoted(stated)} }}{hint}"
             text = re.sub(rf"(?m)^{channel} = .*$", unit, text)
     text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("# unused columns"))
     lines = [text.rstrip("\n")]

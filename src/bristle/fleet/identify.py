@@ -105,10 +105,11 @@ class Identifier:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
             raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
-        # All axes of a fleet have the same plant: no second pass with other lines for a log.
         options: dict[str, Any] = {"settings": {}} | dict(self.fleet.options)
         thresholds = options.pop("settings")
-        settings = (thresholds.as_data() if isinstance(thresholds, Settings) else dict(thresholds or {})) | {"lines_gain": 1.0}
+        settings = thresholds.as_data() if isinstance(thresholds, Settings) else dict(thresholds or {})
+        if self.models is None:  # the logs of an axis are compared: no second pass with other lines for a log
+            settings |= {"lines_gain": 1.0}
         identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
         fit = identification.fits[0]
         if self.models is not None and axis is not None:
@@ -165,7 +166,8 @@ def fleet_of(
             mend="Compare models on one log first, then name the best model",
         )
     described: list[Any] = [AXIS(axis, "axis", None) for axis in axes] or [None]
-    if len(listed) == 1 < len(described):  # one trace of several axes
+    is_trace = len(listed) == 1 < len(described)  # of several axes
+    if is_trace:
         named = [axis.name if axis is not None else "" for axis in described]
         if len(set(named)) < len(named):
             raise InputError("must differ, because one log contains all axes", path="name", value=", ".join(named))
@@ -173,7 +175,9 @@ def fleet_of(
     axes_for(described, len(listed))
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {
-        (axis.plant, axis.gravity, axis.spring, axis.cogging, tuple(term.name for term in axis.regressors)) for axis in described if axis
+        (axis.plant, is_trace or (axis.gravity, axis.spring, axis.cogging, tuple(term.name for term in axis.regressors)))
+        for axis in described
+        if axis is not None
     }
     if len(kinds) > 1 or len(plants) > 1:
         raise InputError("the files describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")

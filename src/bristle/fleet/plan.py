@@ -57,9 +57,9 @@ class Fleet:
     @cached_property
     def parameters(self) -> dict[str, Variable]:
         """The parameters, by the column of each: those of the plant first."""
-        plant = prior_knowledge_of(self.axes[0], None, None, self.kind).plant
+        plants = [prior_knowledge_of(axis, None, None, self.kind).plant for axis in self.axes]
         friction = {name: variable for name, variable in self.model.variables.items() if not self.model.is_array(name)}
-        sections = {"plant": plant.variables, "friction": friction}
+        sections = {"plant": {name: variable for plant in plants for name, variable in plant.variables.items()}, "friction": friction}
         named = {f"{section}.{name}": variable for section, variables in sections.items() for name, variable in variables.items()}
         return {column: variable for column, variable in named.items() if not variable.choices}
 

@@ -1,4 +1,4 @@
-"""Propose a role for each column of a log without names, for one axis or several, with the evidence for each role.
+"""Propose a role for each column of a log without usual names, for one axis or several, with the evidence for each role.
 
 A column that equals the rate of another column is its velocity, and of two almost equal columns the earlier one is the
 reference. An effort contains the friction of its own joint: after a regression on the motion of all joints, it depends on
@@ -21,7 +21,7 @@ from bristle.logs.table import Table
 from bristle.logs.words import meaning_of
 
 _NUMBER = re.compile(r"[\s_\[({]*\d+[\])}]*$")  # as in column_1, data[0]
-_ARRAY = re.compile(r"(.*)\[(\d+)\]")
+_DIGITS = re.compile(r"\d+")
 MOST_ROWS, MOST_COLUMNS = 6000, 60  # of the search
 BLOCKS = (1, 3, 10)  # rows of a mean, for fine and for slow signals
 RATE, EQUAL = 0.97, 0.95  # correlation of a velocity with the rate of a position, and of a reference with its position
@@ -51,9 +51,7 @@ def is_nameless(table: Table) -> bool:
 
 
 def proposed_roles(table: Table) -> tuple[Proposed, ...]:
-    """Return a role for each column of a table whose columns differ only in their number; empty for other tables."""
-    if not is_nameless(table):
-        return ()
+    """Return a role for each column of a table from the signals alone."""
     candidates = [column for name in table.columns if (column := candidate_of(table, name, is_nameless=True)) is not None]
     described = {name: _described(name, values) for name, values in table.columns.items()}
     of_time = time_among(table, candidates)
@@ -68,23 +66,37 @@ def proposed_roles(table: Table) -> tuple[Proposed, ...]:
     return tuple(described.values())
 
 
-def array_roles(table: Table, roles: Roles) -> tuple[Proposed, ...]:
-    """Return the roles of the columns of arrays, a column for each joint, if the names of motion and effort show them; else empty."""
-    stems = {channel: _ARRAY.fullmatch(role.column) for channel, role in roles.channels.items()}
-    arrays = {channel: stem[1] for channel, stem in stems.items() if stem is not None and stem[2] == "0"}
-    counts = {channel: sum(name.startswith(f"{stem}[") for name in table.names) for channel, stem in arrays.items()}
-    count = counts.get("position", counts.get("velocity", 0))
-    if count < 2 or counts.get("effort") != count:
+def numbered_roles(table: Table, roles: Roles) -> tuple[Proposed, ...]:
+    """Return the roles of columns whose names contain the number of a joint, if the names of motion and effort show them; else empty."""
+    columns = {channel: _numbered(role.column, table.names) for channel, role in roles.channels.items() if channel != "time"}
+    joints = list(columns.get("position", columns.get("velocity", {})))
+    if len(joints) < 2 or list(columns.get("effort", {})) != joints:
         return ()
-    arrays = {channel: stem for channel, stem in arrays.items() if counts[channel] == count}
-    place = {f"{stem}[{joint}]": (channel, joint + 1) for channel, stem in arrays.items() for joint in range(count)}
+    place = {
+        name: (channel, joint)
+        for channel, named in columns.items()
+        if list(named) == joints
+        for joint, name in enumerate(named.values(), start=1)
+    }
+    if len(place) < len(joints) * sum(list(named) == joints for named in columns.values()):  # two channels share columns
+        return ()
     place |= {roles.channels["time"].column: ("time", 0)} if "time" in roles.channels else {}
-    evidence = {name: f"column {joint - 1} of an array, joint {joint}" if joint else "its name" for name, (_, joint) in place.items()}
+    evidence = {name: f"its name, as that of joint {joint}" if joint else "its name" for name, (_, joint) in place.items()}
     described = {name: _described(name, values) for name, values in table.columns.items()}
     return tuple(
         replace(entry, role=place[name][0], joint=place[name][1], evidence=evidence[name]) if name in place else entry
         for name, entry in described.items()
     )
+
+
+def _numbered(name: str, names: Iterable[str]) -> dict[int, str]:
+    """Return the columns whose names differ from a name in one of its numbers only, by this number; the largest such set."""
+    sets = list[dict[int, str]]()
+    for number in _DIGITS.finditer(name):
+        pattern = re.compile(rf"{re.escape(name[: number.start()])}(\d+){re.escape(name[number.end() :])}")
+        found = {int(match[1]): match[0] for match in map(pattern.fullmatch, names) if match is not None}
+        sets.append(dict(sorted(found.items())))
+    return max(sets, key=len, default={})
 
 
 def joint_count(proposed: Iterable[Proposed]) -> int:

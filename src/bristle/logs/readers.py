@@ -107,21 +107,27 @@ def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT)
         name = second.name_of(term.column)
         if name is None:
             raise second.missing(term.column, path)
-        own = axis.columns.get("time")
-        times = _times_of(table, None if own is None else own.name, own and own.unit, path)
-        stamps = _times_of(second, next(filter(is_time, second.names), None), None, path)
-        if times[0] < stamps[0] or times[-1] > stamps[-1]:
+        of_log = axis.columns.get("time")
+        period = axis.sample_time or table.sample_time
+        times = _times_of(table, None if of_log is None else of_log.name, of_log and of_log.unit, path, period)
+        stamps = _times_of(second, next(filter(is_time, second.names), None), None, path, second.sample_time)
+        slack = 0.5 * np.median(np.diff(stamps))  # rounded times may end before those of the log
+        low, high = axis.span or (-np.inf, np.inf)
+        used = times[(times >= low) & (times < high)]
+        if used.size and (used[0] < stamps[0] - slack or used[-1] > stamps[-1] + slack):
             span = f"{stamps[0]:g} to {stamps[-1]:g} s"
-            raise InputError(f"ends within the log, which lasts from {times[0]:g} to {times[-1]:g} s", path=f"{path}.file", value=span)
+            raise InputError(f"ends within the log, which lasts from {used[0]:g} to {used[-1]:g} s", path=f"{path}.file", value=span)
         values = second.columns[name]
         columns[term.place] = values if np.array_equal(times, stamps) else np.interp(times, stamps, values)
         units_of |= {term.place: second.units[name]} if name in second.units else {}
     return dataclasses.replace(table, columns=columns, units=units_of)
 
 
-def _times_of(table: Table, named: str | None, unit: str | None, path: str) -> np.ndarray:
-    """Return the times of the rows of a table [s]."""
+def _times_of(table: Table, named: str | None, unit: str | None, path: str, period: float | None) -> np.ndarray:
+    """Return the times of the rows of a table [s], from its column of time or its sample time."""
     name = None if named is None else table.name_of(named)
+    if name is None and period is not None:
+        return period * np.arange(max(map(len, table.columns.values())))
     if name is None:
         raise InputError("needs a column of time in both tables", path=f"{path}.file", value=str(table.source))
     return table.columns[name] * units.factor(unit or table.units.get(name, "s"), "s", path=path)

@@ -57,13 +57,24 @@ def base_table(arm: Arm) -> Table:
     return Table("The base parameters", ("Name", "Value", "Half-width (95 %)", "Unit", "Sum of"), rows)
 
 
+def arm_sentence(arm: Arm) -> str:
+    """Return where the bodies are, and the joints in which bristle found a spring or a cable."""
+    text = "The report shows the bodies of the arm and their base parameters."
+    return f"{text} {_springs(arm)}" if arm.pulled else text
+
+
+def _springs(arm: Arm) -> str:
+    return f'bristle took a spring or a cable into {", ".join(arm.pulled)}, as with `plant.spring = "cubic"` in the table of a joint.'
+
+
 def arm_sections(arm: Arm) -> list[Section]:
     """Return the sections of the report on an arm."""
     text = (
         "The efforts determine the base parameters, which are sums of the parameters of the bodies. The bodies below have these sums, "
         f"positive masses, and otherwise the values of the robot file. A rotor inertia{IN_SUM} has no value of its own: read the sum."
     )
-    return [Section("arm", "The arm", [text, joints_table(arm), base_table(arm)], "Arm")]
+    texts = [text, _springs(arm)] if arm.pulled else [text]
+    return [Section("arm", "The arm", [*texts, joints_table(arm), base_table(arm)], "Arm")]
 
 
 def arm_front(front: Front, table: Table, errors: Mapping[str, float]) -> Front:
