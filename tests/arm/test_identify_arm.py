@@ -87,7 +87,7 @@ def test_a_cable_is_found_and_does_not_bend_the_bodies(identified, line):
     assert arm.pulled == (() if line else ("hinge",))
     assert arm.tables["hinge"]["plant"]["spring"] == "cubic"
     assert gravity_of(arm) == pytest.approx(GRAVITY, rel=0.15)  # 1.6 of it without the cable
-    assert ("cable into hinge" in arm_sentence(arm)) is not bool(line)
+    assert ("spring or cable on hinge" in arm_sentence(arm)) is not bool(line)
 
 
 @pytest.mark.parametrize("further", [lambda q: 0.0 * q, lambda q: 8.0 * q**3])

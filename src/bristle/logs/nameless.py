@@ -70,15 +70,11 @@ def numbered_roles(table: Table, roles: Roles) -> tuple[Proposed, ...]:
     """Return the roles of columns whose names contain the number of a joint, if the names of motion and effort show them; else empty."""
     columns = {channel: _numbered(role.column, table.names) for channel, role in roles.channels.items() if channel != "time"}
     joints = list(columns.get("position", columns.get("velocity", {})))
-    if len(joints) < 2 or list(columns.get("effort", {})) != joints:
+    columns = {channel: named for channel, named in columns.items() if set(named) == set(joints)}
+    if len(joints) < 2 or "effort" not in columns:
         return ()
-    place = {
-        name: (channel, joint)
-        for channel, named in columns.items()
-        if list(named) == joints
-        for joint, name in enumerate(named.values(), start=1)
-    }
-    if len(place) < len(joints) * sum(list(named) == joints for named in columns.values()):  # two channels share columns
+    place = {named[number]: (channel, joint) for channel, named in columns.items() for joint, number in enumerate(joints, start=1)}
+    if len(place) < len(joints) * len(columns):  # two channels share columns
         return ()
     place |= {roles.channels["time"].column: ("time", 0)} if "time" in roles.channels else {}
     evidence = {name: f"its name, as that of joint {joint}" if joint else "its name" for name, (_, joint) in place.items()}
@@ -94,8 +90,7 @@ def _numbered(name: str, names: Iterable[str]) -> dict[int, str]:
     sets = list[dict[int, str]]()
     for number in _DIGITS.finditer(name):
         pattern = re.compile(rf"{re.escape(name[: number.start()])}(\d+){re.escape(name[number.end() :])}")
-        found = {int(match[1]): match[0] for match in map(pattern.fullmatch, names) if match is not None}
-        sets.append(dict(sorted(found.items())))
+        sets.append({int(match[1]): match[0] for match in map(pattern.fullmatch, names) if match is not None})
     return max(sets, key=len, default={})
 
 

@@ -64,7 +64,7 @@ def arm_sentence(arm: Arm) -> str:
 
 
 def _springs(arm: Arm) -> str:
-    return f'bristle took a spring or a cable into {", ".join(arm.pulled)}, as with `plant.spring = "cubic"` in the table of a joint.'
+    return f'The log shows the force of a spring or cable on {", ".join(arm.pulled)}. The model contains it (`plant.spring = "cubic"`).'
 
 
 def arm_sections(arm: Arm) -> list[Section]:
