@@ -134,6 +134,8 @@ def test_without_a_controller_two_assumed_loops_judge_a_table():
     assert effect.distance < effect.least_distance < last.distance
     assert re.match(r"the compensation helps (quick )?moves of [\d.]+ [um]m or more; shorter moves can get worse", product.notes[0])
     assert any("write [controller]" in note for note in product.notes)
+    # Nothing says whether the integral of the controller relaxes the contact: the rule at rest is that of the target.
+    assert any("at rest (velocity 0): output the entry at zero of the last direction" in note for note in product.notes)
     # The model itself leaves nothing to judge.
     assert files_for("c", export_request(axis=axis)).effect is None
 

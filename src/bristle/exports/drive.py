@@ -160,8 +160,8 @@ def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, sy
     deviation = effort.of(max(forward.deviation, backward.deviation))
     falls = any(np.any(np.diff(side.curve[:, 1]) < 0.0) for side in (forward, backward))
     off = f"differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"
-    why = ": the table leaves out friction that falls with speed, which pushes too much at a start or stop" if falls else ""
-    notes = [f"straight lines between the entries {off}{why}"]
+    reason = ": the table leaves out friction that falls with speed, which pushes too much at a start or stop" if falls else ""
+    notes = [f"straight lines between the entries {off}{reason}"]
     notes += memory_lost(model, forward.entries, backward.entries, effort)
     if symmetric:
         constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve

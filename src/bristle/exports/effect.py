@@ -156,8 +156,8 @@ class Effect:
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
         head = "simulated following error, peak to peak, without -> with compensation"
-        where = f" (loop of {number(self.loops[0], digits=2)} Hz, moves of {SHORTEST:g} s)" if self.loops else ""
-        lines = [self._verdict(), f"{head}: {self._sizes(self.moves)}{where}"]
+        loop = f" (loop of {number(self.loops[0], digits=2)} Hz, moves of {SHORTEST:g} s)" if self.loops else ""
+        lines = [self._verdict(), f"{head}: {self._sizes(self.moves)}{loop}"]
         for own in (path for path in self.along if path.motion in (LOG, EXPERIMENT)):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
@@ -201,18 +201,18 @@ class Effect:
 
     def _verdict(self) -> str:
         least, moves = self.least_distance, "quick moves" if self._is_worse_slowly else "moves"
-        said = f"the compensation helps {moves} of {self._length(least or self.moves[0].distance)} or more"
+        verdict = f"the compensation helps {moves} of {self._length(least or self.moves[0].distance)} or more"
         if math.isinf(least):
             harm = "does not help" if not any(path.is_worse for path in self.moves) else "can harm" if self.loops else "harms"
-            said = f"the compensation {harm} {moves} up to {self._length(self.moves[-1].distance)}"
+            verdict = f"the compensation {harm} {moves} up to {self._length(self.moves[-1].distance)}"
         elif least and self.assumed:
             times = number(least / self.distance, digits=2)
-            said += f", and of {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
+            verdict += f", and of {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
         harmed = [f"shorter moves {'can ' if self.loops else ''}get worse"] if 0.0 < least < math.inf else []
         if self._is_worse_slowly:
             harmed.append(f"slow moves up to {self._length(self._slow_distance)} can get worse in a stiff loop")
         mend = "switch it off there" + (", or export a model with pre-sliding (--to c)" if self.loops else "")
-        return f"{'; '.join([said, *harmed])}{f': {mend}' if least or harmed else ''}"
+        return f"{'; '.join([verdict, *harmed])}{f': {mend}' if least or harmed else ''}"
 
     def _sizes(self, moves: list[Along]) -> str:
         better, worse = ([path for path in moves if path.is_no_better == no_better] for no_better in (False, True))
