@@ -15,19 +15,8 @@ from bristle.core.experiment import Feedforward
 from bristle.engine.contact import steady_force
 from bristle.exports import effect
 from bristle.exports.described import Source
-from bristle.exports.effect import (
-    TIMES,
-    Along,
-    Effect,
-    Limits,
-    driven_by,
-    effect_in_loop,
-    effect_of_files,
-    loop_for,
-    samples_ahead,
-    sliding_level,
-    turning_distance,
-)
+from bristle.exports.effect import TIMES, Along, Effect, Limits, driven_by, effect_in_loop, effect_of_files, sliding_level, turning_distance
+from bristle.exports.loops import assumed_loops, loop_for, samples_ahead
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
@@ -144,6 +133,7 @@ def test_an_integral_follows_the_friction_of_a_slow_move_and_not_the_step_of_a_t
     effect = files_for("table", export_request(axis=None)).effect
     quick, slow = ({path.distance: path.ratio for path in effect.along if path.motion == motion} for motion in ("moves", "slow moves"))
     assert quick.keys() == slow.keys()
+    assert [loop.lasting for loop in assumed_loops(export_request(axis=None), MASS)] == [0.1, 1.0]
     assert slow[max(slow)] > 2.0 * quick[max(quick)]
 
 
