@@ -7,8 +7,7 @@ import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
 import bristle as br
-from bristle.exports import effect, fmu
-from bristle.exports.described import hash_of_model
+from bristle.exports import fmu
 from bristle.files.owned import lock
 
 AS_FOR_A_PERSON = ("lugre_2", "coulomb_3")
@@ -23,23 +22,6 @@ def alone(note):
             time.sleep(0.1)
         else:
             return
-
-
-@pytest.fixture(scope="session", autouse=True)
-def forces_known():
-    """Friction along the moves of an effect, which runs uncompiled: once for each model."""
-    known, along = {}, effect.force_along
-
-    def once(model, v, dt, x):
-        key = hash_of_model(model), model.kind, dt, v.tobytes(), x.tobytes()
-        if key not in known:
-            known[key] = along(model, v, dt, x)
-            known[key].setflags(write=False)
-        return known[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(effect, "force_along", once)
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -15,19 +15,8 @@ from bristle.core.experiment import Feedforward
 from bristle.engine.contact import steady_force
 from bristle.exports import effect
 from bristle.exports.described import Source
-from bristle.exports.effect import (
-    TIMES,
-    Along,
-    Effect,
-    Limits,
-    driven_by,
-    effect_in_loop,
-    effect_of_files,
-    loop_for,
-    samples_ahead,
-    sliding_level,
-    turning_distance,
-)
+from bristle.exports.effect import TIMES, Along, Effect, Limits, driven_by, effect_in_loop, effect_of_files, sliding_level, turning_distance
+from bristle.exports.loops import assumed_loops, loop_for, samples_ahead
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
@@ -77,7 +66,7 @@ def test_at_least_eight_targets_state_their_effect(written):
     assert len(stating) >= 8
     for name in stating:
         effect = written[name].effect
-        assert effect.in_loop
+        assert not effect.loops
         assert [each.distance / effect.distance for each in effect.along[:4]] == pytest.approx(TIMES)
         assert any("simulated following error, peak to peak, without -> with compensation" in note for note in written[name].notes)
 
@@ -101,10 +90,9 @@ def test_a_model_with_memory_helps_on_moves_that_a_table_worsens(written):
 
 def test_the_file_states_the_distance_below_which_to_switch_off(written):
     effect = written["table"].effect
-    assert effect.along[0].is_worse
-    assert not effect.along[3].is_worse
-    line = next(line for line in text_of(written["table"], "_drive.csv").splitlines() if "simulated" in line)
-    text = re.search(r"switch the compensation off in moves below ([\d.]+) (um|mm)", line)
+    assert effect.along[0].is_no_better
+    assert not effect.along[3].is_no_better
+    text = re.search(r"helps moves of ([\d.]+) (um|mm) or more; shorter moves get worse", text_of(written["table"], "_drive.csv"))
     distance = float(text[1]) * {"um": 1e-6, "mm": 1e-3}[text[2]]
     assert distance == pytest.approx(effect.least_distance, rel=0.01)
     assert effect.along[0].distance < effect.least_distance <= effect.along[3].distance
@@ -113,24 +101,51 @@ def test_the_file_states_the_distance_below_which_to_switch_off(written):
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
     wrong = loop_for(export_request())
     loop = replace(wrong, friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
-    with pytest.raises(br.core.InputError, match=r"makes the error larger .simulated following error.*--accept-harm"):
+    with pytest.raises(br.core.InputError, match=r"makes the error larger .the compensation harms moves up to .*--accept-harm"):
         files_for("table", export_request(loop=loop))
     product = files_for("table", export_request(loop=loop), accept_harm=True)
     assert product.effect.is_harmful
     assert product.effect.as_data()["harmful"] is True
 
 
-def test_without_a_controller_the_effect_is_a_residual_force():
+def test_without_a_controller_two_assumed_loops_judge_a_table():
     axis = axis_from({key: value for key, value in SCREW.items() if key != "controller"})
     product = files_for("table", export_request(axis=axis))
-    assert not product.effect.in_loop
-    first, *rest = product.effect.lines()
-    assert first.startswith("simulated residual friction force")
-    assert " %" in first
-    assert any("write [controller]" in line for line in rest)
-    assert product.effect.as_data()["unit"] == "%"
-    # The model itself leaves nothing: there is no residual to state.
+    effect = product.effect
+    slow, stiff = effect.loops
+    assert slow == pytest.approx(10.0, rel=0.01)
+    assert stiff > 3.0 * slow
+    assert effect.as_data()["assumed_loops"] == [slow, stiff]
+    # A table turns at once: within the pre-sliding distance it pushes the wrong way, far beyond it removes most of the error.
+    first, *_, last = effect.moves
+    assert first.is_worse
+    assert last.ratio < 0.5
+    assert effect.distance < effect.least_distance < last.distance
+    assert re.match(r"the compensation helps (quick )?moves of [\d.]+ [um]m or more; shorter moves can get worse", product.notes[0])
+    assert any("write [controller]" in note for note in product.notes)
+    # Nothing says whether the integral of the controller relaxes the contact: the rule at rest is that of the target.
+    assert any("at rest (velocity 0): output the entry at zero of the last direction" in note for note in product.notes)
+    # The model itself leaves nothing to judge.
     assert files_for("c", export_request(axis=axis)).effect is None
+
+
+def test_an_integral_follows_the_friction_of_a_slow_move_and_not_the_step_of_a_table():
+    effect = files_for("table", export_request(axis=None)).effect
+    quick, slow = ({path.distance: path.ratio for path in effect.along if path.motion == motion} for motion in ("moves", "slow moves"))
+    assert quick.keys() == slow.keys()
+    assert [loop.lasting for loop in assumed_loops(export_request(axis=None), MASS)] == [0.1, 1.0]
+    assert slow[max(slow)] > 2.0 * quick[max(quick)]
+
+
+@pytest.mark.parametrize("points", [3, 20])
+def test_no_table_feeds_the_peak_of_a_break_away(points):
+    """A break-away force that no log determined, ten times the sliding friction, does not reach the drive."""
+    peak = LUGRE.with_values(F_S=400.0, v_S=1e-5)
+    request = export_request(peak, axis=None, points=points, rest="held")
+    drive = TARGETS["table"].reads(TARGETS["table"].write(request).files, request)
+    still, moving = np.zeros(3), 1e-9 * np.arange(3)
+    assert np.max(np.abs(drive(np.concatenate([moving, moving[-1] + still]), DT))) < 1.05 * 40.0
+    assert any("leaves out friction that falls with speed" in note for note in TARGETS["table"].write(replace(request, points=20)).notes)
 
 
 def test_a_static_model_reports_an_assumed_distance():
@@ -187,6 +202,7 @@ def test_the_force_read_back_is_the_friction_along_the_axis(name, points, turned
         force = drive(speed * t, DT)[-1]
         exact = steady_force(STRIBECK, speed)
         allowed = 0.01 * abs(exact) if points == 20 else 0.25 * abs(exact)
+        allowed += 0.5e-3 * axis.rated if name == "tf5200" else 0.0  # integers in 0.1 %
         assert force == pytest.approx(exact, abs=allowed)
         assert abs(force) <= abs(exact) * (1.001 if points == 3 else 1.02)
 
@@ -257,8 +273,8 @@ def moved(distance, without, with_it, **others):
     return Along("moves", distance, without, with_it, **others)
 
 
-def effect_along(*along, kind="translational", distance=1e-5, assumed=False, in_loop=True):
-    return Effect(along, kind, distance, assumed, in_loop, 1)
+def effect_along(*along, kind="translational", distance=1e-5, assumed=False, loops=()):
+    return Effect(along, kind, distance, assumed, loops, 1)
 
 
 def test_errors_within_five_per_cent_count_as_equal():
@@ -275,7 +291,7 @@ def test_an_export_is_harmful_if_long_moves_or_the_log_motion_become_worse():
     assert not effect_along(better, worse).is_harmful
     assert effect_along(better, moved(1e-4, 1.0, 2.0)).is_harmful
     assert effect_along(better, Along("log", 0.0, 1.0, 2.0)).is_harmful
-    assert not effect_along(better, moved(1e-4, 1.0, 2.0), in_loop=False).is_harmful
+    assert not effect_along(better, moved(1e-4, 1.0, 2.0), loops=(10.0, 50.0)).is_harmful
 
 
 def test_the_ratio_of_an_effect_is_the_geometric_mean():
@@ -287,32 +303,43 @@ def test_the_least_distance_is_the_limit_for_switching_off():
     short, long, longer = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4), moved(3e-3, 1.0, 0.1)
     effect = effect_along(short, long, longer)
     assert effect.least_distance == 3e-4
-    assert effect.lines()[0] == (
+    assert effect.lines()[:2] == (
+        "the compensation helps moves of 300 um or more; shorter moves get worse: switch it off there",
         "simulated following error, peak to peak, without -> with compensation: "
-        "1000 mm -> 100 mm in moves of 3.00 mm; 1000 mm -> 1500 mm in moves of 10.0 um: "
-        "switch the compensation off in moves below 300 um"
+        "1000 mm -> 100 mm in moves of 3.00 mm; 1000 mm -> 1500 mm in moves of 10.0 um",
     )
     assert effect_along(long, longer).least_distance == 0.0
-    assert "switch the compensation off" not in effect_along(long, longer).lines()[0]
+    assert effect_along(long, longer).lines()[0] == "the compensation helps moves of 300 um or more"
     none = effect_along(short)
     assert none.least_distance == np.inf
-    assert none.lines()[0].endswith(": worse than no compensation")
-    assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].endswith(": no better than no compensation")
+    assert none.lines()[0] == "the compensation harms moves up to 10.0 um: switch it off there"
+    assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].startswith("the compensation does not help moves up to 10.0 um")
     text = "\n".join(effect_along(short, long, assumed=True).lines())
-    assert "in moves below 300 um, or below 30 times the true pre-sliding distance if this exceeds the assumed 10.0 um" in text
+    assert "moves of 300 um or more, and of 30 times the true pre-sliding distance if this exceeds the assumed 10.0 um; shorter" in text
     assert "the pre-sliding distance is unknown, and bristle assumes 10.0 um" in text
 
 
-def test_sizes_have_the_unit_of_the_axis_and_shares_are_in_per_cent():
+def test_an_unknown_controller_is_a_slow_loop_with_quick_moves_and_a_stiff_loop_with_slow_moves():
+    quick = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4)
+    slow = [Along("slow moves", far, 1.0, with_it) for far, with_it in ((1e-5, 2.0), (3e-4, 1.2), (3e-3, 0.5))]
+    mend = ": switch it off there, or export a model with pre-sliding (--to c)"
+    lines = effect_along(*quick, *slow, loops=(10.0, 50.0)).lines()
+    said = "the compensation helps quick moves of 300 um or more; shorter moves can get worse"
+    assert lines[0] == f"{said}; slow moves up to 300 um can get worse in a stiff loop{mend}"
+    assert lines[1].endswith("1000 mm -> 1500 mm in moves of 10.0 um (loop of 10 Hz, moves of 0.1 s)")
+    assert lines[2].startswith("slow moves: 1000 mm -> 500 mm in moves of 3.00 mm; 1000 mm -> 2000 mm in moves of 10.0 um")
+    assert lines[2].endswith("(loop of 50 Hz, moves of 1 s)")
+    assert "the controller is unknown" in lines[-1]
+    # Slow moves that get worse, but are shorter than the limit of quick ones, need no limit of their own.
+    lines = effect_along(*quick, slow[0], slow[2], loops=(10.0, 50.0)).lines()
+    assert lines[0] == f"the compensation helps moves of 300 um or more; shorter moves can get worse{mend}"
+
+
+def test_sizes_have_the_unit_of_the_axis():
     turning = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational")
-    assert turning.lines()[0].startswith(
+    assert turning.lines()[1].startswith(
         "simulated following error, peak to peak, without -> with compensation: 10.0 urad -> diverges in moves of 200 urad"
     )
-    force = effect_along(moved(2e-4, 50.0, 10.0), in_loop=False)
-    assert force.lines()[0].startswith("simulated residual friction force, ")
-    assert force.lines()[0].endswith(": 50.0 % -> 10.0 % in moves of 200 um")
-    assert "the controller is unknown" in force.lines()[-1]
-    assert force.as_data()["unit"] == "%"
     data = turning.as_data()
     assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, None)
     assert data["along"] == [
@@ -396,7 +423,7 @@ def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypat
 
     def judged(variant, compensated, limits, distance, ahead):
         asked.append((variant, limits, ahead))
-        return Effect((), "translational", 1e-5, assumed=False, in_loop=True, ahead=ahead)
+        return Effect((), "translational", 1e-5, assumed=False, loops=(), ahead=ahead)
 
     monkeypatch.setattr(effect, "effect_in_loop", judged)
     assert effect.effect_of_law(loop).ahead == 3

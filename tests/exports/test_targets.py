@@ -113,7 +113,7 @@ def test_the_example_writes_the_friction_in_the_units_of_the_log(tmp_path):
         speed, effort = table[name][-1]
         assert speed == pytest.approx(200.0)
         assert 50.0 * effort == pytest.approx(way * steady_force(model, way * 0.2), rel=1e-4)
-    assert result.notes[0].startswith("simulated residual friction force, rms in % of sliding friction, without -> with compensation: ")
+    assert result.notes[0].startswith("the compensation helps moves of ")
     assert sum(note.startswith("the drive takes 16 entries") for note in result.notes) == 1
 
 

@@ -23,7 +23,7 @@ from bristle.exports.targets import Product, Request
 from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
-from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error
+from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error, without_fall
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, drive_units, log_units, table_units
 
 if TYPE_CHECKING:
@@ -142,7 +142,8 @@ def side_of(model: Model, direction: float, fastest: float, points: int) -> Side
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
     curve, unresolved = curve_of(model, direction, fastest)
-    return Side(curve, curve[placed(curve, points)], unresolved)
+    rising = without_fall(curve)
+    return Side(curve, rising[placed(rising, points)], unresolved)
 
 
 def mean_side(forward: Side, backward: Side, points: int) -> Side:
@@ -150,14 +151,18 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
     speeds = np.union1d(forward.curve[:, 0], backward.curve[:, 0])
     forces = [np.interp(speeds, side.curve[:, 0], side.curve[:, 1]) for side in (forward, backward)]
     curve = np.column_stack([speeds, 0.5 * (forces[0] + forces[1])])
-    return Side(curve, curve[placed(curve, points)], 0.5 * (forward.unresolved + backward.unresolved))
+    rising = without_fall(curve)
+    return Side(curve, rising[placed(rising, points)], 0.5 * (forward.unresolved + backward.unresolved))
 
 
 def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
     """Return the losses of a table, one sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
-    notes = [f"straight lines between the entries differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"]
-    notes += memory_lost(model, forward.curve, backward.curve, effort)
+    falls = any(np.any(np.diff(side.curve[:, 1]) < 0.0) for side in (forward, backward))
+    off = f"differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"
+    reason = ": the table leaves out friction that falls with speed, which pushes too much at a start or stop" if falls else ""
+    notes = [f"straight lines between the entries {off}{reason}"]
+    notes += memory_lost(model, forward.entries, backward.entries, effort)
     if symmetric:
         constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
@@ -179,7 +184,7 @@ def level_losses(
         f"level plus viscous friction is at most {both} below the steady friction of the model, and never above it; "
         f"the level alone is at most {alone} below it"
     )
-    jumps = () if turns else memory_lost(model, curves[1.0], curves[-1.0], effort)
+    jumps = () if turns else memory_lost(model, without_fall(curves[1.0]), without_fall(curves[-1.0]), effort)
     return (head, *jumps, *_variation_lost(model))
 
 

@@ -4,30 +4,45 @@ bristle reads the numbers of the files back and simulates a drive that feeds for
 go from rest to rest with dwells in between, forward and backward, over 1, 3, 10 and 30 times the pre-sliding distance.
 Inside that distance a compensator without memory may push in the wrong direction. The effort of acceleration equals
 that of sliding friction. A second simulation feeds forward a tenth more friction: friction falls as an axis warms up,
-and with too much compensation an integrating controller may hunt. If no loop is known, the residual friction force
-after compensation along the same moves replaces the following error.
+and with too much compensation an integrating controller may hunt.
+
+If the controller is unknown, two loops with an integral replace it. In a loop as slow as its quick moves of 0.1 s, a
+compensation that pushes too much displaces the axis. In a loop as stiff as the sample time allows, the integral alone
+follows the friction of a slow move of 1 s, and the step of a table without memory disturbs it.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
 from bristle.core.experiment import Feedforward, Start, Variant
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
-from bristle.engine import force_along, interpreted, response
-from bristle.exports.moves import FASTEST, SHORTEST, TIMES, Limits, limits_within, moves_over, sliding_level, turning_distance
+from bristle.engine import response
+from bristle.exports.loops import Assumed, assumed_loops, loop_for, samples_ahead
+from bristle.exports.moves import (
+    FASTEST,
+    MOVES,
+    SHORTEST,
+    SLOW,
+    SLOW_MOVES,
+    TIMES,
+    Limits,
+    limits_within,
+    moves_over,
+    sliding_level,
+    turning_distance,
+)
 from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.identification.parameters import offset_of
 from bristle.references import recorded
-from bristle.simulation.compensation import COMPENSATED, compensation_experiment, settling
+from bristle.simulation.compensation import settling
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
 from bristle.simulation.two_masses import screw_of, table_of
@@ -39,14 +54,15 @@ Drive = Callable[[np.ndarray, float], np.ndarray]
 SERIOUS = 10.0  # An export that is worse from this distance on, or along the motion of the log, is refused
 WORSE = 1.05  # ratio of two errors that count as different
 TINY = 1e-12  # an error or a ratio below it counts as zero
-MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
+FARTHER = (*TIMES, 100.0)  # distances of the moves over the pre-sliding distance, if the controller is unknown
+LOG, EXPERIMENT = "log", "experiment"
 
 
 class Along(NamedTuple):
     """One motion: its kind, its distance (0 for a log), and the error without and with the export.
 
     `not_ahead` is the error if the desired motion is not fed ahead, `too_much` the error with a tenth too much friction
-    fed forward. In a loop errors are peak to peak [m or rad]; without a loop they are rms in % of the sliding friction.
+    fed forward. Errors are peak to peak [m or rad].
     """
 
     motion: str
@@ -91,8 +107,8 @@ class Effect:
         Pre-sliding distance: displacement after a reversal over which friction changes its sign [m or rad].
     assumed : bool
         Whether `distance` is an assumption, because neither model nor axis file has one.
-    in_loop : bool
-        Whether errors come from a simulated loop; otherwise they are residual forces.
+    loops : tuple of float
+        Bandwidths of the assumed loops [Hz], of moves and of slow moves; empty for the loop of the axis.
     ahead : int
         Samples by which the desired motion is fed ahead.
     """
@@ -101,7 +117,7 @@ class Effect:
     kind: Kind
     distance: float
     assumed: bool
-    in_loop: bool
+    loops: tuple[float, ...]
     ahead: int
 
     @property
@@ -113,7 +129,7 @@ class Effect:
     def is_harmful(self) -> bool:
         """Whether the export increases the error along the motion of the log, or along moves far longer than `distance`."""
         far = SERIOUS * (1.0 - 1e-9) * self.distance
-        return self.in_loop and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
+        return not self.loops and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
 
     @property
     def ratio(self) -> float:
@@ -127,20 +143,26 @@ class Effect:
         below = max((path.distance for path in self.moves if path.is_no_better), default=0.0)
         return min((path.distance for path in self.moves if path.distance > below), default=math.inf) if below else 0.0
 
+    @property
+    def _slow_distance(self) -> float:
+        """Distance up to which slow moves can get worse in a stiff loop [m or rad]; 0 if none does."""
+        return max((path.distance for path in self.along if path.motion == SLOW_MOVES and path.is_no_better), default=0.0)
+
+    @property
+    def _is_worse_slowly(self) -> bool:
+        """Whether slow moves can get worse over distances over which quick moves improve."""
+        return self._slow_distance >= self.least_distance and self._slow_distance > 0.0
+
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
-        better, worse = ([path for path in self.moves if path.is_no_better == no_better] for no_better in (False, True))
-        worst = max(worse, key=lambda path: path.ratio, default=None)
-        chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
-        sizes = "; ".join(f"{self._change(path)} in moves of {self._length(path.distance)}" for path in chosen if path)
-        head = (
-            "simulated following error, peak to peak" if self.in_loop else "simulated residual friction force, rms in % of sliding friction"
-        )
-        head += ", without -> with compensation"
-        lines = [f"{head}: {sizes}{self._switch()}"]
-        for own in (path for path in self.along if path.motion != MOVES):
+        head = "simulated following error, peak to peak, without -> with compensation"
+        loop = f" (loop of {number(self.loops[0], digits=2)} Hz, moves of {SHORTEST:g} s)" if self.loops else ""
+        lines = [self._verdict(), f"{head}: {self._sizes(self.moves)}{loop}"]
+        for own in (path for path in self.along if path.motion in (LOG, EXPERIMENT)):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
+        if slow := [path for path in self.along if path.motion == SLOW_MOVES]:
+            lines.append(f"slow moves: {self._sizes(slow)} (loop of {number(self.loops[-1], digits=2)} Hz, moves of {SLOW:g} s)")
         # The move that suffers most from a tenth too much friction.
         worst = max(self.moves, key=lambda path: -1.0 if path.is_worse else path.too_much / max(path.without, TINY))
         if not (worst.is_worse or math.isnan(worst.too_much)):
@@ -154,15 +176,14 @@ class Effect:
                 f"the pre-sliding distance is unknown, and bristle assumes {self._length(self.distance)}: "
                 "write presliding under [plant] of the axis file"
             )
-        if not self.in_loop:
+        if self.loops:
             lines.append(
-                "bristle simulates no following error, because the controller is unknown: write [controller] with model, k_p and k_v "
-                "into the axis file"
+                "the controller is unknown: for the effect in its loop, write [controller] with model, k_p and k_v into the axis file"
             )
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the effect as data for JSON, in SI units of the axis or in %; null for infinite or missing values."""
+        """Return the effect as data for JSON, in SI units of the axis; null for infinite or missing values."""
 
         def finite(value: float) -> float | None:
             return value if math.isfinite(value) else None
@@ -173,22 +194,31 @@ class Effect:
             for path in self.along
         ]
         return (
-            {"quantity": "following_error" if self.in_loop else "residual_force"}
-            | {"unit": unit_of("length", self.kind) if self.in_loop else "%"}
+            {"quantity": "following_error", "unit": unit_of("length", self.kind), "assumed_loops": list(self.loops)}
             | {"presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead}
             | {"harmful": self.is_harmful, "least_distance": finite(self.least_distance), "along": along}
         )
 
-    def _switch(self) -> str:
-        if self.least_distance == 0.0:
-            return ""
-        if math.isinf(self.least_distance):
-            return f": {'worse' if any(path.is_worse for path in self.along) else 'no better'} than no compensation"
-        limit = f": switch the compensation off in moves below {self._length(self.least_distance)}"
-        if not self.assumed:
-            return limit
-        times = number(self.least_distance / self.distance, digits=2)
-        return f"{limit}, or below {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
+    def _verdict(self) -> str:
+        least, moves = self.least_distance, "quick moves" if self._is_worse_slowly else "moves"
+        verdict = f"the compensation helps {moves} of {self._length(least or self.moves[0].distance)} or more"
+        if math.isinf(least):
+            harm = "does not help" if not any(path.is_worse for path in self.moves) else "can harm" if self.loops else "harms"
+            verdict = f"the compensation {harm} {moves} up to {self._length(self.moves[-1].distance)}"
+        elif least and self.assumed:
+            times = number(least / self.distance, digits=2)
+            verdict += f", and of {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
+        harmed = [f"shorter moves {'can ' if self.loops else ''}get worse"] if 0.0 < least < math.inf else []
+        if self._is_worse_slowly:
+            harmed.append(f"slow moves up to {self._length(self._slow_distance)} can get worse in a stiff loop")
+        mend = "switch it off there" + (", or export a model with pre-sliding (--to c)" if self.loops else "")
+        return f"{'; '.join([verdict, *harmed])}{f': {mend}' if least or harmed else ''}"
+
+    def _sizes(self, moves: list[Along]) -> str:
+        better, worse = ([path for path in moves if path.is_no_better == no_better] for no_better in (False, True))
+        worst = max(worse, key=lambda path: path.ratio, default=None)
+        chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
+        return "; ".join(f"{self._change(path)} in moves of {self._length(path.distance)}" for path in chosen if path)
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"
@@ -196,7 +226,7 @@ class Effect:
     def _size(self, value: float) -> str:
         if not math.isfinite(value):
             return "diverges"
-        return self._length(value) if self.in_loop else f"{number(value, digits=3)} %"
+        return self._length(value)
 
     def _length(self, value: float) -> str:
         if self.kind == "rotational":
@@ -235,17 +265,8 @@ def _held(loop: Variant) -> float:
 
 def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
     """Return the effect of an export on a loop; friction without pre-sliding turns over the given distance."""
-    loop = replace(loop, friction=with_presliding(loop.friction, distance[0]))
-    dt = loop.run.sample_time
-    begun, along = _at_rest(loop), []
-    assert begun.start is not None
-    for times in TIMES:
-        x = begun.start.position + moves_over(times * distance[0], limits, dt)
-        run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
-        variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
-        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, 1.1)
-        without, with_it, too_much = map(_error, results)
-        along.append(Along(MOVES, times * distance[0], without, with_it, too_much=too_much))
+    along = _moves(loop, compensated, limits, distance[0], ahead, TIMES)
+    loop, dt = replace(loop, friction=with_presliding(loop.friction, distance[0])), loop.run.sample_time
     count = min(round(loop.run.duration / dt), 60_000)
     own = loop.first(count)
     if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
@@ -253,26 +274,39 @@ def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, dist
         results += [compensated(own, 0, 1.0)] if ahead else []
         motion = LOG if own.reference.component is recorded else EXPERIMENT
         along.append(Along(motion, 0.0, *map(_error, results)))
-    return Effect(tuple(along), loop.plant.kind, *distance, True, ahead)
+    return Effect(tuple(along), loop.plant.kind, *distance, (), ahead)
 
 
-def effect_in_force(model: Model, drive: Drive, limits: Limits, distance: tuple[float, bool], dt: float, ahead: int) -> Effect:
-    """Return the residual friction force after compensation along moves, for an axis without a known loop."""
-    level, dt = sliding_level(model, limits.velocity), max(dt, 0.005 * SHORTEST)  # the model runs uncompiled
-    truth = with_presliding(model, distance[0])
+def effect_in_assumed_loops(loops: Sequence[Assumed], compensated: Compensated, limits: Limits, distance: tuple[float, bool]) -> Effect:
+    """Return the effect of an export on an axis of unknown controller."""
+    ahead, along = samples_ahead(loops[0].variant), []
+    for loop in loops:
+        moves = _moves(loop.variant, compensated, limits, distance[0], ahead, FARTHER, loop.lasting)
+        along += [path._replace(motion=loop.motion) for path in moves]
+    return Effect(tuple(along), loops[0].variant.plant.kind, *distance, tuple(loop.bandwidth for loop in loops), ahead)
+
+
+def _moves(
+    loop: Variant,
+    compensated: Compensated,
+    limits: Limits,
+    distance: float,
+    ahead: int,
+    times: tuple[float, ...],
+    lasting: float = SHORTEST,
+) -> list[Along]:
+    """Return the errors along moves over multiples of the pre-sliding distance."""
+    begun, dt = _at_rest(replace(loop, friction=with_presliding(loop.friction, distance))), loop.run.sample_time
+    assert begun.start is not None
     along = []
-    for times in TIMES:
-        x = moves_over(times * distance[0], limits, dt)
-        v = np.diff(x) / dt
-        moving = v != 0.0
-        with interpreted():  # compiling would take longer
-            force = force_along(truth, v, dt, x[1:])
-        shares = [
-            100.0 * float(np.sqrt(np.mean(left[moving] ** 2))) / level
-            for left in (force - offset_of(model.component.variables, model.values), force - drive(x, dt)[1:])
-        ]
-        along.append(Along(MOVES, times * distance[0], *shares))
-    return Effect(tuple(along), model.kind, *distance, False, ahead)
+    for far in times:
+        x = begun.start.position + moves_over(far * distance, limits, dt, lasting)
+        run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
+        variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
+        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, 1.1)
+        without, with_it, too_much = map(_error, results)
+        along.append(Along(MOVES, far * distance, without, with_it, too_much=too_much))
+    return along
 
 
 def _at_rest(loop: Variant) -> Variant:
@@ -303,7 +337,9 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
     drive = drive or partial(response, friction, rest=request.rest)
     distance = turning_distance(friction, axis, limits.velocity)
     if loop is None:
-        return effect_in_force(friction, drive, limits, distance, request.dt, samples_ahead(None))
+        mass = sliding_level(friction, fastest) / limits_within(friction, request.plant, fastest).acceleration
+        loops = assumed_loops(request, mass)
+        return effect_in_assumed_loops(loops, driven_by(drive), limits, distance) if loops else None
     loop = replace(loop, feedforward=replace(loop.feedforward, plant=None)) if of_cogging else loop
     return effect_in_loop(loop, driven_by(drive), limits, distance, samples_ahead(loop))
 
@@ -323,33 +359,3 @@ def effect_of_law(variant: Variant) -> Effect | None:
         force = sliding_level(table_of(fed), screw.arm * limits.velocity)
         distance = max(distance[0], 2.0 * (force / screw.k + screw.gap) / screw.arm), False
     return replace(effect_in_loop(loop, fed_by(fed), limits, distance, 0), ahead=variant.run.delay + 1)
-
-
-def samples_ahead(loop: Variant | None) -> int:
-    """Return the lead of a feedforward in samples: one for the next step, which is on average half a step late, plus delay and lag."""
-    if loop is None:
-        return 1
-    run = loop.run
-    return 1 + run.delay + round(run.current_lag / run.sample_time)
-
-
-def loop_for(request: Request) -> Variant | None:
-    """Return the loop of the axis without friction fed forward; None if the axis file has no controller."""
-    variant, axis, plant = request.loop, request.axis, request.plant
-    if variant is None:
-        if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
-            return None
-        experiment = compensation_experiment(
-            plant,
-            request.model,
-            request.model,
-            axis.controller,
-            np.zeros(16),  # in place of the motion of a log
-            axis.sample_time or (request.dt if request.log is None else request.log.sample_time),
-            resolution=axis.resolution or 0.0,
-            effort_limit=axis.effort_limit or math.inf,
-            lag=axis.lag,
-            name=axis.name,
-        )
-        variant = next(variant for variant in experiment.variants if variant.name == COMPENSATED)
-    return replace(variant, feedforward=replace(variant.feedforward, friction=None))

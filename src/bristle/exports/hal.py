@@ -23,8 +23,8 @@ from bristle.exports.c import CFiles, law_code_facts
 from bristle.exports.c_parts import constant_text
 from bristle.exports.described import Source, plain, rendered, with_rights
 from bristle.exports.drive import error_on_log, losses, side_of
-from bristle.exports.effect import loop_for, samples_ahead
 from bristle.exports.law import Law, law_walk, samples_along
+from bristle.exports.loops import loop_for, samples_ahead
 from bristle.exports.subject import Subject
 from bristle.exports.targets import NAME, Product, Request
 from bristle.exports.tunable import settled_law

@@ -15,7 +15,8 @@ from bristle.simulation.two_masses import whole_inertia
 
 TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the pre-sliding distance
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
-SHORTEST = 0.1  # of a move [s]
+SHORTEST, SLOW = 0.1, 1.0  # durations of a quick and a slow move [s]
+MOVES, SLOW_MOVES = "moves", "slow moves"
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
 HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness before
@@ -60,9 +61,12 @@ def hardening_distance(model: Model, fastest: float) -> float:
     return at
 
 
-def moves_over(distance: float, limits: Limits, dt: float) -> np.ndarray:
-    """Return positions of the moves from 0: forward twice, back twice, forward, back, each with a dwell after it [m or rad]."""
-    jerk = min(limits.jerk, 32.0 * distance / SHORTEST**3)
+def moves_over(distance: float, limits: Limits, dt: float, lasting: float = SHORTEST) -> np.ndarray:
+    """Return positions of the moves from 0: forward twice, back twice, forward, back, each with a dwell after it [m or rad].
+
+    A move takes `lasting` [s], or longer because of the limits.
+    """
+    jerk = min(limits.jerk, 32.0 * distance / lasting**3)
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
     dwell, before = np.full(math.ceil(0.2 / dt), distance), np.zeros(math.ceil(0.1 / dt))

@@ -18,7 +18,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.exports.drive import Side, behind_comments, error_on_log, last_direction, losses, mean_side, side_of
-from bristle.exports.effect import Drive, loop_for, samples_ahead
+from bristle.exports.effect import Drive
+from bristle.exports.loops import loop_for, samples_ahead
 from bristle.exports.targets import Product, Request
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance

@@ -10,8 +10,9 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source, hash_of_law, hash_of_model
-from bristle.exports.effect import SERIOUS, Effect, effect_of_files, effect_of_law, loop_for, samples_ahead
+from bristle.exports.effect import SERIOUS, Effect, effect_of_files, effect_of_law
 from bristle.exports.law import law_of
+from bristle.exports.loops import loop_for, samples_ahead
 from bristle.exports.targets import TARGETS, Product, Request, Target
 from bristle.exports.tunable import refuse_beyond_single, single_note
 from bristle.files.owned import is_plain
@@ -119,7 +120,7 @@ def _ahead_text(loop: Variant | None) -> str:
 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
-    """Return the request with its rule at rest, and the effect; without a requested rule, the better one."""
+    """Return the request with its rule at rest, and the effect; without a requested rule, the better one in a known loop."""
 
     def effect(ruled: Request) -> Effect | None:
         if target.reads is None:
@@ -128,7 +129,7 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
         return None if drive is None else effect_of_files(ruled, drive, of_cogging=target.of_cogging)
 
     usual = replace(request, rest=request.rest or target.rest)
-    matters = target.pushes and (target.reads is not None or rest_rule(usual.sampled) != "")
+    matters = target.pushes and loop_for(usual) is not None and (target.reads is not None or rest_rule(usual.sampled) != "")
     rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
     requests = [replace(request, rest=rule) for rule in rules]
     tried = [(ruled, effect(ruled)) for ruled in requests]

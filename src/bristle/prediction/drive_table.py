@@ -48,7 +48,8 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     list of (float, float)
         Velocity [m/s or rad/s], ascending, and the force to feed forward [N or N*m], including the offset, without inertia.
         The table covers the velocities of the log, in both directions if the log has both. Straight lines between the
-        entries follow the steady friction as closely as possible. The table is shorter if fewer entries suffice.
+        entries follow the steady friction as closely as possible, except where it falls with speed: there the table has the
+        least later friction (`without_fall`). The table is shorter if fewer entries suffice.
         Zero speed has two entries, -0.0 and +0.0, one per direction. The table is empty for a plant on a spring and for a
         force that hardens without bound, which have no steady motion, and for a log without sliding (`Fit.never_slid`).
 
@@ -57,8 +58,9 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     InputError
         If `entries` is out of range.
     """
-    sides = _sides(fit)
-    return [point for side in sides for point in side[placed(side, entries // len(sides))].tolist()]
+    sides = [(way, without_fall(side)) for way, side, _ in _branches(fit)]
+    rows = [(way, side[placed(side, entries // len(sides))]) for way, side in sides]
+    return [point for way, side in rows for point in (side if way > 0.0 else -side[::-1]).tolist()]
 
 
 class LevelValues(NamedTuple):
@@ -123,6 +125,15 @@ def _line_below(side: np.ndarray) -> _Line:
     slope = max(0.0, float((weight * apart) @ force / ((weight * apart) @ apart)))
     level = float(np.min(force - slope * speed))
     return _Line(level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level)
+
+
+def without_fall(curve: np.ndarray) -> np.ndarray:
+    """Return the largest curve that is nowhere above a curve of steady friction and never falls with speed.
+
+    A table without memory that feeds forward a peak near rest pushes an axis that has not broken away, or stands, with more
+    force than its friction: the controller alone then limits the motion.
+    """
+    return np.column_stack([curve[:, 0], np.minimum.accumulate(curve[::-1, 1])[::-1]])
 
 
 def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:

@@ -50,8 +50,8 @@ BY_POSITION = """bristle fitted the model to the position. The figures below sho
 search started. This effort is noisy, because the second derivative of the position amplifies noise."""
 FIT_FOR_USE = """A feedforward along the desired motion needs only a well-posed model, because it replays a known motion. The last
 column lists the uses that need the other certificates."""
-DRIVE_TABLE = """Friction at constant speed, with offset and without inertia. Zero speed has two rows, one per direction. Straight
-lines between the rows {}."""
+DRIVE_TABLE = """Friction at constant speed, with offset and without inertia. Zero speed has two rows, one per direction.
+Friction that falls with speed is left out. Straight lines between the rows {}."""
 
 
 def identification_report(
