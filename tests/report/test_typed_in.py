@@ -64,6 +64,6 @@ def test_units_of_the_drive_are_first(entered):
 def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda fit, table: deviation)
     lead, block = _for_the_drive(fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
-    assert f"Straight\nlines between the rows {words}." in lead
+    assert f"Straight lines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
     assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")

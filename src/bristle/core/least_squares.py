@@ -49,7 +49,7 @@ def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
     A, b, unit = _in_reach(A, b)
     solution = lsq_linear(A, b, (low / unit, high / unit), method="bvls")
-    return solution.x * unit, solution.active_mask
+    return np.clip(solution.x * unit, low, high), solution.active_mask  # the solver rounds beyond the bounds
 
 
 def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
