@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,3 +98,10 @@ def test_a_problem_without_target_or_columns_has_a_zero_solution():
     assert unbounded(A, np.zeros(30)).tolist() == [0.0] * 4
     assert unbounded(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4
     assert non_negative(np.zeros((30, 4)), A @ TRUTH).tolist() == [0.0] * 4
+
+
+def test_a_bounded_solution_is_within_its_bounds_although_the_solver_rounds(monkeypatch):
+    result = SimpleNamespace(x=np.array([-1e-18, 2.0 + 1e-15]), active_mask=np.array([-1, 1]))
+    monkeypatch.setattr("scipy.optimize.lsq_linear", lambda *_, **__: result)
+    x, _ = bounded(np.eye(2), np.array([-1.0, 3.0]), np.zeros(2), np.full(2, 2.0))
+    assert x.tolist() == [0.0, 2.0]

@@ -87,6 +87,16 @@ def test_a_log_without_times_uses_its_sample_time(tmp_path, second):
     assert recorded.regressors[0].values == pytest.approx(TENSION, abs=1e-3)
 
 
+def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_its_span(tmp_path, log, second):
+    rounded = np.minimum(TIME, TIME[-1] - 4e-4)
+    written(tmp_path / "belt.csv", "t,belt tension", rounded, TENSION)
+    axis = axis_file(tmp_path, 'column = "belt tension"\nfile = "belt.csv"')
+    assert read_log(log, axis).regressors[0].values == pytest.approx(TENSION, abs=1e-2)
+    written(tmp_path / "belt.csv", "t,belt tension", TIME[:-500], TENSION[:-500])
+    (tmp_path / "axis.toml").write_text((tmp_path / "axis.toml").read_text() + '[log]\nspan = ["0 s", "3 s"]\n')
+    assert read_log(log, read_axis(tmp_path / "axis.toml")).time.values[-1] < 3.0
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [

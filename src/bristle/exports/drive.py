@@ -141,9 +141,7 @@ def side_of(model: Model, direction: float, fastest: float, points: int) -> Side
     """Return one direction of motion, with at most `points` entries."""
     if not FEWEST <= points <= MOST:
         raise InputError("out of range", path="points", value=points, allowed=f"{FEWEST} to {MOST}")
-    curve, unresolved = curve_of(model, direction, fastest)
-    rising = without_fall(curve)
-    return Side(curve, rising[placed(rising, points)], unresolved)
+    return _tabulated(*curve_of(model, direction, fastest), points)
 
 
 def mean_side(forward: Side, backward: Side, points: int) -> Side:
@@ -151,8 +149,13 @@ def mean_side(forward: Side, backward: Side, points: int) -> Side:
     speeds = np.union1d(forward.curve[:, 0], backward.curve[:, 0])
     forces = [np.interp(speeds, side.curve[:, 0], side.curve[:, 1]) for side in (forward, backward)]
     curve = np.column_stack([speeds, 0.5 * (forces[0] + forces[1])])
+    return _tabulated(curve, 0.5 * (forward.unresolved + backward.unresolved), points)
+
+
+def _tabulated(curve: np.ndarray, unresolved: float, points: int) -> Side:
+    """Return a direction of motion with entries that never fall with speed."""
     rising = without_fall(curve)
-    return Side(curve, rising[placed(rising, points)], 0.5 * (forward.unresolved + backward.unresolved))
+    return Side(curve, rising[placed(rising, points)], unresolved)
 
 
 def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:

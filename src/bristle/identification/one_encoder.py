@@ -132,9 +132,10 @@ def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None
 def _solution(fit: OneEncoder, start: np.ndarray) -> tuple[Solved, bool]:
     """Return the solution near a start, or that without prior knowledge if it contradicts this knowledge; and whether it does."""
     prior, free = fit.prior, replace(fit, prior=UNKNOWN)
-    differs = np.abs(_frequencies(free.converged(start)[1]) - prior.values)
+    point = free.converged(start)[1]
+    differs = np.abs(_frequencies(point) - prior.values)
     if np.max(differs / prior.errors) > CONTRADICTED and np.max(differs) < math.log1p(ALIKE):
-        solved = free.solution(start)
+        solved = free.solution(point)
         if np.max(differs / np.hypot(prior.errors, solved.error(_frequencies))) > CONTRADICTED:
             return solved, True
     return fit.solution(start), False
