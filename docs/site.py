@@ -33,7 +33,7 @@ TAKEN = (
     "examples/source_paper/*.py",
     "examples/*/*.ipynb",
 )
-LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 EQUATION = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 SEARCH = '<div class="md-search" data-md-component="search" role="dialog" aria-label="Search">'
 LAB = """# The lab
@@ -69,21 +69,22 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
-    """Redirect links out of this folder to the included page, or remove them."""
+    """Redirect links and images out of this folder to what is included, and remove links to code."""
     place = posixpath.dirname(page.file.src_uri)
     below = posixpath.join("docs", place) if (ROOT / "docs" / page.file.src_uri).exists() else place
     known = {file.src_uri for file in files}
 
     def led(match: re.Match[str]) -> str:
-        text, target = match.groups()
+        image, text, target = match.groups()
         address, _, anchor = target.partition("#")
         if not address or "://" in address or address.startswith("mailto:"):
             return match[0]
         named = posixpath.normpath(posixpath.join(below, address)).removeprefix("docs/")
         for candidate in (named, posixpath.join(named, "README.md")):
             if candidate in known:
-                return f"[{text}]({posixpath.relpath(candidate, place or '.')}{'#' + anchor if anchor else ''})"
-        return text if (ROOT / named).exists() else match[0]
+                return f"{image}[{text}]({posixpath.relpath(candidate, place or '.')}{'#' + anchor if anchor else ''})"
+        is_code = not image and (ROOT / named).exists()
+        return text if is_code else match[0]
 
     if not page.file.src_uri.endswith(".md"):
         return markdown
