@@ -56,11 +56,13 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     }
 
 
-def walked_together(models: Sequence[Model], around: Sequence[float], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
-    """Return the walks of one contact with several sets of slots, and of the mass with the last set."""
+def walked_together(
+    models: Sequence[Model], arounds: Sequence[Sequence[float]], walks: Mapping[str, Any], plant: Model
+) -> dict[str, Any]:
+    """Return the walks of one contact with several sets of slots, each in its surroundings, and of the mass with the last set."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
-    forces = [forces_of(model, positions, STEP, *around) for model in models]
+    forces = [forces_of(model, positions, STEP, *around) for model, around in zip(models, arounds, strict=True)]
     places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
     return {
         "count": STEPS_WITH_SLOTS,

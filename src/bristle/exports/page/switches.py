@@ -195,10 +195,16 @@ def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...
 
 
 def slot_walks(plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool) -> dict[str, Any]:
-    """Return the walks of a model with sets of slots, and their initial values."""
-    around = [start_of(name, scales) for name in Surroundings._fields]
-    models = [begun(plain, slots, scales) for slots in combinations(offered(plain), complete=complete)]
-    return walked_together(models, around, walks, plant) | {"complete": complete}
+    """Return the walks of a model with sets of slots and with the surroundings of these slots, at their initial values."""
+    sets = combinations(offered(plain), complete=complete)
+    models = [begun(plain, slots, scales) for slots in sets]
+    return walked_together(models, [_around(slots, scales) for slots in sets], walks, plant) | {"complete": complete}
+
+
+def _around(slots: Sequence[str], scales: Scales) -> list[float]:
+    """Return load, temperature and effort: initial values of those that a slot depends on, else neutral ones, as on the page."""
+    felt = {AROUND[slot] for slot in slots if slot in AROUND}
+    return [start_of(name, scales) if name in felt else NEUTRAL[name] for name in Surroundings._fields]
 
 
 def all_walks(model: Model) -> dict[str, Any]:
