@@ -2,14 +2,10 @@
 
 import gc
 import itertools
-import os
-from collections import Counter
 from dataclasses import dataclass
 from numbers import Complex
 from pathlib import Path
 
-# Before numpy is loaded: beside another worker a second thread of linear algebra does nothing but wait, on its core.
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -60,8 +56,6 @@ FRICTION = {
     "translational": {"F_C": 8.0, "F_S": 10.0, "v_S": 5e-3, "F_v": 30.0},
     "rotational": {"F_C": 0.034, "F_S": 0.04, "v_S": 0.5, "F_v": 3e-3},
 }
-# Folders whose tests share what takes long to make: the figures of the source paper, the page of all models.
-TOGETHER = ("tests/paper/", "tests/lab/")
 COUNT = itertools.count()
 # Ten thousand tests, what they import and what compiles kernels are many objects, and are looked through in vain.
 gc.set_threshold(50_000, 10, 20)
@@ -97,32 +91,6 @@ def build_workbench(kind: Kind) -> Workbench:
     looped = simulate(compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage"))
     predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
     return Workbench(axis, log, identified, drive_table(best), looped, predicted)
-
-
-def pytest_xdist_make_scheduler(config, log):
-    """Give each file of tests to one process, and those that share what takes long to make, to one together."""
-    from xdist.scheduler import LoadFileScheduling
-
-    if config.getvalue("dist") != "loadfile":
-        return None
-
-    class Scheduling(LoadFileScheduling):
-        def _split_scope(self, nodeid):
-            return next((folder for folder in TOGETHER if nodeid.startswith(folder)), None) or super()._split_scope(nodeid)
-
-    return Scheduling(config, log)
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Leave the first cases of a test that says ``fast_cases(N)`` among the fast tests; the others are slow."""
-    seen = Counter()
-    for item in items:
-        mark = item.get_closest_marker("fast_cases")
-        if mark:
-            seen[item.nodeid.partition("[")[0]] += 1
-            if seen[item.nodeid.partition("[")[0]] > mark.args[0]:
-                item.add_marker("slow")
 
 
 def pytest_collection_finish():

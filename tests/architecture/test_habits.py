@@ -1,9 +1,13 @@
-"""The scripts of `.ci`: each part of the slow checks runs every night, and growth of the package is explained."""
+"""The scripts of `.ci`: CI runs the lines of the README, each slow part gets its turn, and commits keep two habits."""
 
+import importlib.machinery
+import importlib.util
 import os
 import re
 import shutil
 import subprocess
+import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -11,28 +15,72 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 BASH = shutil.which("bash") if os.name == "posix" else None
-pytestmark = pytest.mark.skipif(not BASH or not shutil.which("git"), reason="needs bash and git")
+needs_shell = pytest.mark.skipif(not BASH or not shutil.which("git"), reason="needs bash and git")
 
 
-def test_every_slow_part_runs_at_night(tmp_path):
-    environment = os.environ | {"BRISTLE_SLOW": str(tmp_path)}
-    listed = subprocess.run([BASH, ROOT / ".ci" / "slow", "--list"], env=environment, capture_output=True, text=True, check=True).stdout
-    parts = {line.split()[0]: int(line.split()[1]) for line in listed.splitlines()}
+@pytest.fixture(scope="module")
+def slow():
+    loader = importlib.machinery.SourceFileLoader("slow_parts", str(ROOT / ".ci" / "slow"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("slow_parts", loader))
+    sys.modules["slow_parts"] = module  # its dataclass looks itself up
+    loader.exec_module(module)
+    yield module
+    del sys.modules["slow_parts"]
+
+
+def lines_of(readme):
+    return subprocess.run([BASH, ROOT / ".ci" / "readme", readme], capture_output=True, text=True, check=True).stdout.splitlines()
+
+
+@needs_shell
+def test_ci_runs_the_lines_of_the_readme_letter_by_letter(tmp_path):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    lines = lines_of(ROOT / "README.md")
+    assert len(lines) == 2
+    assert all(f"\n{line}\n" in text for line in lines)
+    assert "pytest" in lines[1]
+    changed = tmp_path / "README.md"
+    changed.write_text(text.replace("pytest -n auto", "pytest -n 4 --maxfail=1"), encoding="utf-8")
+    assert lines_of(changed) == [lines[0], lines[1].replace("pytest -n auto", "pytest -n 4 --maxfail=1")]
+    assert not re.search(r"^[^#\n]*pytest -", (ROOT / ".ci" / "run").read_text(encoding="utf-8"), flags=re.MULTILINE)
+
+
+def test_each_slow_part_takes_ten_minutes_at_most_and_runs_at_night(slow):
+    assert max(part.minutes for part in slow.parts()) <= 10
     nightly = (ROOT / ".github" / "workflows" / "nightly.yml").read_text(encoding="utf-8")
-    assert sorted(parts) == sorted(re.search(r"part:\n((?: +- .*\n)+)", nightly)[1].replace("- ", " ").split())
-    assert max(parts.values()) <= 60
-    unknown = subprocess.run([BASH, ROOT / ".ci" / "slow", "nonsense"], check=False, env=environment, capture_output=True, text=True)
-    assert unknown.returncode == 2
-    assert "nonsense" in unknown.stderr
+    assert ".ci/slow --list" in nightly
 
 
-@pytest.fixture
-def repository(tmp_path):
-    (tmp_path / ".ci").mkdir()
-    shutil.copy(ROOT / ".ci" / "growth", tmp_path / ".ci")
-    git(tmp_path, "init", "-q")
-    commit(tmp_path, 10, "core: begin")
-    return tmp_path
+def test_slow_parts_cover_each_folder_of_tests_once(slow):
+    commands = [part.command for part in slow.parts() if part.command.startswith("pytest") and "--share" not in part.command]
+    commands += [part.command for part in slow.parts() if " --share 1/" in part.command and part.command.startswith("pytest")]
+    named = [word for command in commands for word in command.split() if word.startswith("tests/")]
+    assert len(named) == len(set(named))
+    folders = {f"tests/{folder.name}" for folder in (ROOT / "tests").iterdir() if any(folder.glob("**/test_*.py"))}
+    with_slow = {folder for folder in folders if any("slow" in file.read_text(encoding="utf-8") for file in (ROOT / folder).rglob("*.py"))}
+    assert with_slow <= set(named)
+
+
+def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
+    parts = [slow.Part(f"p{k}", "", 5.0, (f"src/{k}/",), ()) for k in range(5)]
+    order = [part.name for part in slow.due(parts, ["src/3/a.py"], 0)]
+    assert order == ["p3", "p0", "p1", "p2", "p4"]
+    first = {slow.due(parts, [], count)[0].name for count in range(5)}
+    assert first == {"p0", "p1", "p2", "p3", "p4"}
+    assert [part.name for part in slow.within(parts, 11.0)] == ["p0", "p1"]
+
+
+def test_each_path_that_makes_a_part_due_exists():
+    parts = tomllib.loads((ROOT / ".ci" / "parts.toml").read_text(encoding="utf-8"))
+    missing = [path for part in parts.values() for path in part["touches"] if not (ROOT / path).exists()]
+    assert not missing
+
+
+@needs_shell
+def test_an_unknown_part_is_refused():
+    ended = subprocess.run([sys.executable, ROOT / ".ci" / "slow", "nonsense"], check=False, capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert "nonsense" in ended.stderr
 
 
 def git(folder, *arguments):
@@ -40,26 +88,33 @@ def git(folder, *arguments):
     subprocess.run(["git", *who, *arguments], cwd=folder, check=True, capture_output=True)
 
 
-def commit(folder, lines, *paragraphs):
-    (folder / "src").mkdir(exist_ok=True)
-    (folder / "src" / "module.py").write_text("x = 1\n" * lines)
-    git(folder, "add", "-A")
-    git(folder, "commit", "-q", *(part for text in paragraphs for part in ("-m", text)))
-
-
+@needs_shell
 @pytest.mark.parametrize(
-    ("lines", "paragraphs", "fault"),
+    ("ceiling", "other", "subject", "fault"),
     [
-        (310, ("core: as much as is free",), ""),
-        (311, ("core: more than is free",), "grows by 301 lines"),
-        (311, ("core: more, explained", "Removes: the second reader"), ""),
-        (20, ("core: " + 67 * "x",), "more than 72"),
+        (10, "x", "core: a change", ""),
+        (11, "", "core: " + 66 * "x", ""),
+        (10, "x", "core: " + 67 * "x", "more than 72"),
+        (11, "", "tests: a ceiling is raised alone", ""),
+        (11, "x", "core: a ceiling is raised beside", "package.core.weight beside other changes"),
     ],
 )
-def test_growth_of_the_package_requires_an_offset(repository, lines, paragraphs, fault):
-    commit(repository, lines, *paragraphs)
-    judged = subprocess.run([BASH, repository / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
-    assert judged.returncode == (1 if fault else 0)
+def test_growth_judges_subjects_and_raised_ceilings(tmp_path, ceiling, other, subject, fault):
+    for file in (".ci/growth", "tests/architecture/ceilings.py"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / file, tmp_path / file)
+    ceilings = tmp_path / "tests" / "architecture" / "ceilings.toml"
+    ceilings.write_text("[package]\ncore = { weight = 10 }\n", encoding="utf-8")
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", "-A")
+    git(tmp_path, "commit", "-q", "-m", "begin")
+    ceilings.write_text(f"[package]\ncore = {{ weight = {ceiling} }}\n", encoding="utf-8")
+    if other:
+        (tmp_path / "module.py").write_text(other, encoding="utf-8")
+    git(tmp_path, "add", "-A")
+    git(tmp_path, "commit", "-q", "--allow-empty", "-m", subject)
+    judged = subprocess.run([BASH, tmp_path / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
+    assert judged.returncode == (1 if fault else 0), judged.stderr
     assert fault in judged.stderr
 
 

@@ -1,0 +1,21 @@
+"""What may be missing where the tests run: the reasons for which a run of CI may skip a test."""
+
+import re
+
+LIBRARIES = "casadi|jax|torch|warp|newton|gymnasium|pydrake"
+ALLOWED = {
+    "simulators and derivatives, in an environment of their own": re.compile(rf"could not import '(?:{LIBRARIES})|needs (?:{LIBRARIES})"),
+    "a graphics processor": re.compile("needs a graphics processor|cuda.bindings.driver"),
+    "LinuxCNC": re.compile("halcompile|LinuxCNC|HAL is in use"),
+    "a compiler of Structured Text, or of other processors": re.compile("MATIEC|needs (?:qemu|.*-gcc|.* for )"),
+    "a second browser": re.compile("firefox"),
+    "measured logs, which the project does not contain": re.compile("BRISTLE_DATA|measured logs|logs? of the (?:arms|motor)"),
+}
+
+
+def allowed_reason(text):
+    """Return the name of the reason that a skip states, None if it is none of those that are allowed."""
+    for name, pattern in ALLOWED.items():
+        if pattern.search(text):
+            return name
+    return None
