@@ -161,13 +161,20 @@ def test_browser():
 """
 
 
+LIBRARY = """
+import pytest
+pytest.importorskip("bristle_is_not_this")
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("tests", "options", "status", "says"),
     [
         (COSTLY, (), 1, ["1 failed, 1 passed", "this fast test takes"]),
-        (SKIPPED, ("--ci",), 1, ["1 skipped, by reason", "NOT ALLOWED: needs chromium"]),
-        (SKIPPED, (), 0, ["1 skipped, by reason"]),
+        (SKIPPED, ("--ci",), 1, ["1 tests and 0 files skipped, by reason", "NOT ALLOWED: needs chromium"]),
+        (SKIPPED, (), 0, ["1 tests and 0 files skipped, by reason"]),
+        (LIBRARY + SKIPPED.replace("chromium", "casadi"), ("--ci",), 1, ["0 tests and 1 files skipped", "NOT ALLOWED: could not import"]),
     ],
 )
 @pytest.mark.parametrize("workers", ["0", "2"])

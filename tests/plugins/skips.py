@@ -5,8 +5,10 @@ from collections import Counter
 import pytest
 from tests.needs import allowed_reason
 
-# Reasons of skipped tests, and how many tests state each.
+# Reasons of skipped tests, and how many tests state each. Files that are skipped as a whole are counted apart: each worker collects
+# all of them, and xdist reports none.
 REASONS = Counter()
+FILES = Counter()
 
 
 def pytest_addoption(parser):
@@ -15,9 +17,9 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """A run counts its own skips."""
-    if not hasattr(config, "workerinput"):
-        REASONS.clear()
+    """Begin to count."""
+    REASONS.clear()
+    FILES.clear()
 
 
 def pytest_runtest_logreport(report):
@@ -27,9 +29,15 @@ def pytest_runtest_logreport(report):
 
 
 def pytest_collectreport(report):
-    """Count a skipped file as one test."""
+    """Count a skipped file."""
     if report.skipped:
-        REASONS[reason_of(report)] += 1
+        FILES[reason_of(report)] += 1
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    """Take the skipped files from one worker."""
+    FILES.update(getattr(node, "workeroutput", {}).get("skipped files", {}) if not FILES else {})
 
 
 def reason_of(report):
@@ -40,24 +48,27 @@ def reason_of(report):
 
 def refused():
     """Return the reasons that are not allowed."""
-    return [reason for reason in REASONS if allowed_reason(reason) is None]
+    return [reason for reason in REASONS + FILES if allowed_reason(reason) is None]
 
 
 def pytest_terminal_summary(terminalreporter, config):
-    """Say what was skipped, and why."""
-    if not REASONS:
+    """Report what was skipped, and why."""
+    reasons = REASONS + FILES
+    if not reasons:
         return
-    terminalreporter.section(f"{REASONS.total()} skipped, by reason")
-    for reason, number in sorted(REASONS.items()):
+    terminalreporter.section(f"{REASONS.total()} tests and {FILES.total()} files skipped, by reason")
+    for reason, number in sorted(reasons.items()):
         name = allowed_reason(reason) or "NOT ALLOWED"
         terminalreporter.write_line(f"{number:5d}  {name}: {reason}")
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_sessionfinish(session, exitstatus):
-    """Fail a run of CI that skipped a test for another reason."""
+    """Fail a run of CI that skipped a test for another reason; a worker hands over what it has not collected."""
     result = yield
-    is_collecting = not hasattr(session.config, "workerinput")
-    if is_collecting and session.config.getoption("ci") and refused():
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["skipped files"] = dict(FILES)
+    elif session.config.getoption("ci") and refused():
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
     return result
