@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import textwrap
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -73,6 +74,25 @@ def test_a_large_process_compiles_in_a_child_and_counts_its_time(monkeypatch, tm
     entries = [line.split() for line in processes.read_text().splitlines()]
     assert [name for name, _ in entries] == ["small", "large", "large"]
     assert [int(process) == os.getpid() for _, process in entries] == [True, False, True]
+
+
+@pytest.mark.skipif(kernels.fcntl is None, reason="this system locks no bytes")
+def test_a_kernel_that_another_process_compiles_is_awaited(tmp_path):
+    place, mark = f"a kernel of {tmp_path}", tmp_path / "released"
+    child = os.fork()
+    if child == 0:
+        with kernels.one_worker(place):
+            (tmp_path / "locked").touch()
+            time.sleep(0.3)
+            mark.touch()
+        os._exit(0)
+    while not (tmp_path / "locked").exists():
+        time.sleep(0.01)
+    with kernels.one_worker("another kernel"):
+        assert not mark.exists()
+    with kernels.one_worker(place):
+        assert mark.exists()
+    os.waitpid(child, 0)
 
 
 class Item:

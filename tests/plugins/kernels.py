@@ -1,16 +1,25 @@
 """Kernels are compiled in a child where this process is large already, and their time is counted apart from that of tests.
 
 What a compiler allocates stays with its process: a worker that compiles all kernels of the tests grows to three gigabytes.
-A child compiles, writes the product to the cache on disk and ends; this process reads it from there.
+A child compiles, writes the product to the cache on disk and ends; this process reads it from there. A kernel that another worker
+compiles at this moment is awaited.
 """
 
 import contextlib
 import functools
 import os
 import sys
+import tempfile
+import zlib
+from pathlib import Path
 
 import pytest
 from tests.plugins import process
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
 
 # Below this resident memory [MB] a process compiles by itself: the next kernel then finds what they share.
 LARGE = 900.0
@@ -37,13 +46,28 @@ def counted(compile_entry, cache_folder):
     def compiled(*arguments):
         begun = process.seconds()
         try:
-            if is_large() and cache_folder() is not None:
-                in_child(compile_entry, arguments)
-            return compile_entry(*arguments)
+            names = [argument for argument in arguments if isinstance(argument, str)]
+            with one_worker(" ".join(names)):
+                if is_large() and cache_folder() is not None:
+                    in_child(compile_entry, arguments)
+                return compile_entry(*arguments)
         finally:
             Clock.seconds += process.seconds() - begun
 
     return compiled
+
+
+@contextlib.contextmanager
+def one_worker(name):
+    """Let one process at a time compile what has a name: each name locks one byte of a file that all of them share."""
+    if fcntl is None:
+        yield
+        return
+    owner = os.getuid()
+    place = zlib.crc32(name.encode())
+    with (Path(tempfile.gettempdir()) / f"bristle-kernels-{owner}.lock").open("a+b") as file:
+        fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
+        yield  # closing the file unlocks
 
 
 def is_large():
