@@ -62,6 +62,7 @@ def test_defining_models_loads_no_compiler():
     assert loaded_after("import bristle.friction, bristle.plants, bristle.controllers") & set(HEAVY) == set()
 
 
+@pytest.mark.slow
 def test_every_public_name_is_there_after_every_module_was_imported():
     # A folder named like a function would replace it: import all, then ask.
     for name in MODULES:
@@ -167,10 +168,15 @@ def functions(tree):
     return [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
 
-def test_modules_and_functions_are_short():
+@pytest.fixture(scope="module")
+def modules():
+    """Path, text and tree of each module of the package."""
+    return [(path, *read(path)) for path in ROOT.rglob("*.py")]
+
+
+def test_modules_and_functions_are_short(modules):
     lengths = {}
-    for path in ROOT.rglob("*.py"):
-        text, module = read(path)
+    for path, text, module in modules:
         lengths[path] = text.count("\n")
         for function in functions(module):
             body = function.body[1:] if ast.get_docstring(function) and len(function.body) > 1 else function.body
@@ -179,16 +185,15 @@ def test_modules_and_functions_are_short():
     assert max(lengths.values()) <= 800, max(lengths, key=lengths.get)
 
 
-def test_no_function_takes_more_than_a_few_arguments_by_their_place():
-    for path in ROOT.rglob("*.py"):
-        for function in functions(read(path)[1]):
+def test_no_function_takes_more_than_a_few_arguments_by_their_place(modules):
+    for path, _, module in modules:
+        for function in functions(module):
             taken = len(function.args.posonlyargs) + len(function.args.args)
             assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
 
 
-def test_exceptions_are_not_swallowed_and_no_todo_remains():
-    for path in ROOT.rglob("*.py"):
-        text, module = read(path)
+def test_exceptions_are_not_swallowed_and_no_todo_remains(modules):
+    for path, text, module in modules:
         for node in ast.walk(module):
             if isinstance(node, ast.ExceptHandler):
                 assert not (len(node.body) == 1 and isinstance(node.body[0], ast.Pass)), f"{path}:{node.lineno}"

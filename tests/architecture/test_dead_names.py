@@ -256,10 +256,12 @@ def is_dead_member(member, package, module, name):
     return not any(member.name in vars(item) for item in classes if item.__module__.partition(".")[0] != root)
 
 
+@pytest.mark.slow
 def test_every_public_name_is_used():
     assert dead_names(walked()) == []
 
 
+@pytest.mark.slow
 def test_every_entry_is_needed():
     names = {f"{module.name}.{name}" for module in walked().modules.values() for name in module.definitions}
     assert [entry for entry in ENTRIES if not any(fnmatch(name, entry) for name in names)] == []

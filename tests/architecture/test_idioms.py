@@ -101,7 +101,7 @@ def rate(texts: Iterable[str]) -> tuple[float, Counter[str], int]:
     return 1000.0 * counts.total() / max(words, 1), counts, words
 
 
-@pytest.mark.parametrize("kind", [pages, strings, names])
+@pytest.mark.parametrize("kind", [pages, pytest.param(strings, marks=pytest.mark.slow), pytest.param(names, marks=pytest.mark.slow)])
 def test_prose_has_at_most_three_times_the_idioms_of_the_anchors(kind):
     value, counts, words = rate(text for page in kind(ROOT).values() for text in page)
     assert words > 20_000

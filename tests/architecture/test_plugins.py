@@ -198,6 +198,7 @@ pytest.importorskip("bristle_is_not_this")
         (SKIPPED, (), 0, ["1 tests and 0 files skipped, by reason"]),
         (LIBRARY + SKIPPED.replace("chromium", "casadi"), ("--ci",), 1, ["0 tests and 1 files skipped", "NOT ALLOWED: could not import"]),
     ],
+    ids=["costly", "skipped", "skipped, no CI", "library"],
 )
 @pytest.mark.parametrize("workers", ["0", "2"])
 def test_a_run_fails_for_what_costs_too_much_and_for_what_is_skipped(tmp_path, tests, options, status, says, workers):

@@ -3,6 +3,8 @@
 import ast
 from pathlib import Path
 
+import pytest
+
 import bristle
 
 ROOT = Path(bristle.__file__).parent
@@ -87,6 +89,7 @@ def writes(call):
     return "File" if name == "File" and "w" in modes_of(call) else ""
 
 
+@pytest.mark.slow
 def test_each_call_that_changes_a_file_is_in_an_owner_or_listed():
     result = {}
     for path in sorted(ROOT.rglob("*.py")):
