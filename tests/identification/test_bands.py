@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle import friction, plants
-from bristle.identification import identify
 from bristle.prediction import predict
 
 NOISE = 0.3

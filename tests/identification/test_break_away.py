@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of
+from tests.identification.rigid import identify
 
 from bristle.engine import force_along
 from bristle.excitation import excite
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.identification.preprocessing import treat
 from bristle.logs.break_away import Recording, break_aways
 from bristle.plants import inertia

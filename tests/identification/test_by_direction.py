@@ -6,12 +6,12 @@ from typing import Annotated, NamedTuple
 
 import pytest
 from tests.identification.known_logs import STATED, slow_log
+from tests.identification.rigid import identify
 
 from bristle.core import FrictionModel, Variable
 from bristle.core.mathematics import direction
 from bristle.friction import find
 from bristle.friction.slots import by_direction, directional, slotted
-from bristle.identification import identify
 from bristle.identification.settings import DEFAULT
 from bristle.report.judgement import judged
 from bristle.report.messages import warnings_of

@@ -6,9 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle import friction
-from bristle.identification import identify
 from bristle.identification import problem as contrast
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import linear

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.identification.rigid import identify
 
-from bristle.identification import identify
 from bristle.identification.dahl_resonance import Compared, DahlResonance, dahl_resonance
 from bristle.logs.log import Log
 from bristle.report.summary import identification_summary

@@ -9,13 +9,13 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings

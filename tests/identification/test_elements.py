@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log
+from tests.identification.rigid import identify
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.logs.log import Channel
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.rigid import identify
 
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort, slow_log
+from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.core import Axis
-from bristle.identification import identify
 from bristle.references import triangle
 from bristle.report.messages import note_of, warnings_of
 

@@ -5,9 +5,10 @@ import importlib
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle.core import InputError
-from bristle.identification import identify, intervals
+from bristle.identification import intervals
 
 identifying = importlib.import_module("bristle.identification.identify")
 MODELS = "coulomb_viscous,viscous,coulomb"

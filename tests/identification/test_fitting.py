@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle.core.variable import Variable
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
-from bristle.identification import identify
 from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import Excitation, shortest_zone
 from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, effects_of, why_fixed

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.core import InputError
-from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
 

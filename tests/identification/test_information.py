@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
+from tests.identification.rigid import identify
 from tests.identification.test_elements import elements_log
 
 from bristle import friction
 from bristle.files import load_code
-from bristle.identification import identify
 from bristle.report.model_tables import comparison_table
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identification.rigid import identify
 
 from bristle.core import InputError
 from bristle.files import load_code
 from bristle.friction import coulomb, coulomb_viscous
-from bristle.identification import identify
 from bristle.plants import inertia
 from bristle.prediction import predict
 

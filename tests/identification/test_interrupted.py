@@ -7,10 +7,11 @@ import signal
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
+from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
-from bristle.identification import fitting, identify, intervals
+from bristle.identification import fitting, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
-from bristle.identification import identify
 from bristle.identification.estimate import Estimate
 
 SETTLING = 2000  # samples after which the coloured noise has forgotten how it began

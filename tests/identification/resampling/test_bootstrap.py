@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.core import Axis, InputError
-from bristle.identification import identify
 from bristle.identification.bootstrap import bootstrap, turned
 from bristle.identification.element_models import Elements
 from bristle.identification.fixed_shape import shaped

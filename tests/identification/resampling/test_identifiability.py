@@ -1,8 +1,8 @@
 """Unidentified parameters are named with their confounded partners."""
 
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
-from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
 
