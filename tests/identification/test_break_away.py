@@ -60,11 +60,11 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
 
 def test_intervals_contain_the_truth_for_scattering_friction(motion):
     inside = []
-    for seed in range(15):
+    for seed in range(12):
         for break_away in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
             inside.append(break_away.force_interval[0] < 60.0 < break_away.force_interval[1])
             assert break_away.force_interval[1] / break_away.force_interval[0] < 1.6
-    assert len(inside) >= 30
+    assert len(inside) >= 24
     assert np.mean(inside) > 0.85
 
 
@@ -72,7 +72,7 @@ def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
     v, dt, step, inside = motion.velocity, motion.sample_time, 1e-7, []
     friction = force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
     axis = replace(AXIS, resolution=step)
-    for seed in range(8):
+    for seed in range(6):
         rng = np.random.default_rng(seed)
         moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
         effort = MASS * motion.acceleration + friction + 0.05 * rng.standard_normal(v.size)
@@ -81,18 +81,16 @@ def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
             inside.append(low < distance() < high)
             assert high / low < 1.05
     # All legs of a log err alike: they agree within a fifth of that.
-    assert len(inside) == 24
+    assert len(inside) == 18
     assert np.mean(inside) > 0.85
 
 
 def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
-    requested = {"mass": MASS, "axis": AXIS, "blocks": 0, "draws": 0}
-    identification = identify(log, "maxwell_slip", cutoff=CUTOFF, **requested)
+    identification = identify(log, "coulomb", axis=AXIS, mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)
     assert len(identification.break_aways) == 3
     assert identification.break_aways[0].force == pytest.approx(60.0, rel=0.12)
-    smeared = identify(log, "maxwell_slip", cutoff=2.0, decimation=50, **requested)
-    assert len(smeared.break_aways) < 3
+    assert len(treat(log, AXIS, 2.0, 50).break_aways(inertia(M=MASS), OFFSET)) < 3
 
 
 def test_a_log_without_pulls_from_rest_has_no_break_away(motion):

@@ -46,7 +46,7 @@ OWN = FrictionModel(
 
 
 def test_a_level_named_like_a_directional_level_does_not_fix_the_offset():
-    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=10.0)
+    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=6.0)
     fit = identify(log, OWN, axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].status == "identified"
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
@@ -66,7 +66,7 @@ def test_a_component_names_its_parameters_by_direction(name):
 @pytest.mark.parametrize(("offset", "code"), [(3.0, "held_levels"), (-12.0, "held_constant"), (12.0, "held_constant")])
 def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
     truth = find("coulomb_viscous+asymmetry")(F_C_pos=5.0, F_C_neg=4.0, F_v_pos=0.0, F_v_neg=0.0, offset=offset)
-    fit = identify(slow_log(truth, duration=10.0), "coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0).best
+    fit = identify(slow_log(truth, duration=6.0), "coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0).best
     result = {name: item.value for name, item in fit.parameters.items()}
     assert fit.parameters["offset"].reason.code == code
     assert result["F_C_pos"] + result["offset"] == pytest.approx(5.0 + offset, abs=0.1)
@@ -80,7 +80,7 @@ def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
 def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
     """It is reported from a quarter of the level: 2.2 N of 6 N, for any break-away force."""
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "offset": 2.2}
-    log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=10.0)
+    log = slow_log(find("lugre")(F_C=6.0, F_S=12.0, sigma_2=30.0, **shape), duration=6.0)
     identification = identify(log, ["stribeck+asymmetry", "lugre"], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}
     notes = replace(identification, fits=(fits["stribeck+asymmetry"], fits["lugre"])).notes
@@ -90,7 +90,7 @@ def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
 def test_break_away_by_direction_is_valid_with_the_offset():
     shape = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0, "offset": 12.0}
     truth = find("lugre+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_S_pos=11.0, F_S_neg=9.0, **shape)
-    fit = identify(slow_log(truth, duration=10.0), "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
+    fit = identify(slow_log(truth, duration=6.0), "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.with_constant == ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")
     (message,) = (text for text in warnings_of(fit) if "which bristle guessed" in text)
     assert "F_C_pos, F_C_neg, F_S_pos, F_S_neg are valid only with an offset of 12" in message
@@ -101,7 +101,7 @@ def test_break_away_by_direction_is_valid_with_the_offset():
 
 @pytest.mark.parametrize(("offset", "told"), [(3.0, True), (0.6, False), (0.0, False)])
 def test_a_constant_force_found_by_another_model_is_named(offset, told):
-    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=10.0)
+    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=offset), duration=6.0)
     split, plain = "coulomb_viscous+asymmetry", "coulomb_viscous"
     identification = identify(log, [split, plain], axis=STATED, blocks=0, draws=0)
     fits = {fit.name: fit for fit in identification.fits}

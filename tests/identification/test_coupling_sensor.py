@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from benchmarks.elastic import with_sensor
 from benchmarks.two_mass import drive_of, log_of, of_the_motor
+from tests.identification.rigid import identify
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.files import read_axis, results_folder
-from bristle.identification import identify
 from bristle.identification.lost_motion import Hysteresis, LostMotion
 from bristle.identification.side_logs import alone, behind_sensor, effort_delay, side_logs, without_sensor
 from bristle.identification.two_encoders import Masses
