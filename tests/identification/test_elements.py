@@ -41,8 +41,13 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
     return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
-def test_level_stiffness_and_virgin_curve_are_recovered():
-    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, draws=0).best
+@pytest.fixture(scope="module")
+def identified():
+    return identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=5, draws=0)
+
+
+def test_level_stiffness_and_virgin_curve_are_recovered(identified):
+    fit = identified.best
     values = fit.friction.values
     assert fit.name == "maxwell_slip"
     assert sum(values["nu_i"]) == pytest.approx(1.0)
@@ -57,28 +62,27 @@ def test_level_stiffness_and_virgin_curve_are_recovered():
     assert fit.further == len(values["k_i"]) - 2
 
 
-def test_long_strokes_with_little_presliding():
+@pytest.mark.parametrize(("seconds", "draws"), [(3.0, 0), pytest.param(8.0, 20, marks=pytest.mark.slow)])
+def test_the_stiffness_of_long_strokes_is_identified_from_little_presliding(seconds, draws):
     fine, dt = 4, 2e-4
-    motion = sines(8.0, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
+    motion = sines(seconds, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
     truth = find("maxwell_slip")(**ELEMENTS, sigma_2=300.0)
     friction = force_along(truth, motion.velocity, dt / fine, motion.position)
     coarse = type(motion)(*(item[::fine] for item in motion))
     log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size))
-    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=20).best.parameters["s"]
+    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=draws).best.parameters["s"]
     assert stiffness.takes < 0.06
     assert stiffness.status == "identified"
     assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.02)
 
 
-def test_elements_rank_before_local_memory_for_loops_inside_loops():
-    identification = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
-    assert identification.best.name == "maxwell_slip"
-    errors = {fit.name: fit.held_out.mean_percent for fit in identification.fits}
+def test_elements_rank_before_local_memory_for_loops_inside_loops(identified):
+    errors = {fit.name: fit.held_out.mean_percent for fit in identified.fits}
     assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
 
 
-def test_a_model_file_with_elements_predicts_another_log(tmp_path):
-    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best
+def test_a_model_file_with_elements_predicts_another_log(identified, tmp_path):
+    fit = identified.best
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
@@ -89,8 +93,8 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
 
 def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
-    log = elements_log("maxwell_slip+position", **truth)
-    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
+    log = elements_log("maxwell_slip+position", duration=8.0, **truth)
+    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, decimation=5, blocks=0, draws=0)
     assert identification.best.name == "maxwell_slip+position"
     fit = identification.best
     x = np.linspace(-40e-6, 40e-6, 9)
@@ -110,14 +114,14 @@ def test_load_and_temperature_are_factors_of_friction():
     t = 1e-3 * np.arange(12_000)
     load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
     log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
-    fit = identify(log, "maxwell_slip+load+temperature", axis=KNOWN, blocks=0, draws=0).best
+    fit = identify(log, "maxwell_slip+load+temperature", axis=KNOWN, decimation=10, blocks=0, draws=0).best
     assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
     assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
     # The search finds the same for a model that is no list of elements.
     coulomb = identify(log, "coulomb_viscous+load", axis=KNOWN, decimation=20, blocks=0, draws=0).best
     assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
     with pytest.raises(InputError, match=r"has no load, needed by \+load"):
-        identify(elements_log(), "maxwell_slip+load", axis=KNOWN, draws=0)
+        identify(elements_log(duration=1.0), "maxwell_slip+load", axis=KNOWN, draws=0)
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
 from tests.identification.rigid import identify
-from tests.identification.test_elements import elements_log
+from tests.identification.test_elements import KNOWN, elements_log
 
 from bristle import friction
 from bristle.files import load_code
@@ -16,7 +16,7 @@ from bristle.report.model_tables import comparison_table
 
 @pytest.fixture(scope="module")
 def compared():
-    motion = sines(10.0)
+    motion = sines(6.0)
     identification = identify(
         log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0, blocks=0
     )
@@ -46,7 +46,7 @@ def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
 
 
 def test_each_element_that_slips_has_its_price():
-    identification = identify(elements_log(), "dahl,maxwell_slip", mass=12.0, cutoff=80.0, draws=0, blocks=0)
+    identification = identify(elements_log(duration=6.0), "dahl,maxwell_slip", axis=KNOWN, draws=0, blocks=0)
     fits = {fit.name: fit for fit in identification.fits}
     item, other = fits["dahl"], fits["maxwell_slip"]
     elements = len(other.friction.values["k_i"])

@@ -149,10 +149,10 @@ def test_an_interruption_before_the_first_result_is_raised(log, interrupted_afte
 
 
 def test_an_unfinished_identification_cannot_be_used_further(log, interrupted_after):
-    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
+    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0)
     assert identification.finished is identification
     interrupted_after(40)
-    unfinished = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=0)
+    unfinished = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=0, draws=0)
     with pytest.raises(KeyboardInterrupt):
         assert unfinished.finished
 

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
+from tests.identification.rigid import IDENTIFYING, identify
 
 import bristle as br
 from bristle.core import InputError
@@ -20,8 +22,15 @@ POSITION = 4e-3 * np.sin(6.9 * TIME) * (1.0 + 0.6 * np.sin(1.95 * TIME)) + 1e-3 
 AXIS = br.Axis(resolution=STEP)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def rigid():
+    """Spare each of many identifications the search for an elastic load."""
+    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None):
+        yield
+
+
 @pytest.fixture(scope="module")
-def identified():
+def identified(rigid):
     """A mass with Dahl friction, identified from a log of a fine encoder."""
     friction = br.friction.dahl(F_C=8.0, sigma_0=2e4, sigma_2=20.0)
     inertia = 3.0 * np.gradient(np.gradient(POSITION, DT), DT)
@@ -35,29 +44,32 @@ def determined(identified, *, axis=AXIS, fit=None, count=2):
     return {one.name: one for one in found}
 
 
+@pytest.mark.slow
 def test_visible_parameters_are_determined_within_percents(identified):
     found = determined(identified)
-    assert list(found) == ["M", "sigma_0", "F_C", "sigma_2", "offset"]  # and no shape that is held
     for name in ("M", "sigma_0", "F_C"):
         assert found[name].verdict == "determined", name
         assert found[name].truth == identified.parameters[name].value
         assert abs(found[name].median_error_percent) < 5.0
     assert found["sigma_0"].hold == found["sigma_0"].intervals == 2
-    assert found["offset"].relative_to == "F_C"
 
 
+@pytest.mark.slow
 def test_an_encoder_forty_decibels_coarser_hides_the_stiffness(identified):
     found = determined(identified, axis=replace(AXIS, resolution=100.0 * STEP))
     assert found["sigma_0"].verdict == "not determined"
     assert found["sigma_0"].identified < found["F_C"].identified == 2
 
 
-def test_the_truth_is_that_of_the_models_not_of_the_log(identified):
+def test_the_truth_is_that_of_the_models_not_of_the_log(identified, monkeypatch):
+    monkeypatch.setattr(known_truth, "identify", lambda logs, **asked: identify(logs, **asked | {"draws": 0}))
     best = identified.best
     stronger = best.friction.component(**best.friction.values | {"F_C": 12.0})
     found = determined(identified, fit=replace(best, friction=stronger), count=1)
+    assert list(found) == ["M", "sigma_0", "F_C", "sigma_2", "offset"]  # and no shape that is held
     assert found["F_C"].truth == 12.0
-    assert abs(found["F_C"].median_error_percent) < 5.0
+    assert max(abs(found[name].median_error_percent) for name in ("M", "sigma_0", "F_C")) < 5.0
+    assert found["offset"].relative_to == "F_C"
 
 
 def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_log(identified):
@@ -149,18 +161,12 @@ def test_a_fit_that_cannot_be_simulated_is_rejected(identified, changes, words):
 
 
 def test_a_rejected_simulated_log_counts_and_an_error_is_raised_if_all_are(identified, monkeypatch):
-    calls = iter([InputError("is too short", path="log"), None])
-
-    def refused(*_, **__):
-        if (error := next(calls)) is not None:
-            raise error
-        return identified
-
-    refused_once = SimpleNamespace(best=identified.best)
-    monkeypatch.setattr(known_truth, "identify", lambda *a, **k: refused(*a, **k) and refused_once)
+    error = InputError("is too short", path="log")
+    monkeypatch.setattr(known_truth, "identify", Mock(side_effect=[error, identified]))
     found = determined(identified)
     assert (found["F_C"].identified, found["F_C"].logs, found["F_C"].verdict) == (1, 2, "not determined")
-    calls = iter([InputError("is too short", path="log")] * 2)
+    assert (found["F_C"].hold, found["F_C"].intervals) == (1, 1)
+    monkeypatch.setattr(known_truth, "identify", Mock(side_effect=error))
     with pytest.raises(InputError, match="is too short"):
         determined(identified)
 

@@ -7,7 +7,7 @@ from bristle.report.messages import warnings_of
 
 
 def test_a_rich_log_identifies_every_parameter():
-    motion = sines(8.0)
+    motion = sines(4.0)
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert {estimate.status for estimate in fit.estimates} == {"identified"}
     for estimate in fit.estimates:
@@ -17,7 +17,7 @@ def test_a_rich_log_identifies_every_parameter():
 
 
 def test_an_inertia_of_small_effect_is_not_identified():
-    motion = sines(20.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
+    motion = sines(6.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
     effort = sliding_effort(motion, noise=0.3, M=0.4)
     fit = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
