@@ -1,16 +1,13 @@
 """A model that fails does not cost the results of the others: it is omitted with its reason."""
 
-import importlib
-
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
-from tests.identification.rigid import identify
+from tests.identification.rigid import IDENTIFYING, identify
 
 from bristle.core import InputError
 from bristle.identification import intervals
 
-identifying = importlib.import_module("bristle.identification.identify")
 MODELS = "coulomb_viscous,viscous,coulomb"
 ERRORS = [
     FloatingPointError("overflow"),
@@ -43,7 +40,7 @@ def failing_for(name, original, error):
 
 @pytest.mark.parametrize("error", ERRORS, ids=repr)
 def test_a_model_whose_fit_fails_is_omitted(log, monkeypatch, error):
-    monkeypatch.setattr(identifying, "fit", failing_for("coulomb_viscous", identifying.fit, error))
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb_viscous", IDENTIFYING.fit, error))
     result = identify(log, MODELS, axis=STATED, blocks=2, draws=0)
     assert {fit.name for fit in result.fits} == {"viscous", "coulomb"}
     assert result.left_out == {"coulomb_viscous": getattr(error, "message", str(error))}
@@ -53,7 +50,7 @@ def test_a_model_whose_fit_fails_is_omitted(log, monkeypatch, error):
 
 def test_a_fault_of_the_log_is_no_fault_of_a_model(log, monkeypatch):
     error = InputError("has no load", path="log")
-    monkeypatch.setattr(identifying, "fit", failing_for("coulomb", identifying.fit, error))
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb", IDENTIFYING.fit, error))
     with pytest.raises(InputError, match="has no load"):
         identify(log, MODELS, axis=STATED, blocks=2, draws=0)
 

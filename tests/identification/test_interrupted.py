@@ -1,13 +1,14 @@
 """Ctrl-C during an identification returns the best result so far, marked unfinished."""
 
-import importlib
 import json
 import signal
+from itertools import chain, repeat
+from unittest.mock import DEFAULT, Mock
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, slow_log
-from tests.identification.rigid import identify
+from tests.identification.rigid import IDENTIFYING, identify
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
@@ -15,7 +16,6 @@ from bristle.identification import fitting, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
-identifying = importlib.import_module("bristle.identification.identify")
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
 
 
@@ -89,10 +89,7 @@ def test_an_interrupted_model_that_explains_far_more_is_first(log, interrupted_a
 
 
 def test_elements_are_kept_if_validation_is_interrupted(log, monkeypatch):
-    def interrupted(*values):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(fitting, "held_out_error", interrupted)
+    monkeypatch.setattr(fitting, "held_out_error", Mock(side_effect=KeyboardInterrupt))
     identification = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in identification.fits] == [("maxwell_slip", True, None)]
     assert len(identification.best.friction.values["k_i"]) >= 1
@@ -101,45 +98,33 @@ def test_elements_are_kept_if_validation_is_interrupted(log, monkeypatch):
 
 @pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: intervals from simulated logs are missing"), (0, "")])
 def test_fits_are_kept_if_ranking_is_interrupted(log, monkeypatch, draws, said):
-    calls, original = [], identifying.with_structure
-
-    def interrupted_once(*values):
-        calls.append(values)
-        if len(calls) == 1:
-            raise KeyboardInterrupt
-        return original(*values)
-
-    monkeypatch.setattr(identifying, "with_structure", interrupted_once)
+    ranking = Mock(side_effect=chain([KeyboardInterrupt], repeat(DEFAULT)), wraps=IDENTIFYING.with_structure)
+    monkeypatch.setattr(IDENTIFYING, "with_structure", ranking)
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
-    assert len(calls) == 2
+    assert ranking.call_count == 2
     assert (identification.best.unfinished, identification.unfinished) == (False, said)
     assert identification.best.rank == 1
 
 
-def test_fits_are_kept_if_the_search_for_slots_is_interrupted(log, monkeypatch):
-    def interrupted(*values):
-        raise KeyboardInterrupt
+@pytest.fixture
+def two_in_all(monkeypatch):
+    """All models are two."""
+    monkeypatch.setattr(IDENTIFYING.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
 
-    monkeypatch.setattr(identifying, "next_models", interrupted)
-    monkeypatch.setattr(identifying.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
+
+@pytest.mark.usefixtures("two_in_all")
+def test_fits_are_kept_if_the_search_for_slots_is_interrupted(log, monkeypatch):
+    monkeypatch.setattr(IDENTIFYING, "next_models", Mock(side_effect=KeyboardInterrupt))
     identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
     assert identification.unfinished == "interrupted: the search for slots is incomplete"
 
 
+@pytest.mark.usefixtures("two_in_all")
 def test_slots_are_not_sought_after_an_interruption(log, monkeypatch):
-    original, seen = identifying.fit, []
-
-    def interrupted(context, component, *values):
-        if component.name == "viscous":
-            raise KeyboardInterrupt
-        return original(context, component, *values)
-
-    monkeypatch.setattr(identifying, "fit", interrupted)
-    monkeypatch.setattr(identifying, "next_models", lambda *values: seen.append(values) or ())
-    monkeypatch.setattr(identifying.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
-    identification = identify(log, "all", axis=STATED, blocks=2)
-    assert (identification.unfinished, seen) == ("interrupted: viscous was not fitted", [])
+    monkeypatch.setattr(IDENTIFYING, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=IDENTIFYING.fit))
+    monkeypatch.setattr(IDENTIFYING, "next_models", Mock(side_effect=AssertionError))
+    assert identify(log, "all", axis=STATED, blocks=2).unfinished == "interrupted: viscous was not fitted"
 
 
 def test_an_interruption_before_the_first_result_is_raised(log, interrupted_after):
@@ -178,10 +163,7 @@ def test_progress_reaches_the_end_with_simulated_logs():
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
 def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
-    def interrupted(*values):
-        raise error
-
-    monkeypatch.setattr(intervals, "with_uncertainty", interrupted)
+    monkeypatch.setattr(intervals, "with_uncertainty", Mock(side_effect=error))
     log = log_of(sines(2.0), sliding_effort(sines(2.0)))
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.unfinished == "interrupted: intervals from simulated logs are missing"
