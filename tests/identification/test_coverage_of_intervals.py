@@ -21,7 +21,7 @@ from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
 from bristle.identification import Fit, identify
-from bristle.identification.half_cycles import Disturbance, Groups, disturbance_of, scatter_in
+from bristle.identification.half_cycles import Disturbance, Groups, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
@@ -268,14 +268,6 @@ def test_noise_of_a_replicate_is_white():
         off = drawn(5, signal=signal, **{cause: 1e-3})
         assert np.std(off) == pytest.approx(1e-3, rel=0.03)
         assert abs(np.mean(off[:, 1:] * off[:, :-1])) < 0.05e-6
-
-
-@pytest.mark.parametrize(("step", "noise"), [(1e-5, 0.0), (0.0, 3e-6), (1e-5, 8e-6)])
-def test_noise_of_the_position_excludes_rounding(step, noise):
-    shaken = MOTION.position + noise * np.random.default_rng(6).standard_normal(MOTION.time.size)
-    log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION), step=step)
-    result = disturbance_of(treat(log, Axis(resolution=step or None)), 0.0)
-    assert result.jitter == pytest.approx(noise, rel=0.2, abs=0.2 * step)
 
 
 def test_noise_of_the_position_explains_its_residual():

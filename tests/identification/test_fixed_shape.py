@@ -91,6 +91,8 @@ def test_the_virgin_curve_bends_at_the_thresholds():
 def test_the_reflection_of_a_fit_is_at_the_same_distance():
     space = space_of(("F_C", 0.0))
     best, theta = np.array([2e5, 1e5, 12.0, -1.5]), np.array([2.2e5, 1.1e5, 13.0, -1.0])
+    bent = np.array([2.6e5, 0.9e5, 13.0, -1.0])
+    assert space.turned(bent, best).values["nu_i"] == pytest.approx(space.values(bent)["nu_i"])  # the shape is that of the fit
     turned = space.turned(theta, best)
     assert turned.numbers[:4] == pytest.approx(2.0 * space.numbers(best)[:4] - space.numbers(theta)[:4])
     assert turned.values["F_C"] == pytest.approx(5.4)

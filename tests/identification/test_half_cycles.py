@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
 from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
@@ -52,20 +53,19 @@ def test_a_way_within_two_steps_or_eight_times_the_noise_is_rest():
     assert (least_way(1.0, 0.1), least_way(1.0, 0.5)) == (2.0, 4.0)
 
 
-def test_correlated_rows_count_as_fewer():
-    white = RNG.standard_normal(20_000)
-    assert neighbour_correlation(white) == pytest.approx(0.0, abs=0.03)
-    assert independent_rows(white) == pytest.approx(20_000, rel=0.06)
-    lasting = np.zeros(20_000)
-    for k in range(1, lasting.size):
-        lasting[k] = 0.5 * lasting[k - 1] + white[k]
-    assert neighbour_correlation(lasting) == pytest.approx(0.5, abs=0.03)
-    assert independent_rows(lasting) == pytest.approx(20_000 / 3.0, rel=0.1)
-    assert independent_rows(np.tile([1.0, -1.0], 50)) == 100.0  # no more than there are
-    assert neighbour_correlation(np.zeros(5)) == 0.0
-    assert 0.0 < independent_rows(np.ones(1000)) < 1.0
-    # A correlation counts as 0.999 at most: so many rows as lasting ones have.
-    assert independent_rows(np.ones(10_000)) == pytest.approx(10_000 / 1999.0)
+@pytest.mark.parametrize(
+    ("rows", "correlation", "independent"),
+    [
+        pytest.param(RNG.standard_normal(20_000), 0.0, 20_000, id="white"),
+        pytest.param(lfilter([1.0], [1.0, -0.5], RNG.standard_normal(20_000)), 0.5, 20_000 / 3.0, id="lasting"),
+        pytest.param(np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"),  # no more than there are
+        pytest.param(np.zeros(5), 0.0, 5.0, id="none"),
+        pytest.param(np.ones(1000), 1.0, 1000 / 1999.0, id="constant"),  # a correlation counts as 0.999 at most
+    ],
+)
+def test_correlated_rows_count_as_fewer(rows, correlation, independent):
+    assert neighbour_correlation(rows) == pytest.approx(correlation, abs=0.03)
+    assert independent_rows(rows) == pytest.approx(independent, rel=0.06)
 
 
 def test_the_level_within_each_half_cycle_is_removed():
@@ -76,14 +76,10 @@ def test_the_level_within_each_half_cycle_is_removed():
 
 
 def test_five_blocks_are_held_out_if_there_is_room(dataset):
-    room = room_for_blocks(dataset, DEFAULT)
-    assert room == dataset.effort.size // (20 + 2 * dataset.reach)
-    assert blocks_for(dataset, None, DEFAULT) == min(room, 5)
-    assert blocks_for(dataset, 3, DEFAULT) == 3
-    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=120.0)) == 2
-    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=200.0)) == 0
+    assert room_for_blocks(dataset, DEFAULT) == dataset.effort.size // (20 + 2 * dataset.reach)
     two = SimpleNamespace(log_of_row=np.array([0, 1]), effort=dataset.effort, reach=dataset.reach)
-    assert blocks_for(two, None, replace(DEFAULT, held_out_rows=200.0)) == 5
+    asked = ((dataset, None, 20.0), (dataset, 3, 20.0), (dataset, None, 120.0), (dataset, None, 200.0), (two, None, 200.0))
+    assert [blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least)) for rows, blocks, least in asked] == [5, 3, 2, 0, 5]
 
 
 def rows_like(velocity, reach=2):

@@ -3,61 +3,32 @@
 import benchmarks.bootstrap
 import numpy as np
 import pytest
-from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
+from benchmarks.coverage import AXIS, FITTED, MAXWELL, UNSEEN, motion, recorded
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification.bootstrap import bootstrap, turned
-from bristle.identification.element_models import Elements
-from bristle.identification.fixed_shape import shaped
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.least_squares import linear
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import prior_knowledge_of
 from bristle.prediction import predict
 
 PAIRS = 15
 
 
-@pytest.fixture(scope="module")
-def dahl():
-    log = recorded(CASES["dahl"], motion(*FITTED, pairs=PAIRS), seed=4)
-    return identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
-
-
-@pytest.mark.slow
-def test_bootstrap_intervals_include_level_scatter_and_plain_covariance_does_not(dahl):
-    for name, truth in CASES["dahl"].values.items():
-        item = dahl.parameters[name]
-        assert item.interval[0] < truth < item.interval[1]
-    level = dahl.parameters["F_C"]
-    assert level.interval[1] - level.interval[0] > 4.0 * level.std
-
-
-@pytest.mark.slow
-def test_the_scatter_is_a_number_with_an_interval(dahl):
-    scatter = dahl.resampling.scatter
-    assert scatter.low < SCATTER < scatter.high
-    assert scatter.low < scatter.value < scatter.high
-    assert dahl.resampling.half_cycles == pytest.approx(2 * PAIRS, abs=2)
-
-
-@pytest.mark.slow
-def test_interval_of_the_scatter_has_the_width_of_so_many_half_cycles(dahl):
-    scatter = dahl.resampling.scatter
-    # Of 30 independent levels: a ratio of 1.67; what the fit takes of them makes it wider.
-    assert 1.5 < scatter.high / scatter.low < 2.4
+def problem_of(moved, effort, cutoff=50.0, **segments):
+    dataset = treat(log_of(moved, effort, **segments), Axis(), cutoff, 5)
+    return InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
 
 
 def test_a_replicate_and_its_mirror_image_lie_on_both_sides_of_the_model():
-    dataset = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
-    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
-    twin, disturbance = RowReplicates(problem, TRUTH), Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
+    twin = RowReplicates(problem_of(sines(), sliding_effort(sines())), TRUTH)
+    disturbance = Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
     item, other, still = (twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0))
     for signal in ("effort", "position"):
         middle = 0.5 * (getattr(item, signal).values + getattr(other, signal).values)
@@ -67,8 +38,7 @@ def test_a_replicate_and_its_mirror_image_lie_on_both_sides_of_the_model():
 
 def test_a_replicate_has_the_segments_of_its_log():
     parts = (slice(0, 4000), slice(4000, 7000), slice(7000, 10_000))
-    dataset = treat(log_of(sines(), sliding_effort(sines()), segments=parts), Axis(), 50.0, 5)
-    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    problem = problem_of(sines(), sliding_effort(sines()), segments=parts)
     twin = RowReplicates(problem, TRUTH).log(Disturbance(0.0, 0.0, 0.0), np.random.default_rng(5))
     assert twin.segments == parts
     for part in parts:
@@ -83,8 +53,7 @@ def test_scatter_of_a_level_is_recovered(scatter):
     half_cycle = np.cumsum(np.diff(np.sign(moved.velocity), prepend=0.0) != 0.0)
     noise = 0.1 * np.random.default_rng(3).standard_normal(moved.time.size)
     effort = 12.0 * moved.acceleration + 8.0 * levels[half_cycle] * np.sign(moved.velocity) + 30.0 * moved.velocity + noise
-    dataset = treat(log_of(moved, effort), Axis(), 100.0, 5)
-    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    problem = problem_of(moved, effort, 100.0)
     result = bootstrap(problem, linear(problem), 6, linear=True).scatter
     true = float(np.std(levels[1 : half_cycle[-1]]))
     assert result.value == pytest.approx(true, rel=0.25, abs=0.01)
@@ -130,40 +99,6 @@ def test_bootstrap_of_white_noise_agrees_with_least_squares():
         half = 0.5 * (item.interval[1] - item.interval[0])
         assert half == pytest.approx(1.96 * item.std, rel=0.45)
         assert abs(item.value - truth) < 2.5 * half
-
-
-@pytest.mark.slow
-def test_the_ends_of_an_interval_are_percentiles_of_the_draws(dahl):
-    short = recorded(MAXWELL, motion(*FITTED, pairs=5), seed=3)
-    for fit in (dahl, identify(short, "maxwell_slip", axis=AXIS, blocks=0, draws=20).best):
-        draws = dict(fit.resampling.bands.draws)
-        if "k_i" in draws:
-            draws["s"] = np.sum(draws.pop("k_i"), axis=1)
-        for name in fit.parameters.keys() & draws.keys():
-            low, high = np.percentile(draws[name], [2.5, 97.5])
-            assert fit.parameters[name].interval == pytest.approx((low, high), rel=1e-9)
-            assert low < high
-
-
-@pytest.mark.slow
-def test_draws_of_elements_have_the_shape_of_the_fit_to_a_replicate():
-    log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
-    component, known = friction.find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
-    dataset = treat(log, AXIS)
-    fixed = parameters_of(shaped(component, np.ones(1), np.ones(1)), known, dataset)
-    _, solution = Elements(dataset, component, fixed).all_elements()
-    space, best = solution.space, solution.theta
-    other = best * (1.0 + 0.1 * np.sin(np.arange(best.size)))
-    draw, before = space.turned(other, best), space.values(other)
-    level, stiffness = draw.values["F_C"], np.sum(draw.values["k_i"])
-    np.testing.assert_allclose(draw.numbers[:2], (level, stiffness))
-    np.testing.assert_allclose(draw.numbers, 2.0 * space.numbers(best) - space.numbers(other))
-    for name in ("k_i", "nu_i"):
-        np.testing.assert_allclose(draw.values[name] / draw.values[name].sum(), before[name] / before[name].sum())
-    far = space.turned(50.0 * best, best)
-    assert far.values["F_C"] > 0.0
-    assert np.all(far.values["k_i"] >= 0.0)
-    assert far.values["sigma_2"] >= 0.0
 
 
 def test_biased_replicates_are_reflected_and_pairs_share_an_edge():
