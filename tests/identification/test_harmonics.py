@@ -43,12 +43,13 @@ def found_in(dataset, turn=TURN, turner="motor"):
 STROKE = float(np.ptp(MOTION.position))
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def few_orders(monkeypatch):
     """The search of all orders takes longer than the tests."""
     monkeypatch.setattr("bristle.identification.estimation.MOST_ORDER", 22)
 
 
+@pytest.mark.usefixtures("few_orders")
 def test_harmonics_of_the_truth_are_found_in_order_from_one_and_a_half_turns(rippled):
     assert found_in(rippled, turn=2.0 * TURN) == [4, 12, 22]
     assert found_in(dataset_with((3, 4.0), turn=STROKE / 1.6), turn=STROKE / 1.6) == [3]
@@ -69,6 +70,7 @@ def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected(waves, asked, f
         found_in(dataset_with(*waves), **asked)
 
 
+@pytest.mark.usefixtures("few_orders")
 def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_its_terms(rippled):
     termed = with_terms(inertia, gravity=True, cogging={"screw": [1]})
     axis = Axis(kind="translational", cogging=(Cogging("motor", TURN, None),))
