@@ -16,9 +16,10 @@ from bristle.identification.settings import DEFAULT
 DT = 2e-3
 TIME = DT * np.arange(5000)
 SPEED = 2.0 * np.pi * 0.4
+KIND = "translational"
 
 
-def rows_of(amplitude=0.05, kind="translational", **surroundings):
+def rows_of(amplitude=0.05, kind=KIND, **surroundings):
     x = amplitude * np.sin(SPEED * TIME + 0.3) + 0.2 * amplitude * np.sin(3.1 * SPEED * TIME)
     v = amplitude * SPEED * (np.cos(SPEED * TIME + 0.3) + 0.62 * np.cos(3.1 * SPEED * TIME))
     a = np.gradient(v, DT)
@@ -83,19 +84,35 @@ def with_residual(rows, force, noise=0.02, seed=1):
 
 
 def test_a_force_over_the_position_is_found_with_its_size_and_noise_remains():
-    short = with_residual(ROWS, 0.6 * PLACE**2)
-    (missing,), left_over = missing_forces(short, DEFAULT)
+    (missing,), left_over = missing_forces(with_residual(ROWS, 0.6 * PLACE**2), DEFAULT)
     assert missing.cause == "position"
     assert missing.share > 0.95
     assert missing.force == pytest.approx(0.6 * float(np.std(PLACE**2)), rel=0.25)
-    assert left_over < 2.0
-    assert missing_forces(short.at(np.arange(5000) < 150), DEFAULT) == ((), 0.0)
+    assert 0.0 < left_over < 2.0
 
 
-def test_a_force_below_its_share_of_friction_is_not_reported():
-    small = with_residual(ROWS, 0.01 * PLACE**2, noise=1e-4)
-    assert missing_forces(small, DEFAULT)[0] == ()
-    assert missing_forces(small, replace(DEFAULT, missing_evidence=0.0))[0] != ()
+LATE = with_residual(ROWS, -4.0 * ROWS.side * np.exp(-ROWS.from_ends(ROWS.position)[0] / (5e-3 * np.ptp(ROWS.position))))
+SMALL = with_residual(ROWS, 0.01 * PLACE**2, noise=1e-4)
+HALF_CYCLES = with_residual(ROWS, 0.4 * PLACE**2, noise=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "changed", "static", "causes"),
+    [
+        pytest.param(SMALL, {}, False, [], id="below its share of friction"),
+        pytest.param(SMALL, {"missing_evidence": 0.0}, False, ["position"], id="of any size"),
+        pytest.param(with_residual(ROWS, 0.4 * PLACE**2, noise=0.5), {}, False, ["position"], id="below the noise of single rows"),
+        pytest.param(with_residual(ROWS, 0.0 * TIME, noise=0.4), {}, False, [], id="noise"),
+        pytest.param(LATE, {}, True, ["presliding"], id="builds up after reversals"),
+        pytest.param(LATE, {}, False, [], id="only sought for static models"),
+        pytest.param(with_residual(ROWS, 0.0 * TIME), {}, True, [], id="nothing of a static model"),
+        pytest.param(with_residual(ROWS, 0.6 * PLACE**2).at(np.arange(5000) < 150), {}, False, [], id="too few rows"),
+        pytest.param(HALF_CYCLES.at(ROWS.cycles.index < 4), {}, False, [], id="four half-cycles"),
+        pytest.param(HALF_CYCLES.at(ROWS.cycles.index < 8), {}, False, ["position"], id="eight half-cycles"),
+    ],
+)
+def test_a_force_is_named_by_its_cause_if_it_matters(rows, changed, static, causes):
+    assert [force.cause for force in missing_forces(rows, replace(DEFAULT, **changed), static=static)[0]] == causes
 
 
 @pytest.mark.parametrize(("odd", "alike"), [(False, True), (True, False)])
@@ -148,13 +165,6 @@ def test_friction_builds_up_after_a_reversal_and_not_before():
     assert last[np.append(ROWS.cycles.first[1:], ROWS.time.size) - 1].tolist() == [0.0] * ROWS.cycles.count
 
 
-def test_a_force_that_builds_up_after_reversals_is_sought_for_static_models():
-    lacking = with_residual(ROWS, -4.0 * ROWS.side * np.exp(-ROWS.from_ends(ROWS.position)[0] / (5e-3 * np.ptp(ROWS.position))))
-    assert [force.cause for force in missing_forces(lacking, DEFAULT, static=True)[0]] == ["presliding"]
-    assert missing_forces(lacking, DEFAULT)[0] == ()
-    assert missing_forces(with_residual(ROWS, 0.0 * TIME), DEFAULT, static=True)[0] == ()
-
-
 def test_far_rows_are_three_periods_of_the_cutoff_from_reversals():
     rows = with_residual(ROWS, 0.0 * TIME)
     assert rows.turned[rows.far].min() > 3.0 / 50.0
@@ -196,13 +206,6 @@ def test_rows_of_an_almost_exact_band_have_at_most_four_times_the_weight():
     assert np.max(even) < 1.5 * np.median(even)
 
 
-def test_a_slow_force_is_found_below_the_noise_of_single_rows():
-    (missing,), left_over = missing_forces(with_residual(ROWS, 0.4 * PLACE**2, noise=0.5), DEFAULT)
-    assert missing.cause == "position"
-    assert left_over > 0.0
-    assert missing_forces(with_residual(ROWS, 0.0 * TIME, noise=0.4), DEFAULT)[0] == ()
-
-
 def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
     passed = _LowPass.of(ROWS)
     assert passed(np.full(TIME.size, 3.0)) == pytest.approx(3.0)
@@ -213,7 +216,7 @@ def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
     assert passed(pair)[:, 0] == pytest.approx(passed(wave))
 
 
-def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFAULT, beside=None):
+def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, beside=None):
     """What is found in rows of one speed whose load changes sides amid strokes, and leaves so many times the usual residual there."""
     count = 5000
     row, residual, load = np.arange(count), 0.1 * np.random.default_rng(2).choice([-1.0, 1.0], count), np.ones(count)
@@ -226,24 +229,11 @@ def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, settings=DEFA
     x, long = 0.001 * np.cumsum(side), np.full(count, 1e3)
     cycles = Groups(row // 250)
     rows = Rows(
-        0.01 * row,
-        x,
-        0.1 * side,
-        none,
-        load,
-        residual if beside is None else residual + beside @ np.arange(1.0, 1.0 + beside.shape[1]),
-        none[:, None] if beside is None else beside,
-        load,
-        friction * side,
-        side,
-        cycles,
-        {},
-        50.0,
-        "translational",
-        long,
-        10.0,
+        0.01 * row, x, 0.1 * side, none, load, residual, none[:, None], load, friction * side, side, cycles, {}, 50.0, KIND, long, 10.0
     )
-    return play_at_flanks(rows, settings)
+    if beside is not None:
+        rows = replace(rows, jacobian=beside, residual=residual + beside @ np.arange(1.0, 1.0 + beside.shape[1]))
+    return play_at_flanks(rows, DEFAULT)
 
 
 def test_play_is_found_if_the_residual_doubles_at_changes_of_flank():
@@ -253,10 +243,25 @@ def test_play_is_found_if_the_residual_doubles_at_changes_of_flank():
     assert play.force == pytest.approx((excess / 5000) ** 0.5, rel=0.1)
     assert play.share == pytest.approx(excess / (excess + 5000 * 0.1**2), rel=0.1)
     assert usual == pytest.approx(0.1, rel=0.05)
-    assert knocks(1.9) == ((), 0.0)
-    assert knocks(2.4)[0] != ()
-    assert knocks(3.0, friction=3.0)[0] != ()
-    assert knocks(3.0, friction=6.0) == ((), 0.0)  # less than a hundredth of it
+
+
+@pytest.mark.parametrize(
+    ("times", "struck", "ratio"),
+    [
+        (1.9, {}, None),
+        (2.4, {}, 2.4),
+        (3.0, {"friction": 3.0}, 3.0),
+        (3.0, {"friction": 6.0}, None),  # less than a hundredth of it
+        (5.0, {"trains": 4}, 5.0),  # four changes are needed
+        (5.0, {"trains": 3, "flips": 5}, None),
+        (5.0, {"trains": 4, "flips": 5}, 5.0),
+        (1.0, {"trains": 8, "first": 10.0}, None),  # of which none dominates
+        (5.0, {"trains": 8, "first": 20.0}, 5.0),
+    ],
+)
+def test_play_needs_four_changes_that_matter_without_a_dominant_one(times, struck, ratio):
+    found, _ = knocks(times, **struck)
+    assert [play.ratio for play in found] == ([] if ratio is None else [pytest.approx(ratio, rel=0.1)])
 
 
 def test_an_effect_of_model_parameters_is_not_play():
@@ -266,22 +271,6 @@ def test_an_effect_of_model_parameters_is_not_play():
     assert play.ratio == pytest.approx(plain.ratio, rel=0.02)
     assert play.force == pytest.approx(plain.force, rel=0.02)
     assert as_usual == pytest.approx(usual, rel=0.02)
-
-
-def test_play_needs_four_changes_without_a_dominant_one():
-    assert knocks(5.0, trains=4)[0] != ()
-    assert knocks(5.0, trains=3, flips=5) == ((), 0.0)
-    assert knocks(5.0, trains=4, flips=5)[0] != ()
-    assert knocks(1.0, trains=8, first=10.0) == ((), 0.0)
-    (play,), _ = knocks(5.0, trains=8, first=20.0)
-    assert play.ratio == pytest.approx(5.0, rel=0.1)
-
-
-def test_fewer_than_five_half_cycles_show_no_force():
-    rows = with_residual(ROWS, 0.4 * PLACE**2, noise=0.1)
-    few = rows.at(rows.cycles.index < 4)
-    assert missing_forces(few, DEFAULT) == ((), 0.0)
-    assert missing_forces(rows.at(rows.cycles.index < 8), DEFAULT)[0] != ()
 
 
 def test_a_single_omitted_row_ends_a_stretch():

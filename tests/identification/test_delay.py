@@ -20,7 +20,6 @@ from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.uncertainty import _unsure
-from bristle.logs.filters import derivative
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
 from bristle.report.messages import assumptions_of, message, warnings_of
@@ -272,12 +271,6 @@ def test_the_channel_is_not_sought_if_only_the_effort_can_be_filtered(monkeypatc
 
 def test_thresholds_decide_which_values_are_known():
     assert alignment_of([late(3.0 * DT)], [None], Settings(delay_unsure=0.01)).delay is None
-
-
-def test_the_derivative_is_of_fourth_order():
-    coarse, fine = (np.arange(0.0, 3.0, dt) for dt in (0.1, 0.05))
-    errors = [np.max(np.abs(derivative(np.sin(t), t[1]) - np.cos(t))[2:-2]) for t in (coarse, fine)]
-    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.05)
 
 
 @pytest.mark.slow

@@ -88,12 +88,6 @@ def test_without_a_stated_delay_the_command_leads_the_position(undelayed):
     assert lead["half_width"] < 0.15e-3
 
 
-@pytest.mark.slow
-def test_without_a_stated_delay_the_mass_does_not_depend_on_the_cutoff(emps, undelayed):
-    mass = identify(emps, "coulomb_viscous", cutoff=25.0, blocks=0, draws=0).best.parameters["M"].value
-    assert mass == pytest.approx(undelayed.parameters["M"].value, rel=1e-6)
-
-
 @pytest.mark.parametrize("cutoff", [20.0, *(pytest.param(cutoff, marks=pytest.mark.slow) for cutoff in (10.0, 50.0))])
 def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
     fit = rigid.identify(emps, "coulomb_viscous", axis=PUBLISHED, cutoff=cutoff, draws=0, blocks=0).best
