@@ -72,31 +72,29 @@ def test_the_truth_is_that_of_the_models_not_of_the_log(identified, monkeypatch)
     assert found["offset"].relative_to == "F_C"
 
 
+def drawn(identified, resolution=STEP, **treatment):
+    axis, treatment = replace(AXIS, resolution=resolution), dict(identified.treatment) | treatment
+    return SimulatedLog(identified.log, axis, identified.best, treatment).drawn(np.random.default_rng(3))
+
+
 def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_log(identified):
-    late = dict(identified.treatment) | {"delay": 4e-3}
-    drawn = SimulatedLog(identified.log, AXIS, identified.best, late).drawn(np.random.default_rng(3))
-    position, effort = (low_passed(signal.values, 40.0, DT) for signal in (drawn.position, drawn.effort))
+    simulated, coarse = drawn(identified, delay=4e-3), drawn(identified, resolution=5.0 * STEP, delay=4e-3)
+    position, effort = (low_passed(signal.values, 40.0, DT) for signal in (simulated.position, simulated.effort))
     friction = br.response(identified.model, position, dt=DT)
     friction[:-1] = 0.5 * (friction[:-1] + friction[1:])  # that of a step is the one in its middle
     acted = identified.plant.values["M"] * np.gradient(np.gradient(position, DT), DT) + friction
     off = [np.std((effort[lag:] - acted[: COUNT - lag])[200:-200]) for lag in range(10)]
     assert np.argmin(off) == 4
-    steps = np.diff(drawn.position.values) / STEP
+    steps = np.diff(simulated.position.values) / STEP
     assert steps == pytest.approx(np.round(steps), abs=1e-6)
-    phase = drawn.position.values[0] / STEP % 1.0
-    assert 0.05 < phase < 0.95  # not that of the recorded log, which is 0
-    coarse = SimulatedLog(identified.log, replace(AXIS, resolution=5.0 * STEP), identified.best, late).drawn(np.random.default_rng(3))
+    assert 0.05 < simulated.position.values[0] / STEP % 1.0 < 0.95  # not the phase of the recorded log, which is 0
     assert np.min(np.abs(np.diff(np.unique(coarse.position.values)))) > 4.9 * STEP
-    assert np.std(drawn.position.values - identified.log.position.values) > STEP  # friction moves the axis by itself
+    assert np.std(simulated.position.values - identified.log.position.values) > STEP  # friction moves the axis by itself
 
 
 def test_a_simulated_log_has_the_filter_of_the_effort(identified):
-    def roughness(smoothing):
-        treatment = dict(identified.treatment) | {"smoothing": smoothing}
-        drawn = SimulatedLog(identified.log, AXIS, identified.best, treatment).drawn(np.random.default_rng(3))
-        return np.std(np.diff(drawn.effort.values, 2))
-
-    assert roughness(3e-3) < 0.5 * roughness(0.0)
+    smooth, rough = (drawn(identified, smoothing=smoothing).effort.values for smoothing in (3e-3, 0.0))
+    assert np.std(np.diff(smooth, 2)) < 0.5 * np.std(np.diff(rough, 2))
 
 
 def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identified):
@@ -105,25 +103,20 @@ def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identif
     columns = {"time": TIME, "position": log.position.values, "effort": log.effort.values, "temperature": warm}
     log = br.Log.from_columns(columns, axis=AXIS)
     model = find("coulomb_viscous+temperature")(F_C=8.0, F_v=20.0, k_T=-0.02)
-    late = SimulatedLog(log, AXIS, replace(best, friction=model), dict(identified.treatment) | {"delay": 5e-3})
-    drawn = late.drawn(np.random.default_rng(3))
-    assert np.max(np.abs(drawn.position.values - log.position.values)) < 20.0 * STEP
+    simulated = drawn(replace(identified, log=log, fits=(replace(best, friction=model),)), delay=5e-3)
+    assert np.max(np.abs(simulated.position.values - log.position.values)) < 20.0 * STEP
     velocity = np.gradient(POSITION, DT)
-    ahead = drawn.effort.values - 3.0 * np.gradient(np.gradient(np.roll(POSITION, 5), DT), DT)
+    ahead = simulated.effort.values - 3.0 * np.gradient(np.gradient(np.roll(POSITION, 5), DT), DT)
     sliding = np.abs(velocity) > 0.02
     cold, hot = (np.mean(np.abs(ahead[sliding & part])) for part in ((TIME > 0.2) & (TIME < 1.4), (TIME > 1.6) & (TIME < 2.8)))
     assert hot / cold == pytest.approx(0.8 / 1.2, rel=0.08)
 
 
 def test_a_fit_to_a_simulated_log_knows_only_the_given_data(identified, monkeypatch):
-    asked = {}
-
-    def noted(logs, **options):
-        asked.update(options)
-        return SimpleNamespace(best=SimpleNamespace(parameters={}))
-
-    monkeypatch.setattr(known_truth, "identify", noted)
+    again = Mock(return_value=SimpleNamespace(best=SimpleNamespace(parameters={})))
+    monkeypatch.setattr(known_truth, "identify", again)
     determined(identified)
+    asked = again.call_args.kwargs
     assert (asked["cutoff"], asked["free"], asked["mass"], asked["offset"]) == (None, [], None, None)
     assert (asked["method"], asked["draws"], asked["axis"]) == ("inverse_dynamics", 20, [AXIS])
     best = identified.best
@@ -134,6 +127,7 @@ def test_a_fit_to_a_simulated_log_knows_only_the_given_data(identified, monkeypa
     changed = replace(best, estimates=tuple(estimates), diagnostics=(Diagnostic("prediction_error"),))
     treatment = dict(identified.treatment) | {"cutoff": 60.0}
     Determined.by_simulated_logs([identified.log], [AXIS], changed, treatment, {"hidden_shape": 0.1}, count=1)
+    asked = again.call_args.kwargs
     assert (asked["cutoff"], asked["free"], asked["mass"]) == (60.0, ["exponent"], identified.parameters["M"].value)
     assert (asked["method"], asked["settings"]) == ("prediction_error", {"hidden_shape": 0.1})
 
