@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
-from tests.identification.rigid import IDENTIFYING, identify
+from tests.identification.rigid import identify
 
 from bristle.identification import first_stage
 from bristle.identification.dataset import Alignment, Segment
@@ -376,10 +376,8 @@ def test_an_encoder_error_in_a_band_does_not_bias_the_inertia(size):
     assert high - low < 0.5 * TRUTH["M"]
 
 
-def test_an_unknown_inertia_biased_by_noise_is_not_identified(monkeypatch):
-    lowered = Alignment(too_small=0.3)
-    monkeypatch.setattr(IDENTIFYING, "alignment_of", lambda *_, **__: lowered)
-    fit = identify(in_a_band(0.0), "coulomb_viscous", blocks=0, draws=0).best
+def test_an_unknown_inertia_biased_by_noise_is_not_identified():
+    fit = identify(in_a_band(0.0), "coulomb_viscous", alignment=Alignment(too_small=0.3), blocks=0, draws=0).best
     assert (fit.parameters["M"].status, fit.parameters["M"].reason.code) == ("unidentifiable", "noisy_acceleration")
     assert fit.parameters["M"].reason.numbers["percent"] == pytest.approx(30.0)
 
