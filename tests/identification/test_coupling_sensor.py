@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from benchmarks.elastic import with_sensor
 from benchmarks.two_mass import drive_of, log_of, of_the_motor
+from tests.identification.known_logs import STATED
 from tests.identification.rigid import identify
 
 import bristle as br
@@ -82,14 +83,9 @@ def test_the_result_for_one_mass_does_not_depend_on_the_sensor():
     assert apart([(log, None), (replace(log, further={}), None)])[1] == ()
 
 
-@pytest.fixture(scope="module")
-def rigid():
+def test_without_a_scale_the_load_is_rigid_behind_the_sensor(tmp_path):
     log, _ = sensed(share=0.4)
-    return two_masses([(log, None)], partial(identify, model="coulomb_viscous", draws=0, blocks=0)), log
-
-
-def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
-    found, log = rigid
+    found = two_masses([(log, None)], partial(identify, model="coulomb_viscous", axis=STATED, draws=0, blocks=0))
     assert {name: item.value for name, item in found.by_name.items()} == pytest.approx({"motor": 2.0, "load": 8.0}, rel=0.02)
     assert found.motor.best.parameters["F_C"].value == pytest.approx(1.8, rel=0.05)
     assert found.load.best.parameters["F_C"].value == pytest.approx(1.2, rel=0.05)
@@ -107,7 +103,6 @@ def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", [4003, 4000])
 def test_a_sensor_separates_friction_of_the_motor_from_that_behind_it(seed):
     drive = with_sensor(seed, has_nut=True)

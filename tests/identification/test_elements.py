@@ -18,6 +18,7 @@ from bristle.report.messages import assumptions_of
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 MASS = 12.0
+STROKES = (30e-6, 14e-6, 6e-6)  # m
 KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
 
 
@@ -26,10 +27,10 @@ def virgin_curve(values, x):
     return np.sum(np.minimum(np.outer(x, values["k_i"]), levels), axis=1)
 
 
-def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load=None, temperature=None, **more):
-    """Slow motion in and out of pre-sliding, with the truth run ten times as fine as the log."""
-    fine, dt = 10, 1e-3
-    motion = sines(duration, dt / fine, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):
+    """Slow motion in and out of pre-sliding, with the truth run some times as fine as the log."""
+    load, temperature = more.pop("load", None), more.pop("temperature", None)
+    motion = sines(duration, dt / fine, strokes, (0.31, 0.83, 1.97))
     truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
     around = {"load": load, "temperature": temperature}
     values = {key: np.repeat(item, fine) for key, item in around.items() if item is not None}
@@ -53,23 +54,17 @@ def test_level_stiffness_and_virgin_curve_are_recovered(identified):
     assert sum(values["nu_i"]) == pytest.approx(1.0)
     x = np.linspace(1e-6, 20e-6, 20)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(ELEMENTS, x))) < 0.4
-    level, stiffness = fit.parameters["F_C"], fit.parameters["s"]
-    assert (level.status, stiffness.status) == ("identified", "identified")
-    assert level.value == pytest.approx(20.0, abs=0.2)
-    assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.15)
-    assert stiffness.value == pytest.approx(float(np.sum(values["k_i"])))
+    assert {fit.parameters[name].status for name in ("F_C", "s")} == {"identified"}
+    assert fit.parameters["F_C"].value == pytest.approx(20.0, abs=0.2)
+    assert fit.parameters["s"].value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.15)
+    assert fit.parameters["s"].value == pytest.approx(float(np.sum(values["k_i"])))
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
     assert fit.further == len(values["k_i"]) - 2
 
 
 @pytest.mark.parametrize(("seconds", "draws"), [(3.0, 0), pytest.param(8.0, 20, marks=pytest.mark.slow)])
 def test_the_stiffness_of_long_strokes_is_identified_from_little_presliding(seconds, draws):
-    fine, dt = 4, 2e-4
-    motion = sines(seconds, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
-    truth = find("maxwell_slip")(**ELEMENTS, sigma_2=300.0)
-    friction = force_along(truth, motion.velocity, dt / fine, motion.position)
-    coarse = type(motion)(*(item[::fine] for item in motion))
-    log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size))
+    log = elements_log(duration=seconds, dt=2e-4, fine=4, strokes=(1.5e-2, 3e-3, 2e-4), offset=0.0)
     stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=draws).best.parameters["s"]
     assert stiffness.takes < 0.06
     assert stiffness.status == "identified"
@@ -133,11 +128,16 @@ def test_the_interval_of_the_level_includes_the_shape():
         assert fits[0].parameters[name].std < 10.0 * spread, name
 
 
-def test_at_one_speed_viscous_friction_is_not_a_number():
-    t = 1e-3 * np.arange(20_000)
-    way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
+def to_and_fro(duration, speed, **more):
+    """Motion at one speed, and the friction of the elements along it."""
+    t = 1e-3 * np.arange(round(duration / 1e-3))
+    way = np.abs((speed * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
     motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
-    friction = force_along(find("maxwell_slip")(**ELEMENTS, sigma_2=300.0), motion.velocity, 1e-3)
+    return motion, force_along(find("maxwell_slip")(**ELEMENTS, **more), motion.velocity, 1e-3)
+
+
+def test_at_one_speed_viscous_friction_is_not_a_number():
+    motion, friction = to_and_fro(20.0, 8e-6, sigma_2=300.0)
     fit = identify(log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
@@ -146,11 +146,8 @@ def test_at_one_speed_viscous_friction_is_not_a_number():
 
 
 def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
-    t = 1e-3 * np.arange(12_000)
-    way = np.abs((16e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
-    motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
-    friction = force_along(find("maxwell_slip")(**ELEMENTS), motion.velocity, 1e-3)
-    log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, t.size))
+    motion, friction = to_and_fro(12.0, 16e-6)
+    log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, friction.size))
     plain, sided = (
         identify(log, name, axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best.parameters
         for name in ("maxwell_slip", "maxwell_slip+asymmetry")
@@ -164,7 +161,7 @@ def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
 def test_directions_differ_by_one_number():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
     shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}
-    motion = sines(12.0, 1e-4, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+    motion = sines(12.0, 1e-4, STROKES, (0.31, 0.83, 1.97))
     truth = find("maxwell_slip+asymmetry")(**levels, **shape)
     friction = force_along(truth, motion.velocity, 1e-4, motion.position)
     coarse = Motion(*(item[::10] for item in motion))

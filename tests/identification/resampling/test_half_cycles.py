@@ -5,7 +5,7 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
 
 from bristle.core import Axis
-from bristle.identification.half_cycles import Groups, half_cycle_starts, half_cycles, scatter_in, within_cycles
+from bristle.identification.half_cycles import Groups, half_cycle_starts, half_cycles, scatter_in
 from bristle.identification.preprocessing import treat
 
 DT = 1e-3
@@ -37,15 +37,6 @@ def test_a_rest_in_noise_is_not_a_reversal():
     assert len(half_cycle_starts(treated(motion, step=1e-6, noise=1e-6))[0]) == 2
 
 
-def test_sums_over_half_cycles_are_sums_of_their_rows():
-    dataset = treated(sines())
-    rows, cycles = np.random.default_rng(0).normal(size=(dataset.effort.size, 2)), half_cycles(dataset)
-    sums = cycles.summed(rows)
-    assert sums.shape == (cycles.count, 2)
-    for number, index in enumerate(np.unique(cycles.of_rows)):
-        np.testing.assert_allclose(sums[number], rows[cycles.of_rows == index].sum(axis=0))
-
-
 def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     t = DT * np.arange(12_000)
     # One long stroke, then many short ones.
@@ -60,13 +51,6 @@ def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + item) for level, item in zip(levels, noise, strict=True)])
     assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.05, rel=0.03)
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
-
-
-def test_residual_within_half_cycles_has_no_level():
-    dataset = treated(sines())
-    residual, cycles = np.random.default_rng(1).normal(size=(2, dataset.effort.size)), half_cycles(dataset)
-    left = within_cycles(cycles, residual[0], residual[1])
-    np.testing.assert_allclose(cycles.summed(left * residual[0]), 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("scatter", [0.0, 0.1])
