@@ -1,7 +1,6 @@
 """Half-cycles of a log: rows, levels, noise, held-out blocks, and unfiltered motions."""
 
 from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -122,11 +121,9 @@ def test_signs_last_over_a_fortieth_of_a_segment():
 
 
 def test_an_unexplained_force_has_the_time_over_which_it_does_not_average_out():
-    lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)
-    assert correlation_time(lasting, 0.01, 1.0) == pytest.approx(1.0)  # a block of 100 rows
-    assert correlation_time(lasting, 0.01, 2.0) == pytest.approx(0.25)
+    lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)  # blocks of 100 rows
+    assert [correlation_time(lasting, 0.01, size) for size in (1.0, 2.0, 0.0)] == pytest.approx([1.0, 0.25, 0.0])
     assert correlation_time(RNG.standard_normal(4000), 0.01, 1.0) < 0.05
-    assert correlation_time(lasting, 0.01, 0.0) == 0.0
 
 
 def test_forces_are_scaled_and_offset_and_stiffness_are_not():
@@ -135,27 +132,20 @@ def test_forces_are_scaled_and_offset_and_stiffness_are_not():
     assert scaled(component, values, 3.0) == {"F_C": 12.0, "F_S": 15.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
 
 
+def scattered(dataset, model, scatter):
+    return force_with_scatter(model, dataset.segments[0], (0, *dataset.reversals[0]), 1e-3, scatter, np.random.default_rng(4))
+
+
 def test_each_half_cycle_has_a_random_level(dataset):
-    segment = dataset.segments[0]
-    starts = (0, *dataset.reversals[0])
-    drawn = np.random.default_rng(4).standard_normal(len(starts))
-    model = coulomb(F_C=8.0)
-    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    middle = [(a + b) // 2 for a, b in pairwise(starts[1:])]
-    expected = [8.0 * (1.0 + 0.1 * level) * np.sign(segment.velocity[k]) for level, k in zip(drawn[1:-1], middle, strict=True)]
-    assert force[middle] == pytest.approx(expected)
-    none = force_with_scatter(model, segment, starts, 1e-3, 0.0, np.random.default_rng(4))
+    turns, velocity = np.array(dataset.reversals[0]), dataset.segments[0].velocity
+    middle, levels = (turns[1:] + turns[:-1]) // 2, np.random.default_rng(4).standard_normal(turns.size + 1)[1:-1]
+    plain, none, wild = (scattered(dataset, coulomb(F_C=8.0), scatter) for scatter in (0.1, 0.0, 50.0))
+    assert plain[middle] == pytest.approx(8.0 * (1.0 + 0.1 * levels) * np.sign(velocity[middle]))
     assert np.abs(none[middle]) == pytest.approx(8.0)
-    wild = force_with_scatter(model, segment, starts, 1e-3, 50.0, np.random.default_rng(4))
     assert np.min(np.abs(wild[middle])) == pytest.approx(0.05 * 8.0)
-
-
-def test_viscous_friction_does_not_scatter_with_the_level(dataset):
-    segment, starts = dataset.segments[0], (0, *dataset.reversals[0])
-    model = coulomb_viscous(F_C=8.0, F_v=30.0)
-    plain = force_with_scatter(coulomb(F_C=8.0), segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    assert force - plain == pytest.approx(30.0 * segment.velocity, abs=1e-9)
+    # Viscous friction does not scatter with the level.
+    viscous = scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1)
+    assert viscous - plain == pytest.approx(30.0 * velocity, abs=1e-9)
 
 
 @pytest.mark.parametrize("dt", [1e-3, 2e-3])
@@ -172,20 +162,16 @@ def test_an_unfiltered_motion_has_the_corners_above_the_noise():
     motion = MOTION._replace(time=time, position=corner, velocity=np.gradient(corner, 1e-3), acceleration=0.0 * time)
     data = treat(log_of(motion, np.sign(motion.velocity), step=1e-8), STATED, 20.0, 10)
     before = recovered(data.segments[0], data)
-    inner = slice(500, -500)
-    smooth = np.max(np.abs(data.segments[0].position - corner)[inner])
-    assert np.max(np.abs(before.segment.position - corner)[inner]) < 0.15 * smooth
-    assert before.visible[1500] == pytest.approx(1.0)
-    assert before.visible[700] == pytest.approx(0.0, abs=1e-6)
+    sharp, smooth = (np.max(np.abs(segment.position - corner)[500:-500]) for segment in (before.segment, data.segments[0]))
+    assert sharp < 0.15 * smooth
+    assert before.visible[[700, 1500]] == pytest.approx([0.0, 1.0], abs=1e-6)
 
 
 def test_a_finer_grid_has_the_samples_among_its_points(dataset):
     segment = dataset.segments[0]
     fine = between_samples(segment, 1e-3)
-    assert fine.position.size == 5 * 3999 + 1
     assert fine.time[::5] == pytest.approx(segment.time)
     assert fine.position[::5] == pytest.approx(segment.position, abs=5e-8)
     assert fine.effort[::5] == pytest.approx(segment.effort)
-    middle = slice(50, -50)
-    assert np.cumsum(fine.velocity * 2e-4)[middle] == pytest.approx((fine.position - fine.position[0])[middle], abs=5e-5)
+    assert np.cumsum(fine.velocity * 2e-4)[50:-50] == pytest.approx((fine.position - fine.position[0])[50:-50], abs=5e-5)
     assert between_samples(replace(segment, first_cycle=7), 1e-3).first_cycle == 35
