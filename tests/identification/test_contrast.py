@@ -99,16 +99,6 @@ def test_parameters_invisible_away_from_reversals_are_kept():
     assert "M" not in still
 
 
-def test_draws_lie_between_both_fits_if_they_differ_significantly():
-    rng = np.random.default_rng(0)
-    usual, errors = rng.normal(0.0, 1.0, (2, 400, 2))
-    moved = between(np.array([20.0, 0.5]), usual, errors, rng)
-    assert moved[:, 0].min() == pytest.approx(-4.0, abs=0.5)
-    assert moved[:, 0].max() == pytest.approx(24.0, abs=0.5)
-    np.testing.assert_allclose(moved[::2, 0] + moved[1::2, 0], 20.0, atol=0.3)
-    np.testing.assert_array_equal(moved[:, 1], 0.0)
-
-
 def test_a_difference_as_in_replicates_does_not_count():
     rng = np.random.default_rng(1)
     usual, errors = rng.normal((20.0, 0.0), 1.0, (200, 2)).T[:, :, None]
@@ -122,15 +112,3 @@ def test_disturbed_rows_near_reversals_spread_draws_over_both_fits():
     draws = 1.5 - errors + between(np.array([-1.5]), sure - errors, errors, rng)
     assert np.mean(np.abs(draws) < 0.5) > 0.3
     assert np.ptp(np.percentile(draws, [2.5, 97.5])) < 1.2 * np.ptp(np.percentile(errors, [2.5, 97.5]))
-
-
-def test_visible_waves_over_the_position_are_added_to_friction():
-    problem = problem_of("coulomb_viscous")
-    away, rng = problem.away, np.random.default_rng(3)
-    noise = rng.normal(0.0, 0.1, away.rows.size)
-    cogging = 0.5 * np.sin(2.0 * np.pi * away.position / 3e-3 + 0.4)
-    assert away.beside(noise).shape[1] == 1
-    forces = away.beside(noise + cogging)
-    assert forces.shape[1] == 3
-    basis = np.linalg.qr(forces[:, 1:])[0]
-    assert np.sum((cogging - basis @ (basis.T @ cogging)) ** 2) < 0.1 * np.sum(cogging**2)

@@ -277,16 +277,6 @@ def test_noise_of_the_position_explains_its_residual():
     assert fit.resampling.bands.unexplained < 0.6 * np.std(fit.traces.residual)
 
 
-def test_the_level_of_a_replicate_changes_at_each_reversal():
-    off = drawn(60, scatter=SCATTER) * side_of(MOTION)
-    starts = np.flatnonzero(np.diff(np.sign(MOTION.velocity))) + 1
-    # The edges, in which a filter has its transient, have no turns of their own.
-    starts = starts[(starts > 60) & (starts < MOTION.time.size - 60)]
-    levels = np.stack([np.median(item, axis=1) for item in np.split(off, starts, axis=1)], axis=1)
-    assert np.std(levels) == pytest.approx(SCATTER * TRUTH["F_C"], rel=0.1)
-    assert np.max(np.abs(np.corrcoef(levels.T) - np.eye(levels.shape[1]))) < 0.5
-
-
 def test_correlated_noise_counts_as_its_few_independent_rows():
     # Now and then a half-cycle that is so short that noise is most of what it tells.
     lengths, along = np.tile([400] * 6 + [20], 4), 0.8

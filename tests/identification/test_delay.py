@@ -22,7 +22,7 @@ from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.uncertainty import _unsure
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
-from bristle.report.messages import assumptions_of, message, warnings_of
+from bristle.report.messages import assumptions_of, warnings_of
 
 DT, FINE = 1e-3, 4e-5
 FAST = {"duration": 12.0, "amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
@@ -200,42 +200,12 @@ def test_uncertainty_of_the_delay_widens_dependent_intervals():
     assert np.ptp(unsure.parameters["F_v"].interval) > 3.0 * np.ptp(sure.parameters["F_v"].interval)
 
 
-def test_rows_that_contradict_the_inertia_are_reported():
-    other = replace(found_in(0.0), mass=1.05 * found_in(0.0).mass)
-    assert "stages_differ" in codes_of(identify(late(0.0), "coulomb_viscous", alignment=other, blocks=0, draws=0).best)
-
-
 @pytest.mark.parametrize(("samples", "way"), [(3.0, "lags"), (-3.0, "leads")])
 def test_a_roughly_known_delay_is_removed_and_reported_as_uncertain_without_a_sign(samples, way):
     fit = identify(late(samples * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
     (printed,) = (text for text in warnings_of(fit) if "by roughly" in text)
     assert f"{way} the position by roughly 3 ms (3.0 samples" in printed
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
-
-
-@pytest.mark.parametrize(("model", "severity"), [("coulomb_viscous", "note"), ("dahl", "warning")])
-def test_a_delay_that_may_be_a_filter_is_reported_if_presliding_depends_on_it(model, severity):
-    fit = identify(late(3.0 * DT), model, alignment=replace(found_in(3.0 * DT), filter_open=True), blocks=0, draws=0).best
-    (text,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_or_filter")
-    assert (text.severity, text.numbers["delay"]) == (severity, pytest.approx(3.0 * DT, abs=0.1 * DT))
-    assert ("sigma_0" in message(text)) is (model == "dahl")
-
-
-@pytest.mark.slow
-def test_a_doubtful_treatment_widens_intervals_of_reversal_parameters():
-    known, doubted = (
-        identify(late(3.0 * DT), "dahl", alignment=replace(found_in(3.0 * DT), filter_open=is_open), blocks=0, draws=20).best
-        for is_open in (False, True)
-    )
-    stiffness, mass, level = (
-        np.ptp(doubted.parameters[name].interval) / np.ptp(known.parameters[name].interval) for name in ("sigma_0", "M", "F_C")
-    )
-    assert 1.4 < stiffness < 2.5  # it cannot fall below zero
-    assert (mass, level) == pytest.approx((1.0, 1.0))
-    assert "widened" not in codes_of(known)
-    (printed,) = (diagnostic for diagnostic in doubted.diagnostics if diagnostic.code == "widened")
-    assert (printed.severity, printed.numbers) == ("note", {"names": ("sigma_0",), "times": 2.5})
-    assert "by a factor of 2.5" in message(printed)
 
 
 @pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
@@ -260,13 +230,3 @@ def test_the_channel_is_not_sought_if_only_the_effort_can_be_filtered(monkeypatc
 
 def test_thresholds_decide_which_values_are_known():
     assert alignment_of([late(3.0 * DT)], [None], Settings(delay_unsure=0.01)).delay is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("factor", "ends"), [(0.85, (0.81, 1.0)), (1.0, (1.0, 1.0)), (1.15, (1.0, 1.19))])
-def test_interval_of_an_inertia_spans_both_stages_if_they_are_disjoint(factor, ends):
-    other = replace(found_in(0.0), mass=factor * TRUTH["M"], mass_half_width=0.04 * TRUTH["M"])
-    fit = identify(late(0.0), "coulomb_viscous", alignment=other, blocks=0, draws=20).best
-    assert fit.parameters["M"].interval == pytest.approx(TRUTH["M"] * np.array(ends), rel=0.01)
-    firsts = [diagnostic.numbers["first"] for diagnostic in fit.diagnostics if diagnostic.code == "stages_differ"]
-    assert firsts == ([other.mass] if factor != 1.0 else [])

@@ -108,17 +108,6 @@ def test_an_inertia_hidden_by_noise_is_not_identified():
     assert fit.parameters["F_C"].status == "identified"
 
 
-@pytest.mark.parametrize(("settings", "status", "warnings"), [({}, "identified", 1), ({"unsure_std": 1e-9}, "unidentifiable", 0)])
-def test_an_unidentified_inertia_has_no_warning_about_its_bias(settings, status, warnings):
-    motion = sines()
-    noise = np.random.default_rng(1).normal(0.0, 15e-6, motion.time.size)
-    log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
-
-    fit = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings=settings).best
-    assert fit.parameters["M"].status == status
-    assert [diagnostic.code for diagnostic in fit.diagnostics].count("noisy_acceleration") == warnings
-
-
 def test_a_model_that_explains_little_is_reported():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, mass=400.0, draws=0).best

@@ -16,7 +16,7 @@ from bristle.identification import first_stage
 from bristle.identification.dataset import Alignment, Segment
 from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
 from bristle.identification.settings import DEFAULT
-from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows, wide_rows
+from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows
 from bristle.logs import Log
 
 wide = importlib.import_module("bristle.identification.wide_rows")
@@ -92,18 +92,6 @@ def test_a_known_filter_is_not_marked():
     result = aligned_by(filtered, filtered, bent=filtered.plain)
     assert result.smoothing == pytest.approx(5.8e-3, abs=0.1e-3)
     assert result.filter_open is False
-
-
-def test_acceleration_is_springy_in_one_sine_and_not_in_several():
-    item, several = (
-        wide_rows([log_of(motion, sliding_effort(motion))], [None])
-        for motion in (sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,)), sines(20.0, **FAST))
-    )
-    assert item.springiness(10.0) > 0.95
-    assert several.springiness(10.0) < 0.6
-    elsewhere = sines(20.0, amplitudes=(0.02,), frequencies=(0.7,), phases=(0.4,))
-    far = elsewhere._replace(position=elsewhere.position + 0.7)
-    assert wide_rows([log_of(far, sliding_effort(far))], [None]).springiness(10.0) == pytest.approx(item.springiness(10.0), abs=1e-3)
 
 
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])
@@ -209,16 +197,6 @@ SMOOTH = sliding_effort(MOTION, noise=0.0)
 
 def recorded(effort, motion=MOTION, *, step=0.0):
     return log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size), step=step)
-
-
-def test_waves_are_columns_of_all_later_fits():
-    rows = wide_rows([log_of(MOTION, sliding_effort(MOTION) + 5.0 * np.sin(2.0 * np.pi * MOTION.position / 0.005))], [None])
-    filtered = {"delay": 0.0, "c": 5e-6, "free": (False, False), "steps": 1}
-    before = rows.fit(30.0, **filtered)
-    rows.find_waves(0.0)
-    after = rows.fit(30.0, **filtered)
-    assert after.theta.size > before.theta.size
-    assert after.std(0) < 0.5 * before.std(0)
 
 
 def late_presliding():

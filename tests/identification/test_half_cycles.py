@@ -22,8 +22,6 @@ from bristle.identification.half_cycles import (
     independent_rows,
     least_way,
     neighbour_correlation,
-    noise_density,
-    recovered,
     room_for_blocks,
     scaled,
     signs,
@@ -148,30 +146,5 @@ def test_each_half_cycle_has_a_random_level(dataset):
     assert viscous - plain == pytest.approx(30.0 * velocity, abs=1e-9)
 
 
-@pytest.mark.parametrize("dt", [1e-3, 2e-3])
-def test_the_density_of_white_noise_is_twice_its_variance_over_the_sampling_frequency(dt):
-    time = dt * np.arange(40_000)
-    noisy = 0.01 * np.sin(2.0 * np.pi * time) + 1e-6 * np.random.default_rng(5).standard_normal(time.size)
-    assert noise_density(noisy, 0.0, dt) == pytest.approx(2.0 * dt * 1e-12, rel=0.15)
-    assert noise_density(noisy, 1e-4, dt) == pytest.approx(2.0 * dt * 1e-8 / 12.0)
-
-
-def test_an_unfiltered_motion_has_the_corners_above_the_noise():
-    time = 1e-3 * np.arange(3000)
-    corner = 0.02 * np.abs(time - 1.5)
-    motion = MOTION._replace(time=time, position=corner, velocity=np.gradient(corner, 1e-3), acceleration=0.0 * time)
-    data = treat(log_of(motion, np.sign(motion.velocity), step=1e-8), STATED, 20.0, 10)
-    before = recovered(data.segments[0], data)
-    sharp, smooth = (np.max(np.abs(segment.position - corner)[500:-500]) for segment in (before.segment, data.segments[0]))
-    assert sharp < 0.15 * smooth
-    assert before.visible[[700, 1500]] == pytest.approx([0.0, 1.0], abs=1e-6)
-
-
-def test_a_finer_grid_has_the_samples_among_its_points(dataset):
-    segment = dataset.segments[0]
-    fine = between_samples(segment, 1e-3)
-    assert fine.time[::5] == pytest.approx(segment.time)
-    assert fine.position[::5] == pytest.approx(segment.position, abs=5e-8)
-    assert fine.effort[::5] == pytest.approx(segment.effort)
-    assert np.cumsum(fine.velocity * 2e-4)[50:-50] == pytest.approx((fine.position - fine.position[0])[50:-50], abs=5e-5)
-    assert between_samples(replace(segment, first_cycle=7), 1e-3).first_cycle == 35
+def test_a_finer_grid_has_a_first_cycle_of_as_many_more_samples(dataset):
+    assert between_samples(replace(dataset.segments[0], first_cycle=7), 1e-3).first_cycle == 35
