@@ -9,17 +9,6 @@ from bristle.friction import find
 from bristle.report.messages import warnings_of
 
 
-def codes(fit, name):
-    return [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.parameter == name]
-
-
-@pytest.mark.parametrize(("F_v", "expected"), [(30.0, []), (-3.0, ["edge_of_model"])])
-def test_a_coefficient_with_a_negative_optimum_stays_at_its_bound(F_v, expected):
-    fit = identify(sliding_log(F_v=F_v), "coulomb_viscous", axis=STATED, draws=0, blocks=0).best
-    assert codes(fit, "F_v") == expected
-    assert fit.parameters["F_v"].value == pytest.approx(max(F_v, 0.0), abs=1.0)
-
-
 @pytest.mark.parametrize(("F_S", "v_S", "status"), [(10.0, 3e-3, "identified"), (9.0, 1e-3, "unidentifiable")])
 def test_break_away_force_and_stribeck_velocity_are_identified_only_together(F_S, v_S, status):
     # The slowest half of a percent of the rows moves at 1.3 mm/s.
