@@ -22,21 +22,15 @@ POSITION = 4e-3 * np.sin(6.9 * TIME) * (1.0 + 0.6 * np.sin(1.95 * TIME)) + 1e-3 
 AXIS = br.Axis(resolution=STEP)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def rigid():
-    """Spare each of many identifications the search for an elastic load."""
-    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None):
-        yield
-
-
 @pytest.fixture(scope="module")
-def identified(rigid):
+def identified():
     """A mass with Dahl friction, identified from a log of a fine encoder."""
     friction = br.friction.dahl(F_C=8.0, sigma_0=2e4, sigma_2=20.0)
     inertia = 3.0 * np.gradient(np.gradient(POSITION, DT), DT)
     effort = inertia + br.response(friction, POSITION, dt=DT) + 0.03 * np.random.default_rng(1).standard_normal(COUNT)
     log = br.Log.from_columns({"time": TIME, "position": STEP * np.round(POSITION / STEP), "effort": effort}, axis=AXIS)
-    return br.identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=20, blocks=0)
+    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None):
+        return br.identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=20, blocks=0)
 
 
 def determined(identified, *, axis=AXIS, fit=None, count=2):
