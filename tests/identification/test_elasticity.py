@@ -52,7 +52,8 @@ def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency,
     assert abs(coupling.antiresonance - frequency) < coupling.antiresonance_half_width < 0.05 * frequency
 
 
-@pytest.mark.parametrize(("noise", "strength"), [(1.0, 8.0), pytest.param(0.5, 4.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("noise", "strength"), [(1.0, 8.0), (0.5, 4.0)])
 def test_noise_of_the_effort_does_not_raise_the_mass(noise, strength):
     coupling = coupling_of(noise=noise, strength=strength)
     assert coupling.mass == pytest.approx(MASS, rel=0.01)
@@ -75,13 +76,15 @@ def test_an_effort_that_is_held_or_averaged_over_a_sample_has_the_same_mass(meas
     assert coupling.inertia_ratio == pytest.approx(0.7 / 0.3, rel=0.03)
 
 
-@pytest.mark.parametrize("measured", [lambda effort: effort, lambda effort: np.roll(effort, 3), behind_lag], ids=["", "delay", "lag"])
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.fast_cases(2)
+@pytest.mark.parametrize("measured", [lambda effort: effort, behind_lag, lambda effort: np.roll(effort, 3)], ids=["", "lag", "delay"])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(measured, seed):
     assert coupling_of(share=0.0, seed=seed, noise=0.3, measured=measured) is None
 
 
-@pytest.mark.parametrize("recorded", [{"noise": 30.0, "strength": 0.2}, {"highest": 20.0, "strength": 1.0, "step": 1e-6}, {"seconds": 4.0}])
+@pytest.mark.fast_cases(2)
+@pytest.mark.parametrize("recorded", [{"noise": 30.0, "strength": 0.2}, {"seconds": 4.0}, {"highest": 20.0, "strength": 1.0, "step": 1e-6}])
 def test_a_coupling_that_is_not_excited_is_not_reported(recorded):
     assert coupling_of(**recorded) is None
 
@@ -113,13 +116,14 @@ def test_an_elastic_axis_is_reported_first_and_without_a_friction_model(identifi
     assert message(best.diagnostics[0]).startswith("the load is coupled elastically. Motor effort to motor speed has an antiresonance at 4")
 
 
-def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identified, log):
+def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identified):
     assert identified.treatment["cutoff"] < 0.25 * 43.0
     assert identified.best.parameters["M"].value == pytest.approx(MASS, rel=0.01)
     assert identified.treatment["antiresonance"] == pytest.approx(43.0, rel=0.02)
     assert identified.best.diagnostics[0].numbers["one_mass"]
     coupling = Elastic(43.0, 0.5, 55.5, 0.5, 0.67, 0.05, MASS, 0.1, 0.0, 1e-4)
-    stated = identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=0, cutoff=90.0, decimation=40, coupling=coupling)
+    short = log_of(*two_masses(43.0, 0.4, seconds=8.0))
+    stated = identify(short, "coulomb_viscous", axis=STATED, blocks=0, draws=0, cutoff=90.0, coupling=coupling)
     assert stated.treatment["cutoff"] == 90.0
     assert not stated.best.diagnostics[0].numbers["one_mass"]
 

@@ -105,16 +105,27 @@ def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     assert fit.parameters["x_0"].status == "held"
 
 
-def test_load_and_temperature_are_factors_of_friction():
+@pytest.fixture(scope="module")
+def loaded():
+    """A log whose friction depends on load and temperature."""
     t = 1e-3 * np.arange(12_000)
-    load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
-    log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
-    fit = identify(log, "maxwell_slip+load+temperature", axis=KNOWN, decimation=10, blocks=0, draws=0).best
-    assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
-    assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
-    # The search finds the same for a model that is no list of elements.
-    coulomb = identify(log, "coulomb_viscous+load", axis=KNOWN, decimation=20, blocks=0, draws=0).best
-    assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
+    around = {"load": 1.0 + 0.3 * np.sin(0.9 * t), "temperature": 293.15 + 10.0 * np.cos(0.37 * t)}
+    return elements_log("maxwell_slip+load+temperature", **around, k_L=0.8, k_T=-0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "decimation", "expected"),
+    [
+        ("maxwell_slip+load+temperature", 10, {"k_L": pytest.approx(0.8, abs=0.03), "k_T": pytest.approx(-0.01, abs=1e-3)}),
+        ("coulomb_viscous+load", 20, {"k_L": pytest.approx(0.8, abs=0.15)}),  # the search finds the same for no list of elements
+    ],
+)
+def test_load_and_temperature_are_factors_of_friction(loaded, name, decimation, expected):
+    parameters = identify(loaded, name, axis=KNOWN, decimation=decimation, blocks=0, draws=0).best.parameters
+    assert {key: parameters[key].value for key in expected} == expected
+
+
+def test_a_slot_needs_its_channel():
     with pytest.raises(InputError, match=r"has no load, needed by \+load"):
         identify(elements_log(duration=1.0), "maxwell_slip+load", axis=KNOWN, draws=0)
 
