@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import _LowPass, _Search, columns_by_cause, lagging_columns, missing_forces, ripple_in
+from bristle.identification.missing_force import _Search, columns_by_cause, lagging_columns, missing_forces, ripple_in
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.play import play_at_flanks
 from bristle.identification.settings import DEFAULT
@@ -204,16 +204,6 @@ def test_rows_of_an_almost_exact_band_have_at_most_four_times_the_weight():
     assert np.max(weight) < 4.0 * np.median(weight[~exact])
     even = Weighed.of(lacking).weight
     assert np.max(even) < 1.5 * np.median(even)
-
-
-def test_a_low_pass_keeps_a_constant_and_halves_the_power_at_its_cutoff():
-    passed = _LowPass.of(ROWS)
-    assert passed(np.full(TIME.size, 3.0)) == pytest.approx(3.0)
-    wave = np.sin(2.0 * np.pi * ROWS.narrow * TIME)
-    inner = slice(500, -500)
-    assert np.std(passed(wave)[inner]) / np.std(wave[inner]) == pytest.approx(0.5**0.5, rel=0.02)
-    pair = np.column_stack([wave, np.ones_like(wave)])
-    assert passed(pair)[:, 0] == pytest.approx(passed(wave))
 
 
 def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, beside=None):
