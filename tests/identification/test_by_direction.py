@@ -84,8 +84,7 @@ def notes_of(identification, *ranked):
 def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
     """It is reported from a quarter of the level: 2.2 N of 6 N, for any break-away force."""
     log = slow_log(find("stribeck")(F_C=6.0, F_S=12.0, v_S=2e-3, F_v=30.0, offset=2.2), duration=6.0)
-    identification = identify(log, ["stribeck+asymmetry", "stribeck"], axis=STATED, blocks=0, draws=0)
-    assert notes_of(identification, "stribeck+asymmetry", "stribeck")
+    assert notes_of(identify(log, ["stribeck+asymmetry", "stribeck"], axis=STATED, blocks=0, draws=0), "stribeck+asymmetry", "stribeck")
 
 
 def test_break_away_by_direction_is_valid_with_the_offset():

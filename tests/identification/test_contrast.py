@@ -93,8 +93,7 @@ def test_parameters_invisible_away_from_reversals_are_kept():
     # All that is left is one direction, in which a constant force and Coulomb's are one.
     rows = problem.away.rows & (problem.dataset.velocity > 0.0)
     part, residual = contrast_of(problem, replace(problem.away, rows=rows, velocity=np.zeros(rows.size)))
-    free = problem.parameters.free
-    still = {name for name, change in zip(free, part.change(residual), strict=True) if change == 0.0}
+    still = {name for name, change in zip(problem.parameters.free, part.change(residual), strict=True) if change == 0.0}
     assert len(still & {"F_C", "offset"}) == 1
     assert "M" not in still
 

@@ -201,8 +201,7 @@ def test_bands_contain_the_errors_of_fits_to_the_other_blocks():
     alone = log_of(motion, effort, segments=(slice(0, slow.time.size),))
     first = identify(alone, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     rest = log_of(motion, effort, segments=(slice(slow.time.size, motion.time.size),))
-    prediction = predict(first.plant, first.friction, rest, bands=whole.resampling.bands)
-    assert prediction.inside_percent > 50.0
+    assert predict(first.plant, first.friction, rest, bands=whole.resampling.bands).inside_percent > 50.0
 
 
 def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
@@ -345,9 +344,8 @@ def test_in_a_loop_encoder_steps_explain_the_effort_that_they_cause():
 
 
 def test_in_a_loop_a_replicate_has_a_random_encoder_phase():
-    draws = looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"]
     # Nothing else disturbs these replicates; were it known, all would be one and its mirror image.
-    assert np.unique(draws.round(9)).size > 30
+    assert np.unique(looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"].round(9)).size > 30
 
 
 def test_in_a_loop_a_correlated_residual_has_a_random_sign():

@@ -61,8 +61,7 @@ def test_rests_are_not_rows_unless_kept():
     motion = strokes(2)
     moving = dataset_of(motion)
     assert moving.rest_share == pytest.approx(0.44, abs=0.08)
-    kept = dataset_of(motion, axis=replace(STATED, keeps_rests=True))
-    assert kept.time.size > 1.5 * moving.time.size
+    assert dataset_of(motion, axis=replace(STATED, keeps_rests=True)).time.size > 1.5 * moving.time.size
     assert np.all(np.abs(moving.velocity) > 0.0)
     assert np.max(moving.samples_from_rest) < np.max(moving.samples_from_reversal)
 

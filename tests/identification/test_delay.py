@@ -80,6 +80,12 @@ def test_encoder_steps_do_not_bias_the_inertia():
     assert mass.status == "identified"
 
 
+def error_of(fit, log):
+    """Error of a prediction of the log with the treatment of its fit."""
+    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
+    return predict(fit.best.plant, fit.best.friction, log, **treatment).metrics["force_error_percent"]
+
+
 def codes_of(fit):
     return {diagnostic.code for diagnostic in fit.diagnostics}
 
@@ -107,9 +113,7 @@ def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
     assert text.numbers["channel"] == channel
     words = "is probably a command" if channel == "command" else f"the {channel} passed a filter with"
     assert any(words in diagnostic for diagnostic in warnings_of(fit.best))
-    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
-    again = predict(fit.best.plant, fit.best.friction, log, **treatment)
-    assert again.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
+    assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -137,11 +141,8 @@ def test_a_late_effort_biases_no_parameter_and_is_reported():
     assert assumptions_of(fit.best)[0].startswith("the effort lags the position by 3")
     for name in ("M", "F_C"):
         assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
-    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
-    known = predict(fit.best.plant, fit.best.friction, log, **treatment)
-    unaware = predict(fit.best.plant, fit.best.friction, log)
-    assert known.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
-    assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
+    assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
+    assert error_of(fit, log) < 0.7 * predict(fit.best.plant, fit.best.friction, log).metrics["force_error_percent"]
 
 
 def test_a_stated_delay_is_left_alone():
@@ -177,8 +178,7 @@ def test_a_log_that_does_not_show_the_delay_is_accepted():
 def test_presliding_is_not_taken_for_a_delay():
     fine = sines(12.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
-    log = log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])
-    assert alignment_of([log], [None], DEFAULT).delay is None
+    assert alignment_of([log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])], [None], DEFAULT).delay is None
 
 
 def test_long_presliding_is_not_taken_for_a_filter():

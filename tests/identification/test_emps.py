@@ -42,7 +42,7 @@ PUBLISHED = Axis(seeks_delay=False, cutoff=100.0)  # the treatment, with its dec
 
 @pytest.fixture(scope="module")
 def symmetric(emps):
-    return identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best
+    return rigid.identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best
 
 
 @pytest.fixture(scope="module")
@@ -99,8 +99,7 @@ def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
 @pytest.mark.slow
 def test_a_model_half_unidentified_is_not_the_first(emps):
     result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous", draws=0)
-    names = [fit.name for fit in result.fits]
-    assert names == ["coulomb_viscous+asymmetry", "lugre+asymmetry", "coulomb_viscous"]
+    assert [fit.name for fit in result.fits] == ["coulomb_viscous+asymmetry", "lugre+asymmetry", "coulomb_viscous"]
     first, second, _ = (fit.held_out.mean_percent for fit in result.fits)
     assert second < first < 1.05 * second
 

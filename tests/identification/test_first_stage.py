@@ -104,8 +104,7 @@ def test_the_slope_of_the_acceleration_is_kept_up_to_sixty_hertz(frequency, kept
 
 
 def test_an_uncertain_filter_changes_the_inertia_little():
-    plain = instruments(10.0)
-    sure, unsure = (Rung(plain, instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))
+    sure, unsure = (Rung(instruments(10.0), instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))
     clear, doubtful = aligned_by(sure, sure), aligned_by(unsure, unsure)
     assert clear.mass == pytest.approx(10.02, abs=0.001)
     assert doubtful.mass == pytest.approx(10.0, abs=0.006)
@@ -184,8 +183,7 @@ def test_errors_of_contradicting_cutoffs_grow_until_some_agree():
 
 
 def test_a_doubted_filter_is_as_uncertain_as_the_cutoffs():
-    bent = instruments(c=2e-5)
-    sure, doubted = (aligned_by(rung(c=2e-5), rung(c=2e-5), bent=bent, scale=scale) for scale in (1.0, 2.0))
+    sure, doubted = (aligned_by(rung(c=2e-5), rung(c=2e-5), bent=instruments(c=2e-5), scale=scale) for scale in (1.0, 2.0))
     assert doubted.smoothing == sure.smoothing
     assert doubted.smoothing_half_width == pytest.approx(2.0 * sure.smoothing_half_width)
 
@@ -392,11 +390,10 @@ def test_an_uncertain_inertia_is_left_to_the_models_unless_noise_biases_them(ste
     assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.005)
 
 
-def test_an_inertia_of_large_uncertainty_is_unknown():
-    plain = Rung(instruments(), instruments(std=1.1))
-    assert aligned_by(plain, plain).mass is not None
-    doubted = Rung(instruments(std=1.1), instruments(std=1.1))
-    assert aligned_by(doubted, doubted).mass is None
+@pytest.mark.parametrize(("std", "known"), [(0.01, True), (1.1, False)])
+def test_an_inertia_of_large_uncertainty_is_unknown(std, known):
+    item = Rung(instruments(std=std), instruments(std=1.1))
+    assert (aligned_by(item, item).mass is not None) is known
 
 
 def ladder(monkeypatch, *, width=100.0, sought=True, **said):
@@ -434,12 +431,11 @@ def test_eight_cutoffs_lie_evenly_between_a_share_of_the_rows_and_their_width(mo
     assert np.diff(np.log(cutoffs)) == pytest.approx(math.log(highest / lowest) / 7.0)
 
 
-def test_a_sought_delay_is_scanned(monkeypatch):
-    start, fits = ladder(monkeypatch)
-    assert (start, fits[0][1]) == (7e-3, 7e-3)
-    start, fits = ladder(monkeypatch, sought=False)
-    assert (start, fits[0][1], fits[0][2]) == (0.0, 0.0, (False, False))
-    assert fits[1][2] == (False, True)
+@pytest.mark.parametrize(("sought", "delay"), [(True, 7e-3), (False, 0.0)])
+def test_only_a_sought_delay_is_scanned_and_free(monkeypatch, sought, delay):
+    start, ((_, first, plain, _), (_, _, filtered, _), *_) = ladder(monkeypatch, sought=sought)
+    assert (start, first) == (delay, delay)
+    assert (plain, filtered) == ((sought, False), (sought, True))
 
 
 def slide(count, speed):

@@ -137,8 +137,7 @@ def test_a_reason_has_its_numbers_and_severity():
 
 def test_an_effect_is_the_share_of_friction_of_one_parameter():
     motion = sines(4.0)
-    effort = sliding_effort(motion, F_C=8.0)
-    fit = identify(log_of(motion, effort), "coulomb_viscous", draws=0, blocks=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, F_C=8.0)), "coulomb_viscous", draws=0, blocks=0).best
     friction = np.linalg.norm(fit.traces.friction)
     assert fit.parameters["M"].effect == pytest.approx(np.linalg.norm(fit.traces.acceleration) / friction, rel=1e-2)
     assert fit.parameters["F_v"].effect == pytest.approx(np.linalg.norm(fit.traces.velocity) / friction, rel=1e-2)
@@ -157,8 +156,7 @@ def test_an_undefined_effect_counts_as_large():
         predicted=lambda values: np.full(4, values["M"] + (force["F_C"] if values["F_C"] > 8.0 else 0.0)),
     )
     values = {"M": 12.0, "F_C": 8.0}
-    effects = effects_of(problem, values, problem.predicted(values), SCALES)
-    assert effects == {"M": pytest.approx(1.0), "F_C": np.inf}
+    assert effects_of(problem, values, problem.predicted(values), SCALES) == {"M": pytest.approx(1.0), "F_C": np.inf}
 
 
 def cause_of(name, component=lugre, values=None, **changes):

@@ -68,8 +68,7 @@ def test_an_element_without_force_keeps_its_threshold():
 
 def test_the_virgin_curve_bends_at_the_thresholds():
     space = space_of(("F_C", 0.0))
-    theta = np.array([2e5, 1e5, 12.0, -1.5])
-    curve = space.numbers(theta)[4:]
+    curve = space.numbers(np.array([2e5, 1e5, 12.0, -1.5]))[4:]
     assert len(space.curve) == 12
     assert (space.curve[0], space.curve[-1]) == (pytest.approx(1e-5), pytest.approx(4e-5))
     assert curve[0] == pytest.approx(3e5 * 1e-5)

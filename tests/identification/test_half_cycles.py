@@ -67,8 +67,7 @@ def test_correlated_rows_count_as_fewer(rows, correlation, independent):
 
 def test_the_level_within_each_half_cycle_is_removed():
     groups, slope = Groups(np.array([0, 0, 1, 1])), np.array([1.0, 1.0, -1.0, -2.0])
-    rest = within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0]))
-    assert rest == pytest.approx([-1.0, 1.0, 0.0, 0.0])
+    assert within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0])) == pytest.approx([-1.0, 1.0, 0.0, 0.0])
     assert within_cycles(groups, 0.0 * slope, np.ones(4)) == pytest.approx(1.0)
 
 

@@ -100,8 +100,7 @@ def test_a_pitch_is_found_in_the_residual_of_sliding():
 
 
 def test_a_log_of_a_short_stroke_does_not_resolve_a_pitch():
-    motion = sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))
-    context = context_of(dataset_with(motion=motion), prior_of())
+    context = context_of(dataset_with(motion=sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))), prior_of())
     narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
     with pytest.raises(InputError, match="covers too few turns to find the pitch"):
         with_pitch(narrow, PERIODIC)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.identification.rigid import identify
 
-from bristle.core import InputError
+from bristle.core import Axis, InputError
 from bristle.files import load_code
 from bristle.friction import coulomb, coulomb_viscous
 from bristle.plants import inertia
@@ -21,6 +21,7 @@ kind = "translational"
 columns.time = { column = "t", unit = "s" }
 columns.position = { column = "q", unit = "m" }
 columns.effort = { column = "u", unit = "N" }
+timing.delay = 0
 """
 PLANT, FRICTION = inertia(M=12.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 
@@ -37,11 +38,10 @@ def files(tmp_path, stage):
 def test_files_replace_objects(files, stage):
     log, axis = files
     read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
-    direct = identify(stage.log, "coulomb_viscous", blocks=0, draws=0).best
+    direct = identify(stage.log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0).best
     assert read.friction.values["F_C"] == pytest.approx(direct.friction.values["F_C"], rel=1e-6)
     error = predict(PLANT, FRICTION, str(log), axis).metrics["force_error_percent"]
-    expected = predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"]
-    assert error == pytest.approx(expected, rel=1e-6)
+    assert error == pytest.approx(predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"], rel=1e-6)
 
 
 def test_text_with_units_is_the_number_in_si(stage):

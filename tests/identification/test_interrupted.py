@@ -150,8 +150,7 @@ def test_progress_reaches_the_end_with_simulated_logs():
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
 def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
     monkeypatch.setattr(intervals, "with_uncertainty", Mock(side_effect=error))
-    log = log_of(sines(2.0), sliding_effort(sines(2.0)))
-    identification = identify(log, "coulomb_viscous", axis=STATED, blocks=0)
+    identification = identify(log_of(sines(2.0), sliding_effort(sines(2.0))), "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.unfinished == "interrupted: intervals from simulated logs are missing"
     assert identification.best.parameters["F_C"].status == "identified"
 

@@ -83,8 +83,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
 
 @pytest.mark.slow
 def test_bootstrap_of_white_noise_agrees_with_least_squares():
-    effort = sliding_effort(sines(10.0), noise=0.3)
-    fit = identify(log_of(sines(10.0), effort), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
+    fit = identify(log_of(sines(10.0), sliding_effort(sines(10.0), noise=0.3)), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
     for name, truth in TRUTH.items():
         item = fit.parameters[name]
         assert np.ptp(item.interval) == pytest.approx(2.0 * 1.96 * item.std, rel=0.45)

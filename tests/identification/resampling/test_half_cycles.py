@@ -13,8 +13,7 @@ DT = 1e-3
 
 def treated(motion, step=0.0, noise=0.0):
     shaken = motion._replace(position=motion.position + noise * np.random.default_rng(2).normal(size=motion.time.size))
-    log = log_of(shaken, sliding_effort(motion), step=step)
-    return treat(log, Axis(resolution=step or None), 50.0, 5)
+    return treat(log_of(shaken, sliding_effort(motion), step=step), Axis(resolution=step or None), 50.0, 5)
 
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
@@ -65,5 +64,4 @@ def test_a_motion_that_reverses_at_once_shows_no_level(scatter):
     wrong = residual + short * 8.0 * rng.standard_normal(slope.size)
     assert scatter_in(groups, slope, wrong) == pytest.approx(scatter, rel=0.3, abs=0.03)
     # Where all turn back as soon, they are all that there is.
-    every = Groups(np.arange(slope.size) // 2)
-    assert scatter_in(every, slope, wrong) > 0.15
+    assert scatter_in(Groups(np.arange(slope.size) // 2), slope, wrong) > 0.15

@@ -18,8 +18,7 @@ def test_a_rich_log_identifies_every_parameter():
 
 def test_an_inertia_of_small_effect_is_not_identified():
     motion = sines(6.0, amplitudes=(0.02,), frequencies=(0.1,), phases=(0.3,))
-    effort = sliding_effort(motion, noise=0.3, M=0.4)
-    fit = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=0.3, M=0.4)), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
     assert any("M cannot be identified" in item for item in warnings_of(fit))
