@@ -189,21 +189,6 @@ def test_bands_contain_19_of_20_despite_a_rare_large_model_error():
     assert 94.0 < np.mean(inside) < 98.5
 
 
-def test_bands_contain_the_errors_of_fits_to_the_other_blocks():
-    # Four fifths of it slow, with another mass than the last one, which decides on it where all are fitted.
-    slow, fast = sines(4.8, DT, (0.08,), (0.2,), (0.0,)), sines(1.2, DT, (0.008,), (2.0,), (0.0,))
-    parts = [np.concatenate(both) for both in zip(slow, fast, strict=True)]
-    parts[0] = DT * np.arange(parts[0].size)
-    parts[1][slow.time.size :] += slow.position[-1] - fast.position[0]
-    motion, last = Motion(*parts), np.arange(parts[0].size) >= slow.time.size
-    effort = np.where(last, sliding_effort(motion, noise=0.02), sliding_effort(motion, noise=0.02, M=40.0))
-    whole = identify(log_of(motion, effort), "coulomb_viscous", axis=STATED, draws=20).best
-    alone = log_of(motion, effort, segments=(slice(0, slow.time.size),))
-    first = identify(alone, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    rest = log_of(motion, effort, segments=(slice(slow.time.size, motion.time.size),))
-    assert predict(first.plant, first.friction, rest, bands=whole.resampling.bands).inside_percent > 50.0
-
-
 def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))

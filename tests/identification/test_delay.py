@@ -14,7 +14,6 @@ from tests.identification.rigid import IDENTIFYING, identify
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
-from bristle.files import read_axis
 from bristle.friction import find
 from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
@@ -129,8 +128,6 @@ def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monk
     monkeypatch.setattr(IDENTIFYING, "along_the_motion", interrupted)
     with pytest.raises(KeyboardInterrupt):
         identify(log, "coulomb_viscous", blocks=0, draws=0)
-    # Nothing is looked for where no position can have been filtered.
-    assert identify(late(effort_lag=3e-3), "coulomb_viscous", blocks=0, draws=0).treatment["smoothing"] > 0.0
 
 
 def test_a_late_effort_biases_no_parameter_and_is_reported():
@@ -158,13 +155,6 @@ def test_the_inertia_does_not_depend_on_the_cutoff():
         identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
     )
     assert narrow == pytest.approx(wide, rel=1e-3)
-
-
-def test_the_axis_file_decides_whether_the_delay_is_sought(tmp_path):
-    text = 'schema = 1\nkind = "translational"\n[columns]\nposition = "q"\n[timing]\n'
-    for line, sought in (("", True), ('delay = "identify"', True), ("delay = 0", False), ('delay = "1 ms"', False)):
-        (tmp_path / "axis.toml").write_text(text + line)
-        assert read_axis(tmp_path / "axis.toml").seeks_delay is sought, line
 
 
 def test_a_log_that_does_not_show_the_delay_is_accepted():

@@ -99,13 +99,6 @@ def test_a_pitch_is_found_in_the_residual_of_sliding():
     assert with_pitch(reported, PERIODIC) is reported
 
 
-def test_a_log_of_a_short_stroke_does_not_resolve_a_pitch():
-    context = context_of(dataset_with(motion=sines(4.0, amplitudes=(0.02, 0.01), frequencies=(9.0, 23.0), phases=(0.0, 1.0))), prior_of())
-    narrow = replace(context, dataset=replace(context.dataset, cutoff=3.0))
-    with pytest.raises(InputError, match="covers too few turns to find the pitch"):
-        with_pitch(narrow, PERIODIC)
-
-
 def test_friction_that_looks_viscous_has_the_level_of_total_friction():
     viscous = sliding_effort(MOTION, noise=0.01, F_C=0.0, F_v=200.0, offset=0.0)
     context = context_of(treat(log_of(MOTION, viscous), STATED, 100.0, 10), prior_of())
