@@ -92,8 +92,7 @@ def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
 
 
 def test_a_log_without_pulls_from_rest_has_no_break_away(motion):
-    triangles = excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion
-    assert found(pulled(triangles)) == ()
+    assert found(pulled(excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion)) == ()
 
 
 def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):

@@ -46,8 +46,7 @@ OWN = FrictionModel(
 
 
 def test_a_level_named_like_a_directional_level_does_not_fix_the_offset():
-    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=6.0)
-    fit = identify(log, OWN, axis=STATED, blocks=0, draws=0).best
+    fit = identify(slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=6.0), OWN, axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].status == "identified"
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
 

@@ -61,11 +61,6 @@ class Levelled(NamedTuple):
     fit: Fit
     levels: np.ndarray
 
-    @property
-    def standard_error(self) -> float:
-        """Of the mean level, from the levels themselves."""
-        return float(stats.sem(self.levels))
-
 
 @cache
 def levelled(count: int) -> Levelled:
@@ -79,7 +74,7 @@ def levelled(count: int) -> Levelled:
 def test_the_mean_of_few_levels_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
-        half_width(levelled(count).fit.parameters["F_C"]) / (stats.t.ppf(0.975, count - 1) * levelled(count).standard_error)
+        half_width(levelled(count).fit.parameters["F_C"]) / (stats.t.ppf(0.975, count - 1) * stats.sem(levelled(count).levels))
         for count in FEW
     ]
     assert 0.8 < np.mean(shares) < 1.2
@@ -224,8 +219,7 @@ def test_errors_of_a_stiffness_are_factors():
 
 def replicates() -> RowReplicates:
     rows = treat(log_of(MOTION, sliding_effort(MOTION, noise=0.0)), Axis())
-    problem = InverseDynamics(rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows))
-    return RowReplicates(problem, TRUTH)
+    return RowReplicates(InverseDynamics(rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows)), TRUTH)
 
 
 def drawn(count: int, *, signal: str = "effort", **causes: float) -> np.ndarray:

@@ -148,19 +148,9 @@ def test_a_stated_delay_is_left_alone():
     assert not {"delay_found", "delay_rough", "delay_unknown"} & codes_of(stated.best)
 
 
-@pytest.mark.slow
-def test_the_inertia_does_not_depend_on_the_cutoff():
-    log = late(2.0 * DT, step=2e-5)
-    wide, narrow = (
-        identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
-    )
-    assert narrow == pytest.approx(wide, rel=1e-3)
-
-
 def test_a_log_that_does_not_show_the_delay_is_accepted():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
-    log = log_of(motion, sliding_effort(motion, noise=1.0))
-    fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=1.0)), "coulomb_viscous", blocks=0, draws=0).best
     assert "delay_unknown" in codes_of(fit)
     assert any("hardly determines the delay of the effort" in diagnostic for diagnostic in warnings_of(fit))
 

@@ -14,8 +14,7 @@ def test_break_away_force_and_stribeck_velocity_are_identified_only_together(F_S
     # The slowest half of a percent of the rows moves at 1.3 mm/s.
     motion = sines(phases=tuple(np.random.default_rng(0).uniform(0.0, 6.0, 3)))
     falls = (F_S - TRUTH["F_C"]) * np.exp(-((motion.velocity / v_S) ** 2)) * np.sign(motion.velocity)
-    log = log_of(motion, sliding_effort(motion) + falls)
-    parameters = identify(log, "stribeck", axis=STATED, blocks=0, draws=0).best.parameters
+    parameters = identify(log_of(motion, sliding_effort(motion) + falls), "stribeck", axis=STATED, blocks=0, draws=0).best.parameters
     assert {parameters[name].status for name in ("F_S", "v_S")} == {status}
     if status == "identified":
         assert (parameters["F_S"].value, parameters["v_S"].value) == (pytest.approx(F_S, rel=0.02), pytest.approx(v_S, rel=0.1))

@@ -45,7 +45,7 @@ def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0, springiness=0.2):
 
 
 def test_changes_with_the_cutoff_widen_the_interval():
-    steady, drifting = aligned_by(rung(), rung(), rung()), aligned_by(rung(), rung(), rung(10.02, 8e-5))
+    steady, drifting = (aligned_by(rung(), rung(), last) for last in (rung(), rung(10.02, 8e-5)))
     assert drifting.delay_half_width > steady.delay_half_width + 2e-5
     assert drifting.mass_half_width > steady.mass_half_width + 5e-3
 
@@ -238,8 +238,7 @@ def test_warming_up_is_not_a_delay(samples, begin):
     motion = Motion(*map(np.concatenate, zip(*parts, strict=True)))
     time = DT * np.arange(motion.time.size)
     effort = sliding_effort(motion, noise=0.0) - 2.0 * np.sign(motion.velocity) * time / time[-1]
-    log = recorded(np.roll(effort, samples), motion._replace(time=begin + time))
-    result = alignment_of([log], [None], DEFAULT)
+    result = alignment_of([recorded(np.roll(effort, samples), motion._replace(time=begin + time))], [None], DEFAULT)
     assert abs(result.delay - samples * DT) < result.delay_half_width < 0.3 * DT
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.01 * TRUTH["M"]
 

@@ -145,15 +145,10 @@ def test_an_effect_is_the_share_of_friction_of_one_parameter():
 
 
 def test_an_undefined_effect_counts_as_large():
-    force = {"M": 1.0, "F_C": np.nan}
-    variables = {
-        "plant": SimpleNamespace(variables=inertia.variables),
-        "component": SimpleNamespace(variables={"F_C": coulomb.variables["F_C"]}),
-    }
     problem = SimpleNamespace(
-        parameters=SimpleNamespace(fixed={}, **variables),
+        parameters=SimpleNamespace(fixed={}, plant=inertia, component=SimpleNamespace(variables={"F_C": coulomb.variables["F_C"]})),
         friction=lambda values: np.ones(4),
-        predicted=lambda values: np.full(4, values["M"] + (force["F_C"] if values["F_C"] > 8.0 else 0.0)),
+        predicted=lambda values: np.full(4, values["M"] + (np.nan if values["F_C"] > 8.0 else 0.0)),
     )
     values = {"M": 12.0, "F_C": 8.0}
     assert effects_of(problem, values, problem.predicted(values), SCALES) == {"M": pytest.approx(1.0), "F_C": np.inf}

@@ -141,8 +141,7 @@ def test_each_half_cycle_has_a_random_level(dataset):
     assert np.abs(none[middle]) == pytest.approx(8.0)
     assert np.min(np.abs(wild[middle])) == pytest.approx(0.05 * 8.0)
     # Viscous friction does not scatter with the level.
-    viscous = scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1)
-    assert viscous - plain == pytest.approx(30.0 * velocity, abs=1e-9)
+    assert scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1) - plain == pytest.approx(30.0 * velocity, abs=1e-9)
 
 
 def test_a_finer_grid_has_a_first_cycle_of_as_many_more_samples(dataset):

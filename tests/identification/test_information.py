@@ -55,8 +55,7 @@ def test_each_element_that_slips_has_its_price():
     assert elements >= 3
     # Stiffness of each element, viscous friction and offset.
     assert price_between(item, other) == pytest.approx(elements + 2 - len(item.correlation_names))
-    count = {row[0]: row[2] for row in comparison_table(identification).rows}
-    assert int(count["maxwell_slip"]) == elements + 2
+    assert int({row[0]: row[2] for row in comparison_table(identification).rows}["maxwell_slip"]) == elements + 2
 
 
 def test_a_model_that_ignores_its_parameters_identifies_none_of_them(tmp_path):

@@ -112,8 +112,7 @@ def test_rows_away_are_two_periods_from_a_reversal_and_steady_ones_six_times_as_
 
 
 def test_several_logs_are_held_out_in_turn_and_a_single_log_in_time_blocks(problem):
-    both = sliding_problem(treat_all([LOG, LOG], [STATED, STATED], 100.0, 10), PRIOR)
-    name, folds = both.parts_of(4, DEFAULT)
+    name, folds = sliding_problem(treat_all([LOG, LOG], [STATED, STATED], 100.0, 10), PRIOR).parts_of(4, DEFAULT)
     assert name == "logs"
     assert [fold.held_out.sum() for fold in folds] == [problem.measured.size] * 2
     assert np.array_equal(folds[0].held_out, ~folds[1].held_out)

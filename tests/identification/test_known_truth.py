@@ -94,8 +94,7 @@ def test_a_simulated_log_has_the_filter_of_the_effort(identified):
 def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identified):
     log, best = identified.log, identified.best
     warm = np.where(TIME < 1.5, 283.15, 303.15)
-    columns = {"time": TIME, "position": log.position.values, "effort": log.effort.values, "temperature": warm}
-    log = br.Log.from_columns(columns, axis=AXIS)
+    log = br.Log.from_columns({"time": TIME, "position": log.position.values, "effort": log.effort.values, "temperature": warm}, axis=AXIS)
     model = find("coulomb_viscous+temperature")(F_C=8.0, F_v=20.0, k_T=-0.02)
     simulated = drawn(replace(identified, log=log, fits=(replace(best, friction=model),)), delay=5e-3)
     assert np.max(np.abs(simulated.position.values - log.position.values)) < 20.0 * STEP

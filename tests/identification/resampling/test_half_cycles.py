@@ -22,8 +22,7 @@ def test_each_reversal_of_a_sine_begins_a_half_cycle(step, noise):
     (starts,) = half_cycle_starts(dataset)
     # Ten turns in ten seconds, the first half of a second before the first one.
     assert len(starts) == half_cycles(dataset).count == 11
-    turns = DT * np.array(starts[1:])
-    np.testing.assert_allclose(turns, 0.5 + np.arange(10), atol=0.02)
+    np.testing.assert_allclose(DT * np.array(starts[1:]), 0.5 + np.arange(10), atol=0.02)
     # No row belongs to a half-cycle with another one that goes the other way.
     for velocity in np.split(dataset.velocity, half_cycles(dataset).first[1:]):
         assert abs(np.sum(np.sign(velocity))) >= velocity.size - 2
