@@ -23,8 +23,7 @@ KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
 
 
 def virgin_curve(values, x):
-    levels = np.asarray(values["nu_i"]) * values["F_C"]
-    return np.sum(np.minimum(np.outer(x, values["k_i"]), levels), axis=1)
+    return np.sum(np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values["F_C"]), axis=1)
 
 
 def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):

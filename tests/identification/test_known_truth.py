@@ -58,8 +58,7 @@ def test_an_encoder_forty_decibels_coarser_hides_the_stiffness(identified):
 def test_the_truth_is_that_of_the_models_not_of_the_log(identified, monkeypatch):
     monkeypatch.setattr(known_truth, "identify", lambda logs, **asked: identify(logs, **asked | {"draws": 0}))
     best = identified.best
-    stronger = best.friction.component(**best.friction.values | {"F_C": 12.0})
-    found = determined(identified, fit=replace(best, friction=stronger), count=1)
+    found = determined(identified, fit=replace(best, friction=best.friction.component(**best.friction.values | {"F_C": 12.0})), count=1)
     assert list(found) == ["M", "sigma_0", "F_C", "sigma_2", "offset"]  # and no shape that is held
     assert found["F_C"].truth == 12.0
     assert max(abs(found[name].median_error_percent) for name in ("M", "sigma_0", "F_C")) < 5.0
