@@ -52,16 +52,16 @@ def test_what_differs_away_from_reversals_has_a_wide_enough_interval(force, nois
 @cache
 def problem_of(model: str) -> InverseDynamics:
     """Rows of an axis whose damping is larger in one direction."""
-    motion = motion_of(0, 3.0)
+    motion = motion_of(0, 2.5)
     rows = treat(log_of(motion, sliding_effort(motion) + uneven(motion)), STATED)
     return InverseDynamics(rows, parameters_of(friction.find(model), PriorKnowledge(), rows))
 
 
 def test_a_difference_away_from_reversals_widens_the_interval_of_its_parameter_alone(monkeypatch):
     problem = problem_of("coulomb_viscous")
-    wide = bootstrap(problem, linear(problem), 8, linear=True)
+    wide = bootstrap(problem, linear(problem), 6, linear=True)
     monkeypatch.setattr(contrast, "BETWEEN", (0.0, 0.0))
-    narrow = bootstrap(problem, linear(problem), 8, linear=True)
+    narrow = bootstrap(problem, linear(problem), 6, linear=True)
     assert np.ptp(wide.interval("offset")) > 2.0 * np.ptp(narrow.interval("offset"))
     assert wide.interval("F_C") == narrow.interval("F_C")
 

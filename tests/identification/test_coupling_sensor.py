@@ -25,7 +25,7 @@ DT = 1e-3  # s
 
 def sensed(share=0.4, delay=0, **columns):
     """A motor of 2 kg with friction of 3 N, in front of a sensor; the effort is late by some samples."""
-    t = DT * np.arange(5000)
+    t = DT * np.arange(4000)
     position = 0.05 * np.sin(2.0 * t) + 1e-4 * np.sin(60.0 * t)
     speed, acceleration = 0.1 * np.cos(2.0 * t) + 6e-3 * np.cos(60.0 * t), -0.2 * np.sin(2.0 * t) - 0.36 * np.sin(60.0 * t)
     of_motor = 2.0 * acceleration + 3.0 * np.tanh(speed / 1e-3) * (1.0 - share)
