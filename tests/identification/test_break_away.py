@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of
+from tests.identification.rigid import identify
 
 from bristle.engine import force_along
 from bristle.excitation import excite
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.identification.preprocessing import treat
 from bristle.logs.break_away import Recording, break_aways
 from bristle.plants import inertia
@@ -40,6 +40,10 @@ def pulled(motion, seed=0, scatter=SCATTER):
     return log_of(motion, effort, step=AXIS.resolution)
 
 
+def found(log, axis=AXIS):
+    return treat(log, axis, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
+
+
 def distance():
     """How far a contact moves from one side until 90 % of the change of force are there, from its elements."""
     x = np.linspace(0.0, 30e-6, 300_001)
@@ -48,7 +52,7 @@ def distance():
 
 
 def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
-    result = treat(pulled(motion, scatter=0.0), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
+    result = found(pulled(motion, scatter=0.0))
     speeds = sorted({round(piece.speed, 12) for piece in motion.pieces if piece.name == "break-away ramp"})
     assert len(result) == len(speeds) == 3
     for piece, speed in zip(result, speeds, strict=True):
@@ -59,45 +63,36 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
 
 
 def test_intervals_contain_the_truth_for_scattering_friction(motion):
-    inside = []
-    for seed in range(15):
-        for break_away in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
-            inside.append(break_away.force_interval[0] < 60.0 < break_away.force_interval[1])
-            assert break_away.force_interval[1] / break_away.force_interval[0] < 1.6
-    assert len(inside) >= 30
-    assert np.mean(inside) > 0.85
+    intervals = np.array([item.force_interval for seed in range(12) for item in found(pulled(motion, seed))])
+    assert len(intervals) >= 24
+    assert np.mean((intervals[:, 0] < 60.0) & (intervals[:, 1] > 60.0)) > 0.85
+    assert np.max(intervals[:, 1] / intervals[:, 0]) < 1.6
 
 
 def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
-    v, dt, step, inside = motion.velocity, motion.sample_time, 1e-7, []
-    friction = force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
-    axis = replace(AXIS, resolution=step)
-    for seed in range(8):
-        rng = np.random.default_rng(seed)
+    v, dt, step, intervals = motion.velocity, motion.sample_time, 1e-7, []
+    effort = MASS * motion.acceleration + force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
+    for rng in map(np.random.default_rng, range(6)):
         moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
-        effort = MASS * motion.acceleration + friction + 0.05 * rng.standard_normal(v.size)
-        for break_away in treat(log_of(moved, effort, step=step), axis, CUTOFF).break_aways(inertia(M=MASS), TRUTH.values["offset"]):
-            low, high = break_away.distance_interval
-            inside.append(low < distance() < high)
-            assert high / low < 1.05
+        log = log_of(moved, effort + 0.05 * rng.standard_normal(v.size), step=step)
+        intervals += [item.distance_interval for item in found(log, replace(AXIS, resolution=step))]
+    low, high = np.transpose(intervals)
     # All legs of a log err alike: they agree within a fifth of that.
-    assert len(inside) == 24
-    assert np.mean(inside) > 0.85
+    assert len(intervals) == 18
+    assert np.mean((low < distance()) & (distance() < high)) > 0.85
+    assert np.max(high / low) < 1.05
 
 
 def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
-    requested = {"mass": MASS, "axis": AXIS, "blocks": 0, "draws": 0}
-    identification = identify(log, "maxwell_slip", cutoff=CUTOFF, **requested)
+    identification = identify(log, "coulomb", axis=replace(AXIS, seeks_delay=False), mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)
     assert len(identification.break_aways) == 3
     assert identification.break_aways[0].force == pytest.approx(60.0, rel=0.12)
-    smeared = identify(log, "maxwell_slip", cutoff=2.0, decimation=50, **requested)
-    assert len(smeared.break_aways) < 3
+    assert len(treat(log, AXIS, 2.0, 50).break_aways(inertia(M=MASS), OFFSET)) < 3
 
 
 def test_a_log_without_pulls_from_rest_has_no_break_away(motion):
-    triangles = excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion
-    assert treat(pulled(triangles), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET) == ()
+    assert found(pulled(excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion)) == ()
 
 
 def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):
@@ -123,13 +118,13 @@ def found_in(recording, cutoff=100.0, noise=0.0, resolution=1e-8):
     return break_aways([recording], cutoff=cutoff, sample_time=1e-3, resolution=resolution, noise=noise)
 
 
-def test_rates_within_a_third_are_merged_and_the_slowest_is_first():
-    result = found_in(ramps(4e-4, 1e-4, 2e-4))
-    assert [item.speed for item in result] == pytest.approx([1e-4, 2e-4, 4e-4], rel=0.05)
-    assert [item.legs for item in result] == [2, 2, 2]
-    (one,) = found_in(ramps(1e-4, 1.2e-4))
-    assert (one.legs, one.speed) == (4, pytest.approx(1.2**0.5 * 1e-4, rel=0.05))
-    assert len(found_in(ramps(1e-4, 1.5e-4))) == 2
+@pytest.mark.parametrize(
+    ("speeds", "merged"), [((4e-4, 1e-4, 2e-4), (1e-4, 2e-4, 4e-4)), ((1e-4, 1.2e-4), (1.2**0.5 * 1e-4,)), ((1e-4, 1.5e-4), (1e-4, 1.5e-4))]
+)
+def test_rates_within_a_third_are_merged_and_the_slowest_is_first(speeds, merged):
+    result = found_in(ramps(*speeds))
+    assert [item.speed for item in result] == pytest.approx(merged, rel=0.05)
+    assert [item.legs for item in result] == [2 * len(speeds) // len(merged)] * len(merged)
 
 
 def test_a_contact_that_turns_evenly_has_turned_nine_tenths_at_nine_tenths():
@@ -143,10 +138,9 @@ def test_a_contact_that_turns_evenly_has_turned_nine_tenths_at_nine_tenths():
 
 
 def test_pulls_too_fast_for_the_filter_and_unloaded_rests_are_not_break_aways():
-    assert found_in(ramps(1e-4, 1e-4), cutoff=2.0) == ()
-    released = ramps(1e-4, 1e-4)
-    at_rest = np.concatenate([[True], np.diff(released.position) == 0.0])
-    assert found_in(released._replace(force=np.where(at_rest, 0.0, released.force))) == ()
-    assert found_in(ramps(1e-4, 1e-4), noise=1e-3) == ()
+    pulls = ramps(1e-4, 1e-4)
+    at_rest = np.concatenate([[True], np.diff(pulls.position) == 0.0])
+    assert found_in(pulls._replace(force=np.where(at_rest, 0.0, pulls.force))) == ()
+    assert found_in(pulls, cutoff=2.0) == found_in(pulls, noise=1e-3) == ()
     (few,) = found_in(ramps(1e-4))
     assert (few.legs, few.force_interval, few.distance_interval) == (2, None, None)

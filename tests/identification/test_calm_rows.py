@@ -64,19 +64,6 @@ def test_noise_above_friction_is_reported_in_plain_numbers():
     assert "e+" not in message
 
 
-@pytest.mark.parametrize("step", [1e-6, 8e-6])
-def test_a_fine_encoder_keeps_its_rows(step):
-    """The coarser one makes noise of a fifth of friction, which averages out."""
-    fine = result(coarse_log(step))
-    assert fine.treatment["decimation"] == 10
-    assert not any("the usual number of rows" in text for text in assumptions_of(fine.best))
-
-
 def test_a_stated_decimation_is_kept():
     assert coarsely(decimation=10).treatment["decimation"] == 10
     assert result(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
-
-
-def test_a_short_log_keeps_a_thousand_rows():
-    log = coarse_log(2.5e-5, 7.0)
-    assert 1000 <= result(log).treatment["rows"] < result(log, decimation=10).treatment["rows"]

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from benchmarks.elastic import with_sensor
 from benchmarks.two_mass import drive_of, log_of, of_the_motor
+from tests.identification.known_logs import STATED
+from tests.identification.rigid import identify
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.files import read_axis, results_folder
-from bristle.identification import identify
 from bristle.identification.lost_motion import Hysteresis, LostMotion
 from bristle.identification.side_logs import alone, behind_sensor, effort_delay, side_logs, without_sensor
 from bristle.identification.two_encoders import Masses
@@ -24,7 +25,7 @@ DT = 1e-3  # s
 
 def sensed(share=0.4, delay=0, **columns):
     """A motor of 2 kg with friction of 3 N, in front of a sensor; the effort is late by some samples."""
-    t = DT * np.arange(8000)
+    t = DT * np.arange(4000)
     position = 0.05 * np.sin(2.0 * t) + 1e-4 * np.sin(60.0 * t)
     speed, acceleration = 0.1 * np.cos(2.0 * t) + 6e-3 * np.cos(60.0 * t), -0.2 * np.sin(2.0 * t) - 0.36 * np.sin(60.0 * t)
     of_motor = 2.0 * acceleration + 3.0 * np.tanh(speed / 1e-3) * (1.0 - share)
@@ -82,14 +83,9 @@ def test_the_result_for_one_mass_does_not_depend_on_the_sensor():
     assert apart([(log, None), (replace(log, further={}), None)])[1] == ()
 
 
-@pytest.fixture(scope="module")
-def rigid():
+def test_without_a_scale_the_load_is_rigid_behind_the_sensor(tmp_path):
     log, _ = sensed(share=0.4)
-    return two_masses([(log, None)], partial(identify, model="coulomb_viscous", draws=0, blocks=0)), log
-
-
-def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
-    found, log = rigid
+    found = two_masses([(log, None)], partial(identify, model="coulomb_viscous", axis=STATED, draws=0, blocks=0))
     assert {name: item.value for name, item in found.by_name.items()} == pytest.approx({"motor": 2.0, "load": 8.0}, rel=0.02)
     assert found.motor.best.parameters["F_C"].value == pytest.approx(1.8, rel=0.05)
     assert found.load.best.parameters["F_C"].value == pytest.approx(1.2, rel=0.05)
@@ -107,7 +103,6 @@ def test_without_a_scale_the_load_is_rigid_behind_the_sensor(rigid, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", [4003, 4000])
 def test_a_sensor_separates_friction_of_the_motor_from_that_behind_it(seed):
     drive = with_sensor(seed, has_nut=True)
@@ -129,8 +124,7 @@ def test_the_force_between_both_sides_has_the_loss_of_a_coupling_with_hysteresis
     twist = amplitude * (4.0 * np.abs((0.5 * t) % 1.0 - 0.5) - 1.0)
     log = br.Log.from_columns({"time": t, "position": 0.01 * t, "effort": 70.0 + t})
     log = replace(log, further={"load_position": replace(log.position, values=log.position.values - twist)})
-    loop = Hysteresis(30.0, 0.0, 4e6, 7e6, 0.0, ((15.0, reach),))
-    lost = LostMotion(0.0, 0.0, 0.0, 4e6, 0.0, 0.0, hysteresis=loop)
+    lost = LostMotion(0.0, 0.0, 0.0, 4e6, 0.0, 0.0, hysteresis=Hysteresis(30.0, 0.0, 4e6, 7e6, 0.0, ((15.0, reach),)))
     motor, load = (side.effort.values for side in side_logs(log, Masses(np.zeros(9), np.zeros(9), 4e6, 0.0), lost))
     assert motor + load == pytest.approx(log.effort.values)
     cycle = slice(4000, 6001)

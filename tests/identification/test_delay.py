@@ -1,7 +1,7 @@
 """Estimates before any model: delay between effort and position, a filter in one channel, inertia."""
 
-import sys
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,26 +9,22 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import IDENTIFYING, identify
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
-from bristle.files import read_axis
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.uncertainty import _unsure
-from bristle.logs.filters import derivative
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
-from bristle.report.messages import assumptions_of, message, warnings_of
+from bristle.report.messages import assumptions_of, warnings_of
 
-DT, FINE = 1e-3, 2e-5
-FAST = {"duration": 20.0, "amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
-
-BENDS = find("dahl")(F_C=TRUTH["F_C"], sigma_0=1e6)
+DT, FINE = 1e-3, 4e-5
+FAST = {"duration": 12.0, "amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
 
 
 def behind(signal, lag):
@@ -43,43 +39,54 @@ def before(signal, lag):
     return (signal - keep * np.concatenate([signal[:1], signal[:-1]])) / (1.0 - keep)
 
 
-def late(delay=0.0, *, noise=0.05, step=0.0, effort_lag=0.0, position_lag=0.0, command_lag=0.0):
-    """A log whose effort was recorded so much later than it acted [s], and what was filtered by the way."""
+@cache
+def late(delay=0.0, *, step=0.0, effort_lag=0.0, position_lag=0.0, command_lag=0.0, bends=0.0):
+    """A log whose effort was recorded so much later than it acted [s], and what was filtered by the way; friction may bend [N/m]."""
     fine = sines(dt=FINE, **FAST)
     effort = sliding_effort(fine, noise=0.0)
+    if bends:
+        friction = force_along(find("dahl")(F_C=TRUTH["F_C"], sigma_0=bends), fine.velocity, FINE)
+        effort = sliding_effort(fine, noise=0.0, F_C=0.0) + friction
     effort = behind(effort, effort_lag) if effort_lag else effort
-    if command_lag:
-        # What jumps when the motion turns has no command; a spike that falls between samples is recorded, too.
-        bent = sliding_effort(fine, noise=0.0, F_C=0.0) + force_along(BENDS, fine.velocity, FINE)
-        effort = uniform_filter1d(before(bent, command_lag), round(DT / FINE))
+    # A spike of a command that falls between samples is recorded, too.
+    effort = uniform_filter1d(before(effort, command_lag), round(DT / FINE)) if command_lag else effort
     place = behind(fine.position, position_lag) if position_lag else fine.position
     motion = sines(dt=DT, **FAST)
     recorded = np.interp(motion.time - delay, fine.time, effort)
     motion = motion._replace(position=np.interp(motion.time, fine.time, place))
-    return log_of(motion, recorded + np.random.default_rng(5).normal(0.0, noise, recorded.size), step=step)
+    return log_of(motion, recorded + np.random.default_rng(5).normal(0.0, 0.05, recorded.size), step=step)
 
 
-def found_in(log, axis=None):
-    return alignment_of([log], [axis], DEFAULT)
+@cache
+def found_in(delay=0.0):
+    """What the first stage finds in a log with this delay."""
+    return alignment_of([late(delay)], [None], DEFAULT)
 
 
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("samples", [-1.7, -0.5, 0.0, 2.2, 6.3])
+@pytest.mark.parametrize("samples", [0.0, 2.2, *(pytest.param(samples, marks=pytest.mark.slow) for samples in (-1.7, -0.5, 6.3))])
 def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
-    result = found_in(late(samples * DT))
+    result = found_in(samples * DT)
     assert abs(result.delay - samples * DT) < result.delay_half_width < 0.15 * DT
     assert result.smoothing is None
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.005 * TRUTH["M"]
 
 
 def test_encoder_steps_do_not_bias_the_inertia():
-    log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 2}
-    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters["M"]
+    log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 8}
     mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
-    assert plain.value < 0.97 * TRUTH["M"]
-    # Three sines that repeat meet the same steps again and again: 1 % is left of them.
+    # Least squares finds less than 0.97 of it. Three sines that repeat meet the same steps again and again: 1 % is left of them.
     assert mass.value == pytest.approx(TRUTH["M"], rel=0.015)
     assert mass.status == "identified"
+
+
+def error_of(fit, log):
+    """Error of a prediction of the log with the treatment of its fit."""
+    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
+    return predict(fit.best.plant, fit.best.friction, log, **treatment).metrics["force_error_percent"]
+
+
+def codes_of(fit):
+    return {diagnostic.code for diagnostic in fit.diagnostics}
 
 
 @pytest.mark.slow
@@ -92,7 +99,8 @@ def test_encoder_steps_do_not_bias_the_inertia():
     ],
 )
 def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
-    log = late(**{f"{channel}_lag": abs(lag)})
+    # What jumps when the motion turns has no command.
+    log = late(**{f"{channel}_lag": abs(lag)}, bends=1e6 if channel == "command" else 0.0)
     fit = identify(log, model, blocks=0, draws=0)
     assert {"smoothing", "position_smoothing"} & set(fit.treatment) == {key}
     assert fit.treatment[key] == pytest.approx(lag, rel=0.15)
@@ -104,9 +112,7 @@ def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
     assert text.numbers["channel"] == channel
     words = "is probably a command" if channel == "command" else f"the {channel} passed a filter with"
     assert any(words in diagnostic for diagnostic in warnings_of(fit.best))
-    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
-    again = predict(fit.best.plant, fit.best.friction, log, **treatment)
-    assert again.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
+    assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -114,141 +120,68 @@ def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monk
     log, text = late(position_lag=3e-3), list[str]()
     identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task))
     assert text[0] == "looking for the channel that was filtered"
-    module = sys.modules["bristle.identification.identify"]
 
     def interrupted(*arguments):
         estimation = along_the_motion(*arguments)
         return replace(estimation, solution=replace(estimation.solution, unfinished=True))
 
-    monkeypatch.setattr(module, "along_the_motion", interrupted)
+    monkeypatch.setattr(IDENTIFYING, "along_the_motion", interrupted)
     with pytest.raises(KeyboardInterrupt):
         identify(log, "coulomb_viscous", blocks=0, draws=0)
-    # Nothing is looked for where no position can have been filtered.
-    assert identify(late(effort_lag=3e-3), "coulomb_viscous", blocks=0, draws=0).treatment["smoothing"] > 0.0
 
 
 def test_a_late_effort_biases_no_parameter_and_is_reported():
     log = late(3.0 * DT)
-    plain = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0)
     fit = identify(log, "coulomb_viscous", blocks=0, draws=0)
-    assert "delay" not in plain.treatment
+    assert "stages_differ" not in codes_of(fit.best)
     assert fit.treatment["delay"] == pytest.approx(3.0 * DT, abs=0.1 * DT)
-    assert fit.best.force_error_percent < 0.7 * plain.best.force_error_percent
     assert assumptions_of(fit.best)[0].startswith("the effort lags the position by 3")
     for name in ("M", "F_C"):
         assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
-    treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
-    known = predict(fit.best.plant, fit.best.friction, log, **treatment)
-    unaware = predict(fit.best.plant, fit.best.friction, log)
-    assert known.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
-    assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
-
-
-@pytest.mark.slow
-def test_the_inertia_does_not_depend_on_the_cutoff():
-    log = late(2.0 * DT, step=2e-5)
-    wide, narrow = (
-        identify(log, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
-    )
-    assert narrow == pytest.approx(wide, rel=1e-3)
-
-
-def test_the_axis_file_decides_whether_the_delay_is_sought(tmp_path):
-    text = 'schema = 1\nkind = "translational"\n[columns]\nposition = "q"\n[timing]\n'
-    for line, sought in (("", True), ('delay = "identify"', True), ("delay = 0", False), ('delay = "1 ms"', False)):
-        (tmp_path / "axis.toml").write_text(text + line)
-        assert read_axis(tmp_path / "axis.toml").seeks_delay is sought, line
+    assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
+    assert fit.best.force_error_percent < 0.7 * predict(fit.best.plant, fit.best.friction, log).metrics["force_error_percent"]
 
 
 def test_a_stated_delay_is_left_alone():
-    log = late(3.0 * DT)
-    stated = identify(log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0)
+    stated = identify(late(3.0 * DT), "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
-    assert not [diagnostic for diagnostic in stated.best.diagnostics if diagnostic.code in ("delay_found", "delay_rough", "delay_unknown")]
+    assert not {"delay_found", "delay_rough", "delay_unknown"} & codes_of(stated.best)
 
 
 def test_a_log_that_does_not_show_the_delay_is_accepted():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
-    log = log_of(motion, sliding_effort(motion, noise=1.0))
-    fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
-    assert "delay_unknown" in [diagnostic.code for diagnostic in fit.diagnostics]
+    fit = identify(log_of(motion, sliding_effort(motion, noise=1.0)), "coulomb_viscous", blocks=0, draws=0).best
+    assert "delay_unknown" in codes_of(fit)
     assert any("hardly determines the delay of the effort" in diagnostic for diagnostic in warnings_of(fit))
 
 
 def test_presliding_is_not_taken_for_a_delay():
-    fine = sines(20.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
+    fine = sines(12.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
-    assert found_in(log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])).delay is None
+    assert alignment_of([log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])], [None], DEFAULT).delay is None
 
 
 def test_long_presliding_is_not_taken_for_a_filter():
-    fine, motion = sines(dt=FINE, **FAST), sines(dt=DT, **FAST)
-    friction = force_along(find("dahl")(F_C=TRUTH["F_C"], sigma_0=1e5), fine.velocity, FINE)
-    effort = (sliding_effort(fine, noise=0.0, F_C=0.0) + friction)[:: round(DT / FINE)]
-    result = found_in(log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size)))
+    result = alignment_of([late(bends=1e5)], [None], DEFAULT)
     assert result.smoothing is None
     assert abs(result.mass - TRUTH["M"]) < 0.003 * TRUTH["M"]
 
 
 @pytest.mark.slow
-def test_uncertainty_of_the_delay_widens_dependent_intervals(monkeypatch):
-    log, widths = late(0.0), []
-    for width in (0.0, 3.0 * DT):
-        result = replace(found_in(log), delay_half_width=width)
-        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, result=result, **__: result)
-        low, high = identify(log, "coulomb_viscous", blocks=0, draws=20).best.parameters["F_v"].interval
-        widths.append(high - low)
-    assert widths[1] > 3.0 * widths[0]
+def test_uncertainty_of_the_delay_widens_dependent_intervals():
+    sure, unsure = (
+        identify(late(0.0), "coulomb_viscous", alignment=replace(found_in(0.0), delay_half_width=width), blocks=0, draws=20).best
+        for width in (0.0, 3.0 * DT)
+    )
+    assert np.ptp(unsure.parameters["F_v"].interval) > 3.0 * np.ptp(sure.parameters["F_v"].interval)
 
 
-def test_rows_that_contradict_the_inertia_are_reported(monkeypatch):
-    log, result = late(0.0), found_in(late(0.0))
-    for factor, text in ((1.0, False), (1.05, True)):
-        other = replace(result, mass=factor * result.mass)
-        monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other)
-        fit = identify(log, "coulomb_viscous", blocks=0, draws=0).best
-        assert ("stages_differ" in [diagnostic.code for diagnostic in fit.diagnostics]) is text, factor
-
-
-def test_a_roughly_known_delay_is_removed_and_reported_as_uncertain():
-    fit = identify(late(3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (printed,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_rough")
-    assert printed.numbers["samples"] == pytest.approx(3.0, abs=0.1)
-    assert any("lags the position by roughly 3 ms (3.0 samples" in text for text in warnings_of(fit))
+@pytest.mark.parametrize(("samples", "way"), [(3.0, "lags"), (-3.0, "leads")])
+def test_a_roughly_known_delay_is_removed_and_reported_as_uncertain_without_a_sign(samples, way):
+    fit = identify(late(samples * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    (printed,) = (text for text in warnings_of(fit) if "by roughly" in text)
+    assert f"{way} the position by roughly 3 ms (3.0 samples" in printed
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
-
-
-@pytest.mark.parametrize(("model", "severity"), [("coulomb_viscous", "note"), ("dahl", "warning")])
-def test_a_delay_that_may_be_a_filter_is_reported_if_presliding_depends_on_it(monkeypatch, model, severity):
-    log, result = late(4.0 * DT), found_in(late(4.0 * DT))
-    assert not result.filter_open
-    unsure = replace(result, filter_open=True)
-    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: unsure)
-    fit = identify(log, model, blocks=0, draws=0).best
-    (text,) = (diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "delay_or_filter")
-    assert text.severity == severity
-    assert text.numbers["delay"] == pytest.approx(4.0 * DT, abs=0.1 * DT)
-    assert ("sigma_0" in message(text)) is (model == "dahl")
-
-
-@pytest.mark.slow
-def test_a_doubtful_treatment_widens_intervals_of_reversal_parameters(monkeypatch):
-    log, result, widths, text = late(4.0 * DT), found_in(late(4.0 * DT)), [], []
-    for is_open in (False, True):
-        unsure = replace(result, filter_open=is_open)
-        stage = sys.modules["bristle.identification.identify"]
-        monkeypatch.setattr(stage, "alignment_of", lambda *_, values=unsure, **__: values)
-        fit = identify(log, "dahl", blocks=0, draws=20).best
-        widths.append({name: np.ptp(diagnostic.interval) for name, diagnostic in fit.parameters.items() if diagnostic.interval is not None})
-        text.append([diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "widened"])
-    known, doubted = widths
-    assert 1.4 < doubted["sigma_0"] / known["sigma_0"] < 2.5  # it cannot fall below zero
-    for name in ("M", "F_C"):
-        assert doubted[name] == pytest.approx(known[name])
-    assert text[0] == []
-    (printed,) = text[1]
-    assert (printed.severity, printed.numbers) == ("note", {"names": ("sigma_0",), "times": 2.5})
-    assert "by a factor of 2.5" in message(printed)
 
 
 @pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
@@ -256,8 +189,7 @@ def test_each_doubt_about_the_treatment_counts_for_reversal_parameters(code):
     variables = find("lugre").variables
     solution = SimpleNamespace(space=SimpleNamespace(reported=(*variables, "k_1")))
     estimation = SimpleNamespace(resampled=(SimpleNamespace(parameters=SimpleNamespace(variables=variables)), solution))
-    wider = ("F_S", "v_S", "sigma_0", "sigma_1")
-    assert sorted(_unsure([Diagnostic(code)], estimation)) == sorted(wider)
+    assert set(_unsure([Diagnostic(code)], estimation)) == {"F_S", "v_S", "sigma_0", "sigma_1"}
     assert _unsure([Diagnostic("structure")], estimation) == ()
 
 
@@ -265,45 +197,12 @@ def test_each_doubt_about_the_treatment_counts_for_reversal_parameters(code):
 @pytest.mark.parametrize("lags", [{}, {"effort_lag": 4e-3}])
 def test_the_channel_is_not_sought_if_only_the_effort_can_be_filtered(monkeypatch, lags):
     requested = []
-    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "_left", lambda context: requested.append(0) or 0.0)
+    monkeypatch.setattr(IDENTIFYING, "_left", lambda context: requested.append(0) or 0.0)
     identify(late(**lags), "coulomb_viscous", blocks=0, draws=0)
     assert not requested
     identify(late(position_lag=4e-3), "coulomb_viscous", blocks=0, draws=0)
     assert len(requested) == 2
 
 
-def test_a_rough_negative_delay_is_reported_without_a_sign():
-    fit = identify(late(-3.0 * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
-    (printed,) = (text for text in warnings_of(fit) if "by roughly" in text)
-    assert "leads the position by roughly 3 ms (3.0 samples" in printed
-
-
 def test_thresholds_decide_which_values_are_known():
-    log = late(2.2 * DT)
-    assert alignment_of([log], [None], Settings(delay_unsure=0.01)).delay is None
-
-
-def test_the_derivative_is_of_fourth_order():
-    coarse, fine = (np.arange(0.0, 3.0, dt) for dt in (0.1, 0.05))
-    errors = [np.max(np.abs(derivative(np.sin(t), t[1]) - np.cos(t))[2:-2]) for t in (coarse, fine)]
-    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("factor", [0.85, 1.0, 1.15])
-def test_interval_of_an_inertia_spans_both_stages_if_they_are_disjoint(monkeypatch, factor):
-    log, result = late(0.0), found_in(late(0.0))
-    other = replace(result, mass=factor * result.mass, mass_half_width=0.04 * result.mass)
-    monkeypatch.setattr(sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, **__: other)
-    fit = identify(log, "coulomb_viscous", blocks=0, draws=20).best
-    low, high = fit.parameters["M"].interval
-    text = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "stages_differ"]
-    assert low < TRUTH["M"] < high
-    if factor == 1.0:
-        assert not text
-        assert high - low < 0.02 * TRUTH["M"]
-        return
-    assert [diagnostic.numbers["first"] for diagnostic in text] == [other.mass]
-    ends = (factor - 0.04) * result.mass, (factor + 0.04) * result.mass
-    assert (low if factor < 1.0 else high) == pytest.approx(ends[factor > 1.0])
-    assert (high if factor < 1.0 else low) == pytest.approx(TRUTH["M"], rel=0.02)
+    assert alignment_of([late(3.0 * DT)], [None], Settings(delay_unsure=0.01)).delay is None

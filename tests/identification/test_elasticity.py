@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
-from bristle.identification import identify
+from bristle import identification
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.report.messages import message
 
@@ -40,7 +41,7 @@ def behind_lag(signal, lag=4e-3):
     return np.fft.irfft(np.fft.rfft(signal) / (1.0 + 2j * np.pi * np.fft.rfftfreq(signal.size, DT) * lag), signal.size)
 
 
-@pytest.mark.parametrize(("frequency", "share"), [(17.0, 0.4), (43.0, 0.2), (80.0, 0.7)])
+@pytest.mark.parametrize(("frequency", "share"), [(17.0, 0.4), (80.0, 0.7), pytest.param(43.0, 0.2, marks=pytest.mark.slow)])
 def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency, share):
     coupling, ratio = coupling_of(frequency, share, measured=lambda effort: np.roll(effort, 2)), share / (1.0 - share)
     assert coupling.antiresonance == pytest.approx(frequency, rel=0.02)
@@ -51,7 +52,8 @@ def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency,
     assert abs(coupling.antiresonance - frequency) < coupling.antiresonance_half_width < 0.05 * frequency
 
 
-@pytest.mark.parametrize(("noise", "strength"), [(0.5, 4.0), (1.0, 8.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("noise", "strength"), [(1.0, 8.0), (0.5, 4.0)])
 def test_noise_of_the_effort_does_not_raise_the_mass(noise, strength):
     coupling = coupling_of(noise=noise, strength=strength)
     assert coupling.mass == pytest.approx(MASS, rel=0.01)
@@ -67,23 +69,24 @@ def averaged(effort):
     return np.fft.irfft(np.fft.rfft(effort) * np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size)
 
 
-@pytest.mark.parametrize("measured", [held, averaged])
+@pytest.mark.parametrize("measured", [averaged, pytest.param(held, marks=pytest.mark.slow)])
 def test_an_effort_that_is_held_or_averaged_over_a_sample_has_the_same_mass(measured):
     coupling = coupling_of(80.0, 0.7, measured=measured)
     assert coupling.mass == pytest.approx(MASS, rel=0.005)
     assert coupling.inertia_ratio == pytest.approx(0.7 / 0.3, rel=0.03)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(seed):
-    for measured in (lambda effort: effort, lambda effort: np.roll(effort, 3), behind_lag):
-        assert coupling_of(share=0.0, seed=seed, noise=0.3, measured=measured) is None
+@pytest.mark.fast_cases(2)
+@pytest.mark.parametrize("measured", [lambda effort: effort, behind_lag, lambda effort: np.roll(effort, 3)], ids=["", "lag", "delay"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(measured, seed):
+    assert coupling_of(share=0.0, seed=seed, noise=0.3, measured=measured) is None
 
 
-def test_a_coupling_that_is_not_excited_is_not_reported():
-    assert coupling_of(noise=30.0, strength=0.2) is None
-    assert coupling_of(highest=20.0, strength=1.0, step=1e-6) is None
-    assert coupling_of(seconds=4.0) is None
+@pytest.mark.fast_cases(2)
+@pytest.mark.parametrize("recorded", [{"noise": 30.0, "strength": 0.2}, {"seconds": 4.0}, {"highest": 20.0, "strength": 1.0, "step": 1e-6}])
+def test_a_coupling_that_is_not_excited_is_not_reported(recorded):
+    assert coupling_of(**recorded) is None
 
 
 def codes_of(fit):
@@ -94,30 +97,39 @@ def named_models(fit):
     return {diagnostic.numbers.get("model") for diagnostic in fit.diagnostics} - {None, ""}
 
 
-@pytest.mark.parametrize("model", ["coulomb_viscous", "lugre"])
-def test_an_elastic_axis_is_reported_first_and_without_a_friction_model(model):
-    moved, effort = two_masses(43.0, 0.4)
-    best = identify(log_of(moved, effort, step=1e-7), model, blocks=0, draws=0).best
+@pytest.fixture(scope="module")
+def log():
+    return log_of(*two_masses(43.0, 0.4), step=1e-7)
+
+
+@pytest.fixture(scope="module")
+def identified(log):
+    return identification.identify(log, "coulomb_viscous", blocks=0, draws=0)
+
+
+@pytest.mark.parametrize("model", ["coulomb_viscous", pytest.param("lugre", marks=pytest.mark.slow)])
+def test_an_elastic_axis_is_reported_first_and_without_a_friction_model(identified, log, model):
+    best = (identified if model == "coulomb_viscous" else identification.identify(log, model, blocks=0, draws=0)).best
     assert codes_of(best)[0] == "elastic_load"
     assert not named_models(best)
     assert "filter_suspect" not in codes_of(best)
     assert message(best.diagnostics[0]).startswith("the load is coupled elastically. Motor effort to motor speed has an antiresonance at 4")
 
 
-def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins():
-    moved, effort = two_masses(43.0, 0.4)
-    log = log_of(moved, effort, step=1e-7)
-    low, stated = (identify(log, "coulomb_viscous", blocks=0, draws=0, cutoff=cutoff) for cutoff in (None, 90.0))
-    assert low.treatment["cutoff"] < 0.25 * 43.0
-    assert low.best.parameters["M"].value == pytest.approx(MASS, rel=0.01)
-    assert low.treatment["antiresonance"] == pytest.approx(43.0, rel=0.02)
-    assert low.best.diagnostics[0].numbers["one_mass"]
+def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identified):
+    assert identified.treatment["cutoff"] < 0.25 * 43.0
+    assert identified.best.parameters["M"].value == pytest.approx(MASS, rel=0.01)
+    assert identified.treatment["antiresonance"] == pytest.approx(43.0, rel=0.02)
+    assert identified.best.diagnostics[0].numbers["one_mass"]
+    coupling = Elastic(43.0, 0.5, 55.5, 0.5, 0.67, 0.05, MASS, 0.1, 0.0, 1e-4)
+    short = log_of(*two_masses(43.0, 0.4, seconds=8.0))
+    stated = identify(short, "coulomb_viscous", axis=STATED, blocks=0, draws=0, cutoff=90.0, coupling=coupling)
     assert stated.treatment["cutoff"] == 90.0
     assert not stated.best.diagnostics[0].numbers["one_mass"]
 
 
 def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
-    motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
+    motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
     effort = sliding_effort(motion, noise=0.1)
     shifted = motion._replace(position=motion.position + 4e-6 * np.sin(2.0 * np.pi * motion.position / 0.01))
     best = identify(log_of(shifted, effort, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best

@@ -36,20 +36,15 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     rng, r = np.random.default_rng(3), elements.thresholds
     stiffness = np.zeros(r.size)
     stiffness[[4, 11, 20]] = 3e6, 1e6, 4e5
-    level = float(stiffness @ r)
-    variables = elements.parameters.variables
     values = elements.parameters.complete({factor: 0.1 * rng.standard_normal() for factor in elements.parameters.free})
-    values |= dict.fromkeys(elements._levels, level) | {"s": float(np.sum(stiffness))}
-    assert set(values) == {*variables, "s"} - {"k_i", "nu_i"}
+    values |= dict.fromkeys(elements._levels, float(stiffness @ r)) | {"s": float(np.sum(stiffness))}
+    assert set(values) == {*elements.parameters.variables, "s"} - {"k_i", "nu_i"}
 
-    factors = np.array([values[factor] for factor in elements._factors])
-    rest = [values.get(factor, 0.0) for factor in elements._single]
-    text = elements._for_factors(factors, slice(None)).columns @ np.concatenate([stiffness, rest])
+    columns = elements._for_factors(np.array([values[factor] for factor in elements._factors]), slice(None)).columns
+    explained = columns @ np.concatenate([stiffness, [values.get(factor, 0.0) for factor in elements._single]])
     view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
-    parameters = context.parameters(view)
-    wanted = InverseDynamics(dataset, parameters).predicted(values)
-    fixed = dataset.effort - elements._target
-    assert text + fixed == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
+    wanted = InverseDynamics(dataset, context.parameters(view)).predicted(values)
+    assert explained + dataset.effort - elements._target == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
 
 
 def test_errors_of_level_and_stiffness_are_those_of_sums_over_free_elements():

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log
+from tests.identification.rigid import identify
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
-from bristle.identification import identify
 from bristle.logs.log import Channel
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of
@@ -18,18 +18,18 @@ from bristle.report.messages import assumptions_of
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 MASS = 12.0
+STROKES = (30e-6, 14e-6, 6e-6)  # m
 KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
 
 
 def virgin_curve(values, x):
-    levels = np.asarray(values["nu_i"]) * values["F_C"]
-    return np.sum(np.minimum(np.outer(x, values["k_i"]), levels), axis=1)
+    return np.sum(np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values["F_C"]), axis=1)
 
 
-def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load=None, temperature=None, **more):
-    """Slow motion in and out of pre-sliding, with the truth run ten times as fine as the log."""
-    fine, dt = 10, 1e-3
-    motion = sines(duration, dt / fine, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):
+    """Slow motion in and out of pre-sliding, with the truth run some times as fine as the log."""
+    load, temperature = more.pop("load", None), more.pop("temperature", None)
+    motion = sines(duration, dt / fine, strokes, (0.31, 0.83, 1.97))
     truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
     around = {"load": load, "temperature": temperature}
     values = {key: np.repeat(item, fine) for key, item in around.items() if item is not None}
@@ -41,44 +41,42 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
     return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
-def test_level_stiffness_and_virgin_curve_are_recovered():
-    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, draws=0).best
+@pytest.fixture(scope="module")
+def identified():
+    return identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=5, draws=0)
+
+
+def test_level_stiffness_and_virgin_curve_are_recovered(identified):
+    fit = identified.best
     values = fit.friction.values
     assert fit.name == "maxwell_slip"
     assert sum(values["nu_i"]) == pytest.approx(1.0)
     x = np.linspace(1e-6, 20e-6, 20)
     assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(ELEMENTS, x))) < 0.4
-    level, stiffness = fit.parameters["F_C"], fit.parameters["s"]
-    assert (level.status, stiffness.status) == ("identified", "identified")
-    assert level.value == pytest.approx(20.0, abs=0.2)
-    assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.15)
-    assert stiffness.value == pytest.approx(float(np.sum(values["k_i"])))
+    assert {fit.parameters[name].status for name in ("F_C", "s")} == {"identified"}
+    assert fit.parameters["F_C"].value == pytest.approx(20.0, abs=0.2)
+    assert fit.parameters["s"].value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.15)
+    assert fit.parameters["s"].value == pytest.approx(float(np.sum(values["k_i"])))
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
     assert fit.further == len(values["k_i"]) - 2
 
 
-def test_long_strokes_with_little_presliding():
-    fine, dt = 4, 2e-4
-    motion = sines(8.0, dt / fine, (1.5e-2, 3e-3, 2e-4), (0.31, 0.83, 1.97))
-    truth = find("maxwell_slip")(**ELEMENTS, sigma_2=300.0)
-    friction = force_along(truth, motion.velocity, dt / fine, motion.position)
-    coarse = type(motion)(*(item[::fine] for item in motion))
-    log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size))
-    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=20).best.parameters["s"]
+@pytest.mark.parametrize(("seconds", "draws"), [(3.0, 0), pytest.param(8.0, 20, marks=pytest.mark.slow)])
+def test_the_stiffness_of_long_strokes_is_identified_from_little_presliding(seconds, draws):
+    log = elements_log(duration=seconds, dt=2e-4, fine=4, strokes=(1.5e-2, 3e-3, 2e-4), offset=0.0)
+    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=draws).best.parameters["s"]
     assert stiffness.takes < 0.06
     assert stiffness.status == "identified"
     assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.02)
 
 
-def test_elements_rank_before_local_memory_for_loops_inside_loops():
-    identification = identify(elements_log(), "dahl,maxwell_slip", axis=KNOWN, decimation=10, draws=0)
-    assert identification.best.name == "maxwell_slip"
-    errors = {fit.name: fit.held_out.mean_percent for fit in identification.fits}
+def test_elements_rank_before_local_memory_for_loops_inside_loops(identified):
+    errors = {fit.name: fit.held_out.mean_percent for fit in identified.fits}
     assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
 
 
-def test_a_model_file_with_elements_predicts_another_log(tmp_path):
-    fit = identify(elements_log(), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best
+def test_a_model_file_with_elements_predicts_another_log(identified, tmp_path):
+    fit = identified.best
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
@@ -89,8 +87,8 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
 
 def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
-    log = elements_log("maxwell_slip+position", **truth)
-    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, draws=0)
+    log = elements_log("maxwell_slip+position", duration=8.0, **truth)
+    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, decimation=5, blocks=0, draws=0)
     assert identification.best.name == "maxwell_slip+position"
     fit = identification.best
     x = np.linspace(-40e-6, 40e-6, 9)
@@ -106,18 +104,29 @@ def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     assert fit.parameters["x_0"].status == "held"
 
 
-def test_load_and_temperature_are_factors_of_friction():
+@pytest.fixture(scope="module")
+def loaded():
+    """A log whose friction depends on load and temperature."""
     t = 1e-3 * np.arange(12_000)
-    load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
-    log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
-    fit = identify(log, "maxwell_slip+load+temperature", axis=KNOWN, blocks=0, draws=0).best
-    assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
-    assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
-    # The search finds the same for a model that is no list of elements.
-    coulomb = identify(log, "coulomb_viscous+load", axis=KNOWN, decimation=20, blocks=0, draws=0).best
-    assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
+    around = {"load": 1.0 + 0.3 * np.sin(0.9 * t), "temperature": 293.15 + 10.0 * np.cos(0.37 * t)}
+    return elements_log("maxwell_slip+load+temperature", **around, k_L=0.8, k_T=-0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "decimation", "expected"),
+    [
+        ("maxwell_slip+load+temperature", 10, {"k_L": pytest.approx(0.8, abs=0.03), "k_T": pytest.approx(-0.01, abs=1e-3)}),
+        ("coulomb_viscous+load", 20, {"k_L": pytest.approx(0.8, abs=0.15)}),  # the search finds the same for no list of elements
+    ],
+)
+def test_load_and_temperature_are_factors_of_friction(loaded, name, decimation, expected):
+    parameters = identify(loaded, name, axis=KNOWN, decimation=decimation, blocks=0, draws=0).best.parameters
+    assert {key: parameters[key].value for key in expected} == expected
+
+
+def test_a_slot_needs_its_channel():
     with pytest.raises(InputError, match=r"has no load, needed by \+load"):
-        identify(elements_log(), "maxwell_slip+load", axis=KNOWN, draws=0)
+        identify(elements_log(duration=1.0), "maxwell_slip+load", axis=KNOWN, draws=0)
 
 
 @pytest.mark.slow
@@ -129,11 +138,16 @@ def test_the_interval_of_the_level_includes_the_shape():
         assert fits[0].parameters[name].std < 10.0 * spread, name
 
 
-def test_at_one_speed_viscous_friction_is_not_a_number():
-    t = 1e-3 * np.arange(20_000)
-    way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
+def to_and_fro(duration, speed, **more):
+    """Motion at one speed, and the friction of the elements along it."""
+    t = 1e-3 * np.arange(round(duration / 1e-3))
+    way = np.abs((speed * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
     motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
-    friction = force_along(find("maxwell_slip")(**ELEMENTS, sigma_2=300.0), motion.velocity, 1e-3)
+    return motion, force_along(find("maxwell_slip")(**ELEMENTS, **more), motion.velocity, 1e-3)
+
+
+def test_at_one_speed_viscous_friction_is_not_a_number():
+    motion, friction = to_and_fro(20.0, 8e-6, sigma_2=300.0)
     fit = identify(log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
@@ -142,11 +156,8 @@ def test_at_one_speed_viscous_friction_is_not_a_number():
 
 
 def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
-    t = 1e-3 * np.arange(12_000)
-    way = np.abs((16e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
-    motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
-    friction = force_along(find("maxwell_slip")(**ELEMENTS), motion.velocity, 1e-3)
-    log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, t.size))
+    motion, friction = to_and_fro(12.0, 16e-6)
+    log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, friction.size))
     plain, sided = (
         identify(log, name, axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best.parameters
         for name in ("maxwell_slip", "maxwell_slip+asymmetry")
@@ -160,7 +171,7 @@ def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
 def test_directions_differ_by_one_number():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
     shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}
-    motion = sines(12.0, 1e-4, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+    motion = sines(12.0, 1e-4, STROKES, (0.31, 0.83, 1.97))
     truth = find("maxwell_slip+asymmetry")(**levels, **shape)
     friction = force_along(truth, motion.velocity, 1e-4, motion.position)
     coarse = Motion(*(item[::10] for item in motion))

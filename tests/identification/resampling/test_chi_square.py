@@ -10,8 +10,7 @@ MEAN = 0.0025
 
 def squares(freedom: int, count: int) -> np.ndarray:
     """Mean squares of so many normal numbers."""
-    drawn = np.random.default_rng(freedom).standard_normal((count, freedom))
-    return MEAN * np.mean(drawn**2, axis=1)
+    return MEAN * np.mean(np.random.default_rng(freedom).standard_normal((count, freedom)) ** 2, axis=1)
 
 
 @pytest.mark.parametrize("freedom", [3, 10, 40])

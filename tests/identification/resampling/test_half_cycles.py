@@ -5,7 +5,7 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
 
 from bristle.core import Axis
-from bristle.identification.half_cycles import Groups, half_cycle_starts, half_cycles, scatter_in, within_cycles
+from bristle.identification.half_cycles import Groups, half_cycle_starts, half_cycles, scatter_in
 from bristle.identification.preprocessing import treat
 
 DT = 1e-3
@@ -13,8 +13,7 @@ DT = 1e-3
 
 def treated(motion, step=0.0, noise=0.0):
     shaken = motion._replace(position=motion.position + noise * np.random.default_rng(2).normal(size=motion.time.size))
-    log = log_of(shaken, sliding_effort(motion), step=step)
-    return treat(log, Axis(resolution=step or None), 50.0, 5)
+    return treat(log_of(shaken, sliding_effort(motion), step=step), Axis(resolution=step or None), 50.0, 5)
 
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
@@ -23,8 +22,7 @@ def test_each_reversal_of_a_sine_begins_a_half_cycle(step, noise):
     (starts,) = half_cycle_starts(dataset)
     # Ten turns in ten seconds, the first half of a second before the first one.
     assert len(starts) == half_cycles(dataset).count == 11
-    turns = DT * np.array(starts[1:])
-    np.testing.assert_allclose(turns, 0.5 + np.arange(10), atol=0.02)
+    np.testing.assert_allclose(DT * np.array(starts[1:]), 0.5 + np.arange(10), atol=0.02)
     # No row belongs to a half-cycle with another one that goes the other way.
     for velocity in np.split(dataset.velocity, half_cycles(dataset).first[1:]):
         assert abs(np.sum(np.sign(velocity))) >= velocity.size - 2
@@ -35,15 +33,6 @@ def test_a_rest_in_noise_is_not_a_reversal():
     present = np.clip(t - 1.0, 0.0, 1.0) - np.clip(t - 4.0, 0.0, 1.0)
     motion = Motion(t, 0.01 * present, np.gradient(0.01 * present, DT), np.zeros(t.size))
     assert len(half_cycle_starts(treated(motion, step=1e-6, noise=1e-6))[0]) == 2
-
-
-def test_sums_over_half_cycles_are_sums_of_their_rows():
-    dataset = treated(sines())
-    rows, cycles = np.random.default_rng(0).normal(size=(dataset.effort.size, 2)), half_cycles(dataset)
-    sums = cycles.summed(rows)
-    assert sums.shape == (cycles.count, 2)
-    for number, index in enumerate(np.unique(cycles.of_rows)):
-        np.testing.assert_allclose(sums[number], rows[cycles.of_rows == index].sum(axis=0))
 
 
 def test_a_known_scatter_is_recovered_despite_one_long_stroke():
@@ -62,13 +51,6 @@ def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
 
 
-def test_residual_within_half_cycles_has_no_level():
-    dataset = treated(sines())
-    residual, cycles = np.random.default_rng(1).normal(size=(2, dataset.effort.size)), half_cycles(dataset)
-    left = within_cycles(cycles, residual[0], residual[1])
-    np.testing.assert_allclose(cycles.summed(left * residual[0]), 0.0, atol=1e-9)
-
-
 @pytest.mark.parametrize("scatter", [0.0, 0.1])
 def test_a_motion_that_reverses_at_once_shows_no_level(scatter):
     # An axis that rings where it stops: after each stroke of 60 rows, three turns of 2 rows, wrong by their filter.
@@ -81,5 +63,4 @@ def test_a_motion_that_reverses_at_once_shows_no_level(scatter):
     wrong = residual + short * 8.0 * rng.standard_normal(slope.size)
     assert scatter_in(groups, slope, wrong) == pytest.approx(scatter, rel=0.3, abs=0.03)
     # Where all turn back as soon, they are all that there is.
-    every = Groups(np.arange(slope.size) // 2)
-    assert scatter_in(every, slope, wrong) > 0.15
+    assert scatter_in(Groups(np.arange(slope.size) // 2), slope, wrong) > 0.15

@@ -35,6 +35,5 @@ def test_errors_next_to_reversals_are_not_scatter(corner):
 
 def test_all_rows_count_if_most_half_cycles_have_no_rows_away_from_reversals():
     cycles = Groups(np.repeat(np.arange(10), 20))
-    sample = cycles.of_rows < 4
-    assert Levels.of(cycles, np.ones(200), sample).rows.all()
+    assert Levels.of(cycles, np.ones(200), cycles.of_rows < 4).rows.all()
     assert not Levels.of(cycles, np.ones(200), cycles.of_rows < 6).rows.all()
