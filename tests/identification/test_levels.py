@@ -12,6 +12,8 @@ from bristle.friction.next_model import model_with
 from bristle.logs.log import Log
 from bristle.report.messages import message
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 COLUMNS = {"time": {"column": "t", "unit": "s"}}
 ARM = {
     "schema": 1,

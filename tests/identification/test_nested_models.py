@@ -19,6 +19,8 @@ from bristle.identification.least_squares import Search, silent
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 PITCH = 5e-3
 SHAPE = {"v_S": 2e-3, "sigma_0": 3e5, "sigma_1": 600.0}
 LUGRE = {"F_C": 6.0, "F_S": 9.0, "sigma_2": 30.0, **SHAPE}

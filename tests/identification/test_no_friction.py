@@ -7,6 +7,8 @@ from tests.identification.known_logs import log_of, sines
 from bristle.identification import identify
 from bristle.report.messages import warnings_of
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 @pytest.fixture(scope="module")
 def driven_log():

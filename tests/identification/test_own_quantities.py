@@ -15,6 +15,8 @@ from bristle.identification.least_squares import Search, Sliding
 from bristle.identification.parameter_space import Transform
 from bristle.identification.parameters import Scales
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 OWN = load_code(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
 TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 

@@ -10,6 +10,8 @@ from bristle.logs.log import Log
 from bristle.plants import inertia
 from bristle.plants.terms import effort_of_columns, with_terms
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 RATE = 1000.0
 COLUMNS = {"time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"}}
 SCREW = {"lead": "5 mm", "gear_ratio": 2.0}

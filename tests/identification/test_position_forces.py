@@ -10,6 +10,8 @@ from bristle.files.axis import axis_from, axis_text
 from bristle.logs import Log
 from bristle.logs.check import checked
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 DT, J, F_C, F_V = 2e-3, 0.2, 1.0, 0.5
 
 

@@ -14,6 +14,8 @@ from bristle.identification.preprocessing import calmed, shifted, treat
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 def test_derivatives_follow_a_known_motion():
     motion = sines()

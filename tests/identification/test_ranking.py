@@ -14,6 +14,8 @@ from bristle.identification.preprocessing import treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.identification.validation import held_out_error, in_order, ranked, with_information
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 
 

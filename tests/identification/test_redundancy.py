@@ -10,6 +10,8 @@ from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.problem import covariance_of
 from bristle.report.messages import assumptions_of, message, note_of
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 def one_way(forward: bool = True) -> Motion:
     t = 1e-3 * np.arange(10_000)

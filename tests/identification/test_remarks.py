@@ -26,6 +26,8 @@ from bristle.identification.structure import (
 )
 from bristle.plants import inertia
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 def data(**changes):
     facts = {

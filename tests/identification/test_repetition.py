@@ -14,6 +14,8 @@ from bristle.identification import identify
 from bristle.identification.excitation import repeats_after
 from bristle.identification.preprocessing import treat
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 TRUTH = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 
 

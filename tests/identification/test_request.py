@@ -14,6 +14,8 @@ from bristle.identification.request import freed, models_of, prior_knowledge_of,
 from bristle.identification.settings import Settings
 from bristle.plants import PLANTS
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 REFUSED = {"maxwell_stribeck"}  # its elements are given, not found
 WITHOUT_LOAD = REFUSED | {"efficiency"}  # losses in proportion to a load
 

@@ -11,6 +11,8 @@ from bristle.core import Axis
 from bristle.identification import identify
 from bristle.report.messages import note_of, warnings_of
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 STIFF = friction.lugre(F_C=35.0, F_S=44.0, v_S=5e-3, sigma_0=7e6, sigma_1=5e3, sigma_2=200.0)
 
 

@@ -13,6 +13,8 @@ from bristle.friction import coulomb, viscous, with_slots
 from bristle.identification import Identification, identify
 from bristle.identification.estimate import Estimate
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 QUICK = {"draws": 0, "blocks": 0}
 
 

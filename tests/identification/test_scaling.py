@@ -8,6 +8,8 @@ from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 # By what the parameters change where lengths are multiplied by the first number and forces by the second.
 POWERS = {
     "M": (-1, 1),

@@ -21,6 +21,8 @@ from bristle.report.brief import brief
 from bristle.report.messages import message, second_pass_of
 from bristle.report.notebook import as_html
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 identifying = importlib.import_module("bristle.identification.identify")
 AMPLITUDE, TURN = 5.0, 0.01
 AXIS = Axis(seeks_delay=False, offset=0.0, resolution=1e-7)

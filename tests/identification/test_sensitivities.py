@@ -23,6 +23,8 @@ from bristle.identification.sensitivities import by_differences, friction_rows
 from bristle.plants import inertia
 from bristle.translation.scope import NotExportableError
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
 VALUES = {

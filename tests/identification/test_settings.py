@@ -12,6 +12,8 @@ from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.model_tables import changed_settings
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 AS_TREATED = Axis(seeks_delay=False, cutoff=100.0)  # each model has its own inertia
 
 

@@ -10,6 +10,8 @@ from bristle.core import InputError
 from bristle.core.axis import Axis
 from bristle.identification import identify
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     logs = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]

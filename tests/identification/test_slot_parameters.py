@@ -8,6 +8,8 @@ from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 PITCH = 2.5e-3
 
 

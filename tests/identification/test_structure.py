@@ -20,6 +20,8 @@ from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 LEVEL = 8.0  # [N], of the sliding effort
 
 

@@ -21,6 +21,8 @@ from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
 from bristle.plants import inertia
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS
 
