@@ -20,8 +20,8 @@ def watched(*places):
     calls = defaultdict(list)
 
     def watching(name, function):
-        def called(*given):
-            returned = function(*given)
+        def called(*given, **named):
+            returned = function(*given, **named)
             calls[name].append(Call(given, returned))
             return returned
 
