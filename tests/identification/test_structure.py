@@ -58,6 +58,16 @@ def best_of(motion, cause, model="coulomb_viscous", seed=0, **settings):
     return identify(log, model, axis=STATED, blocks=0, draws=0, settings=settings)
 
 
+@pytest.fixture(scope="module")
+def rippling(motion):
+    """The result of a model that lacks a ripple."""
+    return best_of(motion, "ripple")
+
+
+def diagnostic_of(fit, code):
+    return next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == code)
+
+
 def causes_in(fit):
     return next((diagnostic.numbers["causes"] for diagnostic in fit.diagnostics if diagnostic.code == "structure"), ())
 
@@ -153,8 +163,8 @@ def of_a_link(motion, force):
     return {diagnostic.code: diagnostic for diagnostic in fit.diagnostics}
 
 
-def swinging():
-    return sines(20.0, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
+def swinging(duration=20.0):
+    return sines(duration, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
 
 
 def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
