@@ -274,9 +274,7 @@ def test_a_line_that_the_other_lines_make_superfluous_is_left_out(errors, kept):
 
     def again(pairs, reason):
         ((_, axis),) = pairs
-        return passed(
-            {(True, True): with_both, (False, True): with_spring, (True, False): with_gravity}[axis.gravity, axis.spring is not None]
-        )
+        return passed(of_lines[axis.gravity, axis.spring is not None])
 
     doubts = DOUBTS[2], Diagnostic("missing_position", numbers={"alike": 1})
     _, second = second_pass(passed(10.0, *doubts), [(None, Axis(kind="rotational", offset=1.5))], again, 0.02)
