@@ -118,7 +118,7 @@ def test_an_interruption_of_a_nested_fit_ends_the_richer_one(monkeypatch):
 
 def test_offset_and_directional_levels_are_identified_if_a_weight_is_visible():
     levels = {"F_C_pos": 7.0, "F_C_neg": 6.0, "F_S_pos": 9.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
-    log = slow_log(find("lugre+asymmetry")(offset=4.0, **levels, **SHAPE), duration=10.0)
+    log = slow_log(find("lugre+asymmetry")(offset=4.0, **levels, **SHAPE), duration=6.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     for name, value in {"offset": 4.0, "F_C_pos": 7.0, "F_C_neg": 6.0}.items():
         assert fit.parameters[name].status == "identified"
@@ -127,14 +127,14 @@ def test_offset_and_directional_levels_are_identified_if_a_weight_is_visible():
 
 def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
     levels = {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_S_pos": 12.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
-    log = slow_log(find("lugre+asymmetry")(**levels, **SHAPE), duration=10.0)
+    log = slow_log(find("lugre+asymmetry")(**levels, **SHAPE), duration=6.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].reason.code == "held_levels"
 
 
 def test_a_static_model_fixes_a_constant_that_keeps_levels_positive():
     truth = find("stribeck_free")(F_C=8.0, F_0=1.0, v_S=5e-3, F_v=30.0, offset=3.0)
-    fits = identify(slow_log(truth, duration=10.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
+    fits = identify(slow_log(truth, duration=6.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
     left = {fit.name: float(np.linalg.norm(fit.traces.residual)) for fit in fits}
     assert left["stribeck_free+asymmetry"] <= left["stribeck_free"] * (1.0 + 1e-6)
     held = next(fit for fit in fits if fit.name == "stribeck_free+asymmetry").parameters["offset"]

@@ -32,7 +32,7 @@ def test_an_effort_of_the_other_sign_is_fitted_and_its_causes_are_named(driven_l
 
 
 def test_with_positive_damping_no_cause_is_sought_in_the_sign():
-    motion = sines()
+    motion = sines(5.0)
     scatter = np.random.default_rng(4).normal(0.0, 0.05, motion.time.size)
     log = log_of(motion, 12.0 * motion.acceleration + 60.0 * motion.velocity - 2.0 * np.sign(motion.velocity) + scatter)
     fit = identify(log, "coulomb_viscous", mass=12.0, draws=0, blocks=0).best

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, sliding_log
+from tests.identification.known_logs import STATED, TRUTH, sliding_log
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, viscous, with_slots
@@ -15,7 +15,7 @@ from bristle.identification.estimate import Estimate
 
 pytestmark = pytest.mark.usefixtures("of_one_mass")
 
-QUICK = {"draws": 0, "blocks": 0}
+QUICK = {"axis": STATED, "draws": 0, "blocks": 0}
 
 
 def test_friction_is_the_effort_minus_that_of_the_plant():

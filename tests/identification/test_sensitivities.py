@@ -114,7 +114,9 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
     monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
-    forward = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    motion = sines(2.5)
+    log = log_of(motion, sliding_effort(motion, noise=0.05))
+    forward = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert not calls
 
     def untranslated(*_):
@@ -122,7 +124,7 @@ def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeyp
 
     monkeypatch.setattr(inverse_dynamics, "friction_rows", untranslated)
     with pytest.warns(InputWarning, match="bristle differentiates lugre by finite differences"):
-        stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+        stepwise = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):
         assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)

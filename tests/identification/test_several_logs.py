@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     logs = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
-    alone = identify(logs[0], "coulomb_viscous", axis=STATED, draws=0).best
+    alone = identify(logs[0], "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
     identification = identify(logs, "coulomb_viscous", axis=STATED, draws=0)
     for name, true in TRUTH.items():
         estimate = identification.best.parameters[name]
@@ -37,9 +37,9 @@ def test_a_different_log_has_a_large_held_out_error():
 
 def test_each_log_has_its_axis_or_one_axis_is_shared():
     first, second = sliding_log(1), sliding_log(2)
-    axes = [Axis(resolution=1e-7), Axis(resolution=1e-6)]
-    both = identify([first, second], "coulomb_viscous", axis=axes, draws=0).best
-    item = identify([first, second], "coulomb_viscous", axis=axes[0], draws=0).best
+    axes = [replace(STATED, resolution=step) for step in (1e-7, 1e-6)]
+    both = identify([first, second], "coulomb_viscous", axis=axes, blocks=0, draws=0).best
+    item = identify([first, second], "coulomb_viscous", axis=axes[0], blocks=0, draws=0).best
     assert both.parameters["M"].value == pytest.approx(item.parameters["M"].value, rel=1e-3)
     with pytest.raises(InputError, match=r"2 axis files for 1 log; allowed 1 axis file"):
         identify([first], "coulomb_viscous", axis=axes, draws=0)

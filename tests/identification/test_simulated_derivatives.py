@@ -26,7 +26,7 @@ YIELDING = {"offset": 0.1, "M": 2.1, "c": 45.0, "k": 4.8e4, "alpha": 3.8e4, "bet
 def log():
     """Two stretches of a loop whose drive lags; the second one begins in motion."""
     log = recorded_in_loop(friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0), 3, pairs=2, scatter=0.0, lag=0.8e-3, pulses=6.0)
-    return replace(log, segments=(slice(0, 900), slice(1000, 1900)))
+    return replace(log, segments=(slice(0, 600), slice(700, 1300)))
 
 
 def problem_of(loop, log, axis, component, plant):
@@ -34,7 +34,7 @@ def problem_of(loop, log, axis, component, plant):
     return OutputError.of(loop, InverseDynamics(dataset, parameters_of(component, PriorKnowledge(plant=plant), dataset)), [log], [axis])
 
 
-def compare(problem, values, steps=(1e-5, 1e-6, 1e-7)):
+def compare(problem, values, steps=(1e-5, 1e-6)):
     values = {name: values[name] for name in problem.parameters.free}
     residual, derivatives = problem.linearised(values)
     assert residual.tobytes() == problem.residual(values).tobytes()
