@@ -16,6 +16,8 @@ from bristle.identification.observed_elements import SpreadSpace, spread_model, 
 from bristle.identification.parameter_space import ParameterSpace
 from bristle.report.messages import message
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
 DT, FINER, STEP = 1e-3, 20, 2e-7
 AT = (1e-6, 3e-6, 10e-6)

@@ -25,6 +25,8 @@ from bristle.plants import inertia
 from bristle.plants.terms import with_terms
 from bristle.report.messages import message
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
 DT, FINER, STEP = 1e-3, 20, 2e-7
 LATE = 2  # samples, by which the effort is recorded late
