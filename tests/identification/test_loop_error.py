@@ -10,8 +10,7 @@ from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.output_error import OutputError, loop_of
-from bristle.identification.outputs import Effort, Position
+from bristle.identification.output_error import OutputError
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
 
@@ -47,15 +46,6 @@ def test_inverse_dynamics_of_the_same_log_is_less_accurate(fit, log):
     for name in ("M", "F_v"):
         off = [abs(item.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for item in (fit, start)]
         assert off[0] < 0.2 * off[1], name
-
-
-def test_the_axis_decides_the_loop_and_else_the_log(log):
-    assert loop_of([log], [AXIS]) is Effort
-    assert loop_of([log, log], [replace(AXIS, loop="open")] * 2) is Position
-    assert loop_of([replace(log, reference=None)], [AXIS]) is Position
-    assert loop_of([log], [None]) is Position
-    with pytest.raises(InputError, match="differs between axes"):
-        loop_of([log, log], [AXIS, replace(AXIS, loop="open")])
 
 
 def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(fit, log):

@@ -7,7 +7,6 @@ import pytest
 from tests.simulation.test_between_samples import multisine
 
 from bristle import friction, plants
-from bristle.core import InputError
 from bristle.core.axis import Axis
 from bristle.engine import run_open_loop
 from bristle.identification import identify
@@ -103,17 +102,3 @@ def test_a_diverging_model_ends_with_a_status(log):
     prediction = predict(PLANT, wild, log, AXIS, "open-loop")
     assert prediction.metrics["position_rmse"] is None
     assert prediction.status.name == "NOT_FINITE"
-
-
-def test_an_inconsistent_axis_file_is_rejected(tmp_path):
-    from bristle.files import read_axis
-
-    head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'
-    for text, message in (
-        ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts the key `held`"),
-        ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: needs an oscillator as the plant"),
-        ('[effort]\nhold = "sinc"\n', "effort.hold"),
-    ):
-        (tmp_path / "axis.toml").write_text(head + text)
-        with pytest.raises(InputError, match=message):
-            read_axis(tmp_path / "axis.toml")

@@ -397,14 +397,6 @@ def test_an_observer_finds_the_contact_despite_a_filtered_position(columns):
     assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
 
 
-@pytest.mark.slow
-def test_pieces_of_a_long_log_give_the_same_contact(columns, observed, monkeypatch):
-    monkeypatch.setattr(observer, "MOST", 4000)
-    stiffness = identified_from(columns).parameters["sigma_0"].value
-    assert stiffness != observed.result.parameters["sigma_0"].value
-    assert stiffness == pytest.approx(TRUTH["sigma_0"], rel=0.06)
-
-
 @pytest.mark.parametrize("of_position", [True, False])
 def test_a_known_filter_is_removed_from_its_channel(of_position):
     time = DT * np.arange(2000)

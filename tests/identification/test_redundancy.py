@@ -8,9 +8,7 @@ from tests.identification.known_logs import STATED, Motion, log_of, sines, slidi
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.parameter_space import ParameterSpace, Solution
-from bristle.identification.problem import covariance_of
-from bristle.report.messages import assumptions_of, message, note_of
+from bristle.report.messages import assumptions_of, message, note_of, warnings_of
 
 pytestmark = pytest.mark.usefixtures("of_one_mass")
 
@@ -102,21 +100,26 @@ def test_a_log_without_effort_is_rejected():
         identify(bare, "coulomb_viscous", axis=STATED, draws=0)
 
 
-def test_parameters_confounded_in_the_rows_have_no_standard_error():
-    rng = np.random.default_rng(0)
-    item, other = rng.normal(size=(2, 200))
-    columns = np.stack([item, 3.0 * item, other, 0.0 * other], axis=1)
-    solution = Solution(ParameterSpace(tuple("abcd"), np.full(4, -np.inf), np.full(4, np.inf)), np.ones(4), columns)
-    result = covariance_of(solution, rng.normal(size=200))
-    assert np.isinf(result.std).tolist() == [True, True, False, True]
-    assert result.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
-    assert result.condition_number > 1e12
+@pytest.fixture(scope="module")
+def driven_log():
+    """A log whose friction has the sign of the motion: as where the effort is turned and the inertia is known."""
+    motion = sines()
+    return log_of(motion, sliding_effort(motion, noise=0.05, F_C=-8.0, F_v=0.0, offset=0.0))
 
 
-def test_correlated_residuals_widen_the_robust_error_only():
-    rng = np.random.default_rng(0)
-    slow = np.repeat(rng.normal(size=40), 50)
-    column = np.ones((2000, 1))
-    result = covariance_of(Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow)
-    # Fifty equal residuals carry the information of one.
-    assert result.robust_std[0] / result.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)
+@pytest.mark.parametrize("model", ["coulomb_viscous", "maxwell_slip"])
+def test_an_effort_of_the_other_sign_is_fitted_and_its_causes_are_named(driven_log, model):
+    fit = identify(driven_log, model, mass=12.0, draws=0, blocks=0).best
+    estimate = fit.parameters["F_C"]
+    assert (estimate.status, estimate.reason.code) == ("at_edge", "no_friction")
+    assert fit.friction.values["F_C"] < 1e-3 * driven_log.effort.values.std()
+    warnings = " ".join(warnings_of(fit))
+    for cause in ("no force opposes the motion", "gravity", "reversed sign of the effort"):
+        assert cause in warnings
+
+
+def test_with_positive_damping_no_cause_is_sought_in_the_sign():
+    motion = sines(5.0)
+    effort = sliding_effort(motion, noise=0.05, F_C=-2.0, F_v=60.0, offset=0.0)
+    estimate = identify(log_of(motion, effort), "coulomb_viscous", mass=12.0, draws=0, blocks=0).best.parameters["F_C"]
+    assert (estimate.status, estimate.reason.code) == ("at_edge", "edge_of_model")

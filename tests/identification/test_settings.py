@@ -107,18 +107,6 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json
 
 
-def test_levels_and_ratios_of_the_literature_are_the_defaults():
-    by_name = {threshold.name: threshold for threshold in Settings.described()}
-    assert DEFAULT.missing_level == 0.99
-    for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
-        assert by_name[name].least <= by_name[name].default <= by_name[name].most
-    # What is said grows graver with the error.
-    assert DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
-    assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
-    assert DEFAULT.delay_rough < DEFAULT.delay_unsure
-    assert DEFAULT.missing_evidence < DEFAULT.missing_force
-
-
 THRESHOLDS_OF_0_2 = """
 amplitude_half_cycles at_odds clear_std coloured_correlation coloured_error delay_inertia filter_seen flat_rise follows
 half_sample_damping hopeless_std missing_effort missing_share missing_share_around moved negligible_force nested_loop

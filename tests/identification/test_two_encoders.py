@@ -43,8 +43,9 @@ DT = 1e-3  # s
 
 @pytest.fixture(scope="module", autouse=True)
 def simulator():
-    """The simulator of the drives is compiled once."""
-    log_of(drive_of(904))
+    """The simulator of the drives is compiled, and the drive of several tests is simulated."""
+    records_of(904)
+    records_of(904, nut=0.15)
 
 
 def records_of(seed, seconds=None, nut=0.0):
@@ -111,7 +112,7 @@ def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut, secon
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
-    ("seed", "share", "seconds"), [(911, 0.2, 10.0), (911, 0.2, None), (911, 0.0, None), (905, 0.2, None), (905, 0.0, None)]
+    ("seed", "share", "seconds"), [(911, 0.2, 8.0), (911, 0.2, None), (911, 0.0, None), (905, 0.2, None), (905, 0.0, None)]
 )
 def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share, seconds):
     drive, records = records_of(seed)
@@ -135,7 +136,7 @@ def test_friction_of_an_unknown_nut_is_taken_for_a_larger_load():
 
 
 def test_friction_of_a_known_nut_is_not_taken_for_a_larger_load():
-    drive, records = records_of(904, nut=0.15)
+    drive, records = records_of(904, 40.0, nut=0.15)
     known = masses_of(records, drive.step, prior=Prior(nut=0.15, nut_error=0.02))
     assert known.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.02)
     assert known.stiffness == pytest.approx(drive.stiffness, rel=0.02)
@@ -157,9 +158,7 @@ def test_a_rotary_axis_has_the_masses_and_the_play_of_the_linear_axis_that_it_dr
 
 
 def test_a_load_encoder_with_another_unit_is_refused():
-    time = DT * np.arange(4000)
-    position = 0.05 * np.sin(3.0 * time)
-    log = br.Log.from_columns({"time": time, "position": position, "effort": np.cos(3.0 * time), "load_position": 1e3 * position})
+    log = br.Log.from_columns(strokes(load_position=lambda position: 1e3 * position))
     with pytest.raises(InputError, match=r"columns\.load_position: moves otherwise than the motor; found '1e\+03 times as far'"):
         two_masses([(log, None)], identify)
 
