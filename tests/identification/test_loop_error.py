@@ -9,7 +9,6 @@ from benchmarks.loops import AXIS, MASS, recorded_in_loop
 from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
-from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import OutputError
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
@@ -98,21 +97,6 @@ def test_an_interruption_returns_the_best_so_far(log, monkeypatch):
     assert identification.unfinished == "interrupted: the fit of stribeck is incomplete"
     assert warnings_of(identification.best)[0].startswith("unfinished: ")
     assert identification.best.loop_error_percent < 20.0
-
-
-def test_an_interruption_at_the_start_returns_the_start(log, monkeypatch):
-    linearised, seen = InverseDynamics.linearised, [0]
-
-    def counting(self, free):
-        seen[0] += 1
-        if seen[0] == 6:
-            raise KeyboardInterrupt
-        return linearised(self, free)
-
-    monkeypatch.setattr(InverseDynamics, "linearised", counting)
-    best = identify(log, "stribeck", axis=SOUGHT, draws=0).best
-    assert best.unfinished
-    assert best.loop_error_percent is None
 
 
 def test_a_force_missing_in_the_loop_is_reported(log):

@@ -206,26 +206,24 @@ def test_a_faulty_scale_is_named_as_the_reason(load, cause):
     assert re.search(cause, reason)
 
 
-def with_strange_columns(seed, **columns):
+def swapped(log):
+    return {"position": log["load_position"], "load_position": log["position"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "changes", "cause"),
+    [
+        *((seed, swapped, "`position` is the encoder of the motor") for seed in (901, 920)),
+        *((seed, lambda log: {"effort": -log["effort"]}, "the sign of the effort") for seed in (901, 920)),
+        (901, lambda log: {"load_position": np.append(log["load_position"][:1].repeat(3), log["load_position"][:-3])}, "at the same time"),
+    ],
+)
+def test_swapped_encoders_a_reversed_effort_and_a_late_scale_do_not_make_a_plant(seed, changes, cause):
     drive = drive_of(seed)
-    log = {name: log_of(drive)[name] for name in ("time", "position", "load_position", "effort")} | columns
-    return two_masses([(br.Log.from_columns(log), br.Axis(resolution=drive.step))], partial(identify, model="coulomb_viscous", draws=0))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [901, 920])
-def test_swapped_encoders_and_a_reversed_effort_do_not_make_a_plant(seed):
-    log = log_of(drive_of(seed))
-    swapped = with_strange_columns(seed, position=log["load_position"], load_position=log["position"])
-    assert "Check that `position` is the encoder of the motor" in swapped
-    assert "the sign of the effort" in with_strange_columns(seed, effort=-log["effort"])
-
-
-@pytest.mark.slow
-def test_a_late_scale_does_not_make_a_plant():
-    scale = log_of(drive_of(901))["load_position"]
-    reason = with_strange_columns(901, load_position=np.concatenate([scale[:1].repeat(3), scale[:-3]]))
-    assert "at the same time" in reason
+    log = {name: log_of(drive)[name] for name in ("time", "position", "load_position", "effort")}
+    pairs = [(br.Log.from_columns(log | changes(log)), br.Axis(resolution=drive.step))]
+    assert cause in two_masses(pairs, partial(identify, model="coulomb_viscous", draws=0))
 
 
 def test_only_logs_that_all_have_a_second_encoder_have_two_masses():
@@ -242,6 +240,10 @@ def masses():
     values = {"motor": 2.0, "load": 10.0, "stiffness": 4e6, "damping": 300.0, "play": 5e-6, "antiresonance": 100.0, "nut": 0.15}
     quantities = tuple(Quantity(name, value, 0.02 * value, "kg", name) for name, value in values.items())
     return TwoMasses(quantities, side, side, 0.0, arm=0.01 / (2.0 * math.pi))
+
+
+def with_quantity(masses, name, **changes):
+    return replace(masses, quantities=tuple(item._replace(**changes) if item.name == name else item for item in masses.quantities))
 
 
 def test_friction_of_the_motor_has_the_power_of_that_of_the_axis(masses):
@@ -298,8 +300,7 @@ def test_a_plant_with_two_masses_explains_what_that_of_one_mass_does_not(masses,
 
 
 def test_play_that_is_not_clear_is_stated_as_a_bound(masses):
-    bounded = tuple(item._replace(value=0.0, half_width=3e-6, unit="m") if item.name == "play" else item for item in masses.quantities)
-    unclear = TwoMasses(bounded, masses.motor, masses.load, 0.0)
+    unclear = with_quantity(masses, "play", value=0.0, half_width=3e-6, unit="m")
     assert not unclear.play_is_clear
     assert any("play below 3 µm" in line.text for line in two_masses_lines(SimpleNamespace(two_masses=unclear)))
 
@@ -410,16 +411,14 @@ def test_friction_of_the_motor_in_simulations_contains_that_of_the_nut(masses):
     speed, pull = np.full(200, 20.0), np.linspace(-3.0, 3.0, 200)
     nut = along(friction, speed, DT, transmitted=pull) - along(bearings, speed, DT)
     assert nut == pytest.approx(0.15 * np.abs(pull), abs=1e-9)
-    without = replace(masses, quantities=tuple(item._replace(value=0.0) if item.name == "nut" else item for item in masses.quantities))
-    assert without.motor_friction.name == bearings.name
+    assert with_quantity(masses, "nut", value=0.0).motor_friction.name == bearings.name
 
 
 @pytest.mark.parametrize(("masked", "cause"), [(True, "rarely acts against the motion"), (False, "is too small")])
 def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, masked, cause):
     def texts_with(half_width, value=0.0):
-        nut = {"value": value, "half_width": half_width}
-        quantities = tuple(item._replace(**nut) if item.name == "nut" else item for item in masses.quantities)
-        changed = SimpleNamespace(two_masses=replace(masses, quantities=quantities, nut_is_masked=masked))
+        nut = with_quantity(masses, "nut", value=value, half_width=half_width)
+        changed = SimpleNamespace(two_masses=replace(nut, nut_is_masked=masked))
         return [line.text for line in two_masses_lines(changed)], two_masses_table(changed)
 
     lines, table = texts_with(0.3)
