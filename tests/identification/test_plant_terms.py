@@ -158,10 +158,13 @@ def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
         effort_of_columns(pulled, np.ones((2, 3)))
 
 
-def test_impossible_terms_are_rejected():
-    with pytest.raises(InputError, match="translational"):
-        axis("translational", plant={"gravity": "link"})
-    with pytest.raises(InputError, match="the travel of the axis per turn"):
-        axis("translational", cogging=[{"turn": "screw"}])
-    with pytest.raises(InputError, match="twice"):
-        axis(cogging=[{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}])
+@pytest.mark.parametrize(
+    ("kind", "tables", "told"),
+    [
+        ("translational", {"plant": {"gravity": "link"}}, "translational"),
+        ("rotational", {"cogging": [{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}]}, "twice"),
+    ],
+)
+def test_impossible_terms_are_rejected(kind, tables, told):
+    with pytest.raises(InputError, match=told):
+        axis(kind, **tables)
