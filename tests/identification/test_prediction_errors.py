@@ -108,17 +108,13 @@ def told_in(fit):
     return told
 
 
-def test_an_observer_finds_the_contact_despite_a_coarse_encoder(observed):
-    allowed = {"M": 2e-3, "F_C": 5e-3, "F_S": 0.01, "sigma_0": 0.02, "v_S": 0.03}
-    for name, error in allowed.items():
-        assert observed.result.parameters[name].value == pytest.approx(TRUTH[name], rel=error), name
-
-
-def test_intervals_of_an_observer_are_narrow_and_contain_the_truth(observed):
-    for name in ("M", "F_C", "F_S", "v_S", "sigma_0"):
-        low, high = observed.result.parameters[name].interval
-        assert low < TRUTH[name] < high, name
-        assert high - low < 0.3 * TRUTH[name], name
+@pytest.mark.parametrize(("name", "error"), [("M", 2e-3), ("F_C", 5e-3), ("F_S", 0.01), ("sigma_0", 0.02), ("v_S", 0.03)])
+def test_an_observer_finds_the_contact_despite_a_coarse_encoder_with_narrow_intervals(observed, name, error):
+    estimate = observed.result.parameters[name]
+    assert estimate.value == pytest.approx(TRUTH[name], rel=error)
+    low, high = estimate.interval
+    assert low < TRUTH[name] < high
+    assert high - low < 0.3 * TRUTH[name]
 
 
 def test_the_report_states_the_observer_of_the_position(observed):
@@ -137,6 +133,14 @@ def test_the_delay_is_that_of_the_observer(observed):
     assert late.numbers["delay"] == pytest.approx(DT * late.numbers["samples"])
     assert 0.0 < late.numbers["half_width"] < DT
     assert late.numbers["samples"] != first.numbers["samples"]
+
+
+@pytest.mark.parametrize(("held", "samples"), [(None, 2.0), (True, 2.5)])
+def test_the_delay_of_a_held_effort_is_half_a_sample_longer(observed, held, samples):
+    dataset = replace(observed.context.dataset, held=held)
+    told = observed_fit._about_delay(dataset, DT * np.linspace(1.9, 2.1, 101), observed.context.settings)
+    assert told.numbers["samples"] == pytest.approx(samples)
+    assert told.numbers["half_width"] == pytest.approx(0.095 * DT)
 
 
 def test_progress_never_decreases_with_an_observer(observed):

@@ -222,8 +222,9 @@ def test_a_stated_offset_of_zero_is_kept():
     assert proposed_lines(proposing(DOUBTS[1]), Axis(offset=0.0)) == ()
 
 
-def test_friction_over_position_is_no_cogging():
-    assert proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | {"pulls": "turning"})), Axis()) == ()
+@pytest.mark.parametrize("changes", [{"pulls": "turning"}, {"harmonics": ()}])
+def test_friction_over_position_and_a_wave_without_harmonics_are_no_cogging(changes):
+    assert proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | changes)), Axis()) == ()
 
 
 PLAIN = """# my axis

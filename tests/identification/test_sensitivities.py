@@ -265,12 +265,12 @@ def test_an_excerpt_consists_of_pieces_of_the_whole_log(rows, monkeypatch):
     assert (pieces[0].time[0], pieces[-1].time[-1]) == (whole.time[0], whole.time[-1])
     first = int(np.flatnonzero(whole.time == pieces[2].time[0])[0])
     assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
-    assert replace(rows, segments=(replace(whole, first_cycle=700),)).excerpt() is None
     assert InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt() is None
     assert Halved(rows, problem_of("lugre", rows)[0].parameters).excerpt() is None
-    assert replace(rows, dropped=80).excerpt() is None  # the pieces would be more than half of it
     rests = replace(whole, velocity=np.where(np.isin(whole.time, np.concatenate([piece.time for piece in pieces])), 0.0, whole.velocity))
-    assert replace(rows, segments=(rests,)).excerpt() is None  # the motion lies between them
+    # A cycle is not cut, the pieces may be no more than half of a log, nor may the motion lie between them.
+    for changes in ({"segments": (replace(whole, first_cycle=700),)}, {"dropped": 80}, {"segments": (rests,)}):
+        assert replace(rows, **changes).excerpt() is None
     first, both = (np.isin(whole.time, np.concatenate([piece.time for piece in pieces[:count]])) for count in (1, 3))
     for resting, is_enough in ((first, True), (both, False)):
         partly = replace(rows, segments=(replace(whole, velocity=np.where(resting, 0.0, whole.velocity)),))

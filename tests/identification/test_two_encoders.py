@@ -369,9 +369,8 @@ def test_the_written_files_simulate_both_masses(masses, tmp_path):
         write_two_masses(folder, identification, {})
     experiment = read_experiment(tmp_path / "out" / EXPERIMENT_FILE)
     without, one_mass, both = experiment.variants
-    for variant in experiment.variants:
-        assert variant.plant.values == masses.plant.values
-        assert variant.table.values == masses.table_friction.values
+    assert all(variant.plant.values == masses.plant.values for variant in experiment.variants)
+    assert all(variant.table.values == masses.table_friction.values for variant in experiment.variants)
     assert one_mass.feedforward.mass == pytest.approx(12.0 * masses.arm**2)
     assert one_mass.feedforward.friction.values["F_C"] == pytest.approx(masses.load.best.friction.values["F_C"] * masses.arm)
     assert both.feedforward.plant.values == masses.plant.values
