@@ -169,7 +169,7 @@ def test_gravity_of_a_link_is_taken():
     motion = swinging(6.0)
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4)
     axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6)
-    result = br.identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, draws=0)
+    result = br.identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, blocks=2, draws=0)
     assert result.axis.gravity
     assert np.hypot(result.parameters["g_sin"].value, result.parameters["g_cos"].value) == pytest.approx(WEIGHT, rel=0.04)
     assert "the gravity of a link" in second_pass_of(result.best)

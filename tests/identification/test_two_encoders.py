@@ -46,6 +46,14 @@ def simulator():
     """The simulator of the drives is compiled, and the drive of several tests is simulated."""
     records_of(904)
     records_of(904, nut=0.15)
+    with_hysteresis(911, 0.2)
+
+
+def with_hysteresis(seed, share):
+    """A drive, the distance after which an element of its coupling slips, and its log with this element."""
+    drive, ((motor, load, *_),) = records_of(seed)
+    distance = 0.15 * float(np.ptp(np.quantile(motor - load, [0.005, 0.995])))
+    return drive, distance, log_of(replace(drive, hysteresis=(share, distance)))
 
 
 def records_of(seed, seconds=None, nut=0.0):
@@ -115,9 +123,8 @@ def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut, secon
     ("seed", "share", "seconds"), [(911, 0.2, 8.0), (911, 0.2, None), (911, 0.0, None), (905, 0.2, None), (905, 0.0, None)]
 )
 def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share, seconds):
-    drive, records = records_of(seed)
-    distance = 0.15 * float(np.ptp(np.quantile(records[0].motor - records[0].load, [0.005, 0.995])))
-    log, count = log_of(replace(drive, hysteresis=(share, distance))), None if seconds is None else round(seconds / drive.sample_time)
+    drive, distance, log = with_hysteresis(seed, share)
+    count = None if seconds is None else round(seconds / drive.sample_time)
     record = Record(*(log[name][:count] for name in ("position", "load_position", "effort")), drive.sample_time)
     loop = lost_motion([record], drive.step, with_true_values(drive)).hysteresis
     assert (loop is not None) == (share > 0.0)
