@@ -129,7 +129,7 @@ def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
 
 def test_a_static_model_fixes_a_constant_that_keeps_levels_positive():
     truth = find("stribeck_free")(F_C=8.0, F_0=1.0, v_S=5e-3, F_v=30.0, offset=3.0)
-    fits = identify(slow_log(truth, duration=4.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
+    fits = identify(slow_log(truth, duration=3.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
     left = {fit.name: float(np.linalg.norm(fit.traces.residual)) for fit in fits}
     assert left["stribeck_free+asymmetry"] <= left["stribeck_free"] * (1.0 + 1e-6)
     held = next(fit for fit in fits if fit.name == "stribeck_free+asymmetry").parameters["offset"]

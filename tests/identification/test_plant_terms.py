@@ -103,7 +103,7 @@ def test_cogging_is_found_with_its_harmonics():
 
 def test_absent_cogging_is_not_found():
     with pytest.raises(InputError, match="no part of the effort in this log repeats with the motor"):
-        identified(screw(0.0, 0.0, 7.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
+        identified(screw(0.0, 0.0, 5.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
 
 
 def test_harmonics_in_less_than_one_and_a_half_turns_are_rejected():

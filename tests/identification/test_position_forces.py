@@ -63,7 +63,7 @@ def test_the_same_force_over_a_short_stroke_may_be_a_stuck_axis(force):
     ],
 )
 def test_a_force_of_the_position_is_proposed_and_identified(force, line, expected):
-    result = identified(joint(FORCES[force]))
+    result = identified(joint(FORCES[force]), blocks=2)
     assert [(entry.section, entry.key, entry.value) for entry in result.second_pass.lines] == [("plant", *line)]
     assert result.second_pass.taken
     found = values(result)

@@ -198,7 +198,7 @@ def test_a_motion_too_slow_to_distinguish_from_rest_is_fitted_whole_with_a_remar
         treat(Log(time=time, position=coarse, effort=4e6 * fine, sample_time=1e-3), None)
     dataset = treat(log, None)
     assert dataset.time.size == dataset.in_motion.size == 3_990
-    codes = {diagnostic.code for diagnostic in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
+    codes = {diagnostic.code for diagnostic in identify(log, "dahl", axis=STATED, draws=0, blocks=0).best.diagnostics}
     assert {"rests", "never_slides"} <= codes
 
 

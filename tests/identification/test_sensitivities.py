@@ -114,7 +114,7 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
     monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
-    motion = sines(2.5)
+    motion = sines(2.0)
     log = log_of(motion, sliding_effort(motion, noise=0.05))
     forward = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert not calls
