@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, TRUTH, sliding_log, slow_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import InputError
@@ -23,13 +23,23 @@ def test_standard_errors_are_valid_for_white_noise():
     assert np.all((scores.std(axis=0) > 0.65) & (scores.std(axis=0) < 1.4))
 
 
+def test_each_direction_has_its_own_friction():
+    motion = sines()
+    forward = sliding_effort(motion, F_C=9.0, F_v=25.0, offset=0.0)
+    backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
+    log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
+    parameters = identify(log, "coulomb_viscous+asymmetry", axis=STATED, draws=0).best.parameters
+    for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
+        assert abs(parameters[name].value - truth) < 4.0 * parameters[name].std
+        assert parameters[name].status == "identified"
+
+
 @pytest.mark.parametrize(
     ("name", "truth"),
     [
         ("dahl", {"sigma_0": 1e5, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.5}),
         ("lugre", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_2": 30.0, "offset": 0.5}),
         ("stribeck", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5}),
-        ("coulomb_viscous+asymmetry", {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0}),
     ],
 )
 def test_nonlinear_models_are_recovered(name, truth):
