@@ -1,6 +1,6 @@
 """A search: derivatives that the steps of a simulation do not disturb."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +8,6 @@ import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.core import Axis
-from bristle.core.diagnostic import BestSoFar
 from bristle.core.variable import Variable
 from bristle.friction import find
 from bristle.identification.estimation import context_of
@@ -112,64 +111,6 @@ def test_a_start_is_computed_in_order_and_inside_its_range():
     assert np.mean([start["F_S"] - 8.0 for start in starts]) == pytest.approx(0.3 * 8.0, rel=0.15)
     shares = [start["share"] / 4.0 for start in starts]  # of the level over a factor of 2
     assert (min(shares), max(shares)) == pytest.approx((0.2, 0.6), abs=0.01)
-
-
-@dataclass(frozen=True)
-class Ended:
-    """Where a descent ended."""
-
-    values: dict
-    cost: float
-    unfinished: bool = False
-
-
-def long_search(unfinished=False):
-    """A search of a log of which an excerpt is looked at first, what it was asked for, and what it reported."""
-    asked, reports = [], []
-
-    class Told(Search):
-        def as_far_as_it_came(self, work):
-            asked.append(self.problem.name)
-            best = BestSoFar()
-            work(best)
-            result = best.result
-            return replace(result, unfinished=True) if unfinished and self.problem.name == "excerpt" else result
-
-        def _from_several(self, nested, report, best):
-            report(0.0)
-            report(1.0)
-            best.take(Ended({"F_C": 8.0}, 2.0))
-
-        def refit(self, start, rows=None, limit=None, best=None):
-            asked.append((self.problem.name, start, limit, None if best is None else best.at))
-            return Ended({"F_C": 9.0}, 1.0)
-
-        def _costs(self, thetas):
-            return [0.0 for _ in thetas]
-
-        space = SimpleNamespace(theta=lambda values: np.array([values["F_C"]]))
-
-    excerpt = SimpleNamespace(name="excerpt")
-    problem = SimpleNamespace(name="whole", excerpt=lambda: excerpt)
-    return Told(problem, None, None, 1.0).solve(lambda share, text="": reports.append(share)), asked, reports
-
-
-def test_a_search_of_a_long_log_continues_the_best_end_of_an_excerpt():
-    result, asked, reports = long_search()
-    assert reports == [0.0, 0.5, 0.5]
-    (first, second, (name, start, limit, at)) = asked
-    assert (first, second, name) == ("excerpt", "whole", "whole")
-    assert start == {"F_C": 8.0}
-    assert at.tolist() == [8.0]
-    assert limit > 1
-    assert result == Ended({"F_C": 9.0}, 1.0)
-
-
-def test_a_search_interrupted_on_an_excerpt_is_unfinished_on_the_whole_log():
-    result, asked, reports = long_search(unfinished=True)
-    assert asked == ["excerpt", ("whole", {"F_C": 8.0}, 1, None)]
-    assert result == Ended({"F_C": 9.0}, 1.0, unfinished=True)
-    assert reports == [0.0, 0.5]
 
 
 @pytest.mark.parametrize(("left", "slope"), [(3.0, 1e60), (3.0, np.inf), (3.0, np.nan), (2.0 * FAR, 5.0)])

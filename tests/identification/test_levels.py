@@ -12,6 +12,8 @@ from bristle.friction.next_model import model_with
 from bristle.logs.log import Log
 from bristle.report.messages import message
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 COLUMNS = {"time": {"column": "t", "unit": "s"}}
 ARM = {
     "schema": 1,
@@ -31,9 +33,12 @@ SCREW = {
 }
 
 
-def identified(columns, described, model):
+SLOTTED = ("coulomb_viscous", "coulomb_viscous+transmitted")
+
+
+def identified(columns, described, model, **options):
     axis = read_axis(described)
-    return identify(Log.from_columns(columns, axis=axis), model, axis=axis, draws=0)
+    return identify(Log.from_columns(columns, axis=axis), model, axis=axis, draws=0, **options)
 
 
 def held_out(fit):
@@ -41,44 +46,44 @@ def held_out(fit):
     return fit.held_out.mean_percent
 
 
-def test_friction_of_a_gear_rises_with_the_transmitted_effort():
-    result = identified(truth.log(), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
-    with_slot, without = result.fits
-    assert with_slot.name == "coulomb_viscous+transmitted"
+@pytest.fixture(scope="module")
+def geared():
+    """Fits with the slot and without it, to friction that rises with the transmitted effort."""
+    fits = identified(truth.log(seconds=12.0), ARM, list(SLOTTED), blocks=2).fits
+    return {fit.name: fit for fit in fits}
+
+
+def test_friction_of_a_gear_rises_with_the_transmitted_effort(geared):
+    with_slot, without = geared["coulomb_viscous+transmitted"], geared["coulomb_viscous"]
+    assert with_slot.rank == 1
     assert held_out(without) > 2.0 * held_out(with_slot)
     values = with_slot.friction.values
     assert values["c_T"] == pytest.approx(truth.SHARE, rel=0.03)
     assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
     assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
+    assert "structure" not in {diagnostic.code for diagnostic in with_slot.diagnostics}  # no force is missing
 
 
 def test_the_slot_does_no_harm_for_constant_friction():
-    result = identified(truth.log(share=0.0), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
-    errors = {fit.name: held_out(fit) for fit in result.fits}
-    assert errors["coulomb_viscous+transmitted"] < 1.02 * errors["coulomb_viscous"]
-    slot = next(fit for fit in result.fits if "+" in fit.name)
-    assert abs(slot.friction.values["c_T"]) < 0.005
-
-
-def said_of(columns, model="coulomb_viscous"):
-    best = identified(columns, ARM, model).best
-    return {diagnostic.code: diagnostic for diagnostic in best.diagnostics}
+    fits = {fit.name: fit for fit in identified(truth.log(share=0.0, seconds=12.0), ARM, list(SLOTTED), blocks=2).fits}
+    plain, slotted = (fits[name] for name in SLOTTED)
+    assert held_out(slotted) < 1.02 * held_out(plain)
+    assert abs(slotted.friction.values["c_T"]) < 0.005
 
 
 def test_a_gear_is_named_by_the_input_of_its_friction():
-    text = said_of(truth.log())
-    assert text["structure"].numbers["causes"][0] == "transmitted"
-    assert text["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
-    assert "`coulomb_viscous+transmitted`" in message(text["missing_transmitted"])
+    best = identified(truth.log(), ARM, "coulomb_viscous", blocks=0).best
+    said = {diagnostic.code: diagnostic for diagnostic in best.diagnostics}
+    assert said["structure"].numbers["causes"][0] == "transmitted"
+    assert said["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
+    assert "`coulomb_viscous+transmitted`" in message(said["missing_transmitted"])
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_a_gear_is_not_named_for_constant_friction(seed):
-    assert "structure" not in said_of(truth.log(share=0.0, seed=seed))
-
-
-def test_the_named_model_leaves_no_missing_force():
-    assert "structure" not in said_of(truth.log(), "coulomb_viscous+transmitted")
+    best = identified(truth.log(share=0.0, seed=seed), ARM, "coulomb_viscous", blocks=0).best
+    assert "structure" not in {diagnostic.code for diagnostic in best.diagnostics}
 
 
 @pytest.mark.slow
@@ -119,11 +124,7 @@ def test_cogging_is_distinguished_from_rippling_friction():
     assert contact["h_s1"] == pytest.approx(0.9 * np.cos(0.3), rel=0.1)
 
 
-def test_a_model_without_a_level_has_no_such_slot():
-    with pytest.raises(InputError, match="no friction level"):
-        identified(truth.log(seconds=10.0), ARM, "viscous+transmitted")
-
-
-def test_elements_are_not_fitted_with_the_slot():
-    with pytest.raises(InputError, match=r"\+transmitted"):
-        identified(truth.log(seconds=10.0), ARM, "maxwell_slip+transmitted")
+@pytest.mark.parametrize(("model", "told"), [("viscous+transmitted", "no friction level"), ("maxwell_slip+transmitted", r"\+transmitted")])
+def test_a_model_without_a_level_or_with_elements_has_no_such_slot(model, told):
+    with pytest.raises(InputError, match=told):
+        identified(truth.log(seconds=3.0), ARM, model)

@@ -9,9 +9,7 @@ from benchmarks.loops import AXIS, MASS, recorded_in_loop
 from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
-from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.output_error import OutputError, loop_of
-from bristle.identification.outputs import Effort, Position
+from bristle.identification.output_error import OutputError
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
 
@@ -47,15 +45,6 @@ def test_inverse_dynamics_of_the_same_log_is_less_accurate(fit, log):
     for name in ("M", "F_v"):
         off = [abs(item.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for item in (fit, start)]
         assert off[0] < 0.2 * off[1], name
-
-
-def test_the_axis_decides_the_loop_and_else_the_log(log):
-    assert loop_of([log], [AXIS]) is Effort
-    assert loop_of([log, log], [replace(AXIS, loop="open")] * 2) is Position
-    assert loop_of([replace(log, reference=None)], [AXIS]) is Position
-    assert loop_of([log], [None]) is Position
-    with pytest.raises(InputError, match="differs between axes"):
-        loop_of([log, log], [AXIS, replace(AXIS, loop="open")])
 
 
 def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(fit, log):
@@ -108,21 +97,6 @@ def test_an_interruption_returns_the_best_so_far(log, monkeypatch):
     assert identification.unfinished == "interrupted: the fit of stribeck is incomplete"
     assert warnings_of(identification.best)[0].startswith("unfinished: ")
     assert identification.best.loop_error_percent < 20.0
-
-
-def test_an_interruption_at_the_start_returns_the_start(log, monkeypatch):
-    linearised, seen = InverseDynamics.linearised, [0]
-
-    def counting(self, free):
-        seen[0] += 1
-        if seen[0] == 6:
-            raise KeyboardInterrupt
-        return linearised(self, free)
-
-    monkeypatch.setattr(InverseDynamics, "linearised", counting)
-    best = identify(log, "stribeck", axis=SOUGHT, draws=0).best
-    assert best.unfinished
-    assert best.loop_error_percent is None
 
 
 def test_a_force_missing_in_the_loop_is_reported(log):

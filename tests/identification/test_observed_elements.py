@@ -5,15 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.watched import watched
 
 import bristle as br
 from bristle.core import Axis
 from bristle.friction import gms, maxwell_slip
-from bristle.identification import ladder, observed_elements, observed_fit
+from bristle.identification import intervals, ladder, observed_elements, observed_fit
 from bristle.identification.fixed_shape import TOTAL, shaped
 from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
 from bristle.identification.parameter_space import ParameterSpace
 from bristle.report.messages import message
+
+pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -43,29 +46,18 @@ def columns():
 
 
 @pytest.fixture(scope="module")
-def spied():
-    """Arguments of functions that the fits call, by name."""
-    return {}
+def calls(columns):
+    """The calls of an identification that end with its result."""
+    places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "gathered"), (ladder, "sandwich"), (intervals, "with_loops"))
+    with watched(*places) as calls:
+        br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
+    return calls
 
 
 @pytest.fixture(scope="module")
-def fits(columns, spied):
-    def spy(name, function):
-        def called(*arguments):
-            spied.setdefault(name, arguments)
-            return function(*arguments)
-
-        return called
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(observed_fit, "gathered", spy("gathered", observed_elements.gathered))
-        patch.setattr(ladder, "sandwich", spy("sandwich", ladder.sandwich))
-        return _fits(columns)
-
-
-def _fits(columns):
-    methods = ("inverse_dynamics", "prediction_error")
-    return [br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), method=one, blocks=0, draws=20).best for one in methods]
+def fits(calls):
+    """The fit of inverse dynamics, and that of the observer from it."""
+    return [calls["foreseen"][0].given[0], calls["with_loops"][0].returned]
 
 
 def errors_of(fit):
@@ -79,8 +71,8 @@ def test_an_observer_finds_the_virgin_curve_behind_a_coarse_encoder(fits):
     assert errors_of(fits[0]).tolist() != errors_of(fits[1]).tolist()
 
 
-def test_an_element_without_force_is_in_the_range_of_a_model_file(fits, spied):
-    inverse, solution = spied["gathered"]
+def test_an_element_without_force_is_in_the_range_of_a_model_file(calls):
+    inverse, solution = calls["gathered"][0].given
     names = inverse.parameters.component.names
     silent = names[len(names) // 2]
     theta = np.where([name == silent for name in solution.space.names], 0.0, solution.theta)
@@ -91,8 +83,8 @@ def test_an_element_without_force_is_in_the_range_of_a_model_file(fits, spied):
     maxwell_slip(F_C=lists["F_C"], k_i=lists["k_i"], nu_i=lists["nu_i"], sigma_2=1.0)
 
 
-def test_variances_of_nearly_redundant_parameters_are_not_negative(fits, spied):
-    (rung,) = spied["sandwich"]
+def test_variances_of_nearly_redundant_parameters_are_not_negative(calls):
+    (rung,) = calls["sandwich"][0].given
     jacobian = rung.solution.jacobian.copy()
     jacobian[:, 1] = jacobian[:, 0] * (1.0 + 1e-4 * np.random.default_rng(1).standard_normal(len(jacobian)))
     matrix = ladder.sandwich(rung._replace(solution=replace(rung.solution, jacobian=jacobian)))
@@ -115,14 +107,16 @@ def test_intervals_contain_level_and_curve(fits):
     assert np.all((high - low)[x > 5.0 * STEP] < 0.1 * truth[x > 5.0 * STEP])
 
 
-def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not_reported(columns, fits, monkeypatch):
-    def worse(fit, *_):
-        return replace(fits[1], force_error_percent=1.4 * fit.force_error_percent)
-
-    monkeypatch.setattr(observed_fit, "with_observer", worse)
-    result = br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20).best
-    assert result.parameters["F_C"].value == fits[0].parameters["F_C"].value
-    (told,) = [message(one) for one in result.diagnostics if one.code == "prediction_error"]
+def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not_reported(calls, fits, monkeypatch):
+    plain, observed = fits
+    monkeypatch.setattr(observed_fit, "climb", lambda *_: calls["climb"][0].returned)
+    monkeypatch.setattr(observed_fit, "errors_of_replicates", lambda rung, *_: np.array([rung.error]))
+    for share, kept in ((1.3, False), (1.4, True)):
+        worse = replace(observed, force_error_percent=share * plain.force_error_percent)
+        monkeypatch.setattr(observed_fit, "with_observer", lambda *_, worse=worse: worse)
+        result = observed_fit.foreseen(*calls["foreseen"][0].given[:4])
+        assert result.estimates == (plain if kept else observed).estimates
+    told = message(result.diagnostics[-1])
     assert "with its elements, 1.4 times as much of the force is unexplained" in told
 
 

@@ -1,21 +1,24 @@
 """Both masses of an elastic axis from the encoder of the motor; the simulated drives share no code with the identification."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from benchmarks.two_mass import columns_of, drive_of
+from tests.identification.watched import watched
 
 import bristle as br
 from bristle.core import with_unit
 from bristle.core.axis import Axis
 from bristle.figures.two_masses import response_of_motor
 from bristle.files import read_experiment, results_folder
-from bristle.identification import identify
+from bristle.identification import identify, one_encoder
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
-from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Spectra
+from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Prior, Spectra
 from bristle.identification.two_masses import with_masses_of
 from bristle.report.two_masses import (
     ALL_AT_THE_MOTOR,
@@ -36,7 +39,29 @@ def found_in(seed):
     drive = drive_of(seed)
     pairs = [(br.Log.from_columns(columns_of(drive)), Axis(resolution=drive.step))]
     coupling = elastic_coupling(*map(list, zip(*pairs, strict=True)))
-    return drive, pairs, coupling, with_masses(coupling, pairs)
+    return drive, coupling, with_masses(coupling, pairs)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The one identification of these tests: its drive, its result, the response of the motor, and the fit of both masses."""
+    drive = drive_of(742)
+    identifying = import_module("bristle.identification.identify")
+    with watched((identifying, "with_masses"), (one_encoder, "spectra_of"), (one_encoder, "_solution")) as calls:
+        result = identify(columns_of(drive), "coulomb_viscous", axis=Axis(resolution=drive.step), blocks=0, draws=0)
+    (response, pairs), coupling = calls["with_masses"][0]
+    spectra, solution = calls["spectra_of"][0].returned, calls["_solution"][0].returned
+    return SimpleNamespace(
+        drive=drive, result=result, pairs=pairs, response=response, coupling=coupling, spectra=spectra, solution=solution
+    )
+
+
+@pytest.fixture
+def solved(found, monkeypatch):
+    """The fit of both masses is the one that was found."""
+    monkeypatch.setattr(one_encoder, "spectra_of", lambda *_, **__: found.spectra)
+    monkeypatch.setattr(one_encoder, "_solution", lambda *_: found.solution)
+    return found
 
 
 def fit_at(hertz, noise=0.0):
@@ -73,10 +98,7 @@ def test_noise_of_the_encoder_is_as_large_as_its_residual():
     assert fit.noise(POINT)[:, 0, 0] == pytest.approx(np.abs(residual) ** 2)
 
 
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("seed", [719, 742, 730, 761])  # 719 with play
-def test_both_masses_and_their_sum_are_those_of_the_drive(seed):
-    drive, _, _, coupling = found_in(seed)
+def agrees(drive, coupling):
     assert coupling.masses.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.015)
     assert coupling.masses.stiffness == pytest.approx(drive.stiffness, rel=0.03)
     assert coupling.mass == pytest.approx(drive.total, rel=0.01)
@@ -85,32 +107,38 @@ def test_both_masses_and_their_sum_are_those_of_the_drive(seed):
         assert abs(getattr(coupling, name) - truth) < getattr(coupling, f"{name}_half_width")
 
 
-def test_the_more_precise_mass_and_frequency_are_reported():
-    _, pairs, response, coupling = found_in(742)
+def test_both_masses_and_their_sum_are_those_of_the_drive(found):
+    agrees(found.drive, found.coupling)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [719, 730, 761])  # 719 with play
+def test_both_masses_and_their_sum_are_those_of_any_drive(seed):
+    drive, _, coupling = found_in(seed)
+    agrees(drive, coupling)
+
+
+def test_the_more_precise_mass_and_frequency_are_reported(solved):
+    response, coupling = solved.response, solved.coupling
     assert coupling.antiresonance_half_width <= response.antiresonance_half_width
     width = 0.5 * coupling.antiresonance_half_width
-    sharp = with_masses(response._replace(antiresonance_half_width=width), pairs)
+    sharp = with_masses(response._replace(antiresonance_half_width=width), solved.pairs)
     assert (sharp.antiresonance, sharp.antiresonance_half_width) == (response.antiresonance, width)
     assert coupling.mass_half_width < 2.0 * response.mass_half_width
     width = 0.4 * coupling.mass_half_width  # friction doubles the error of the response
-    sharp = with_masses(response._replace(mass_half_width=width), pairs)
+    sharp = with_masses(response._replace(mass_half_width=width), solved.pairs)
     assert (sharp.mass, sharp.mass_half_width) == (response.mass, 2.0 * width)
 
 
+@pytest.mark.slow
 def test_a_load_that_vibrates_for_long_does_not_change_the_sum_of_the_masses():
-    drive, _, response, coupling = found_in(719)
+    drive, response, coupling = found_in(719)
     assert abs(response.mass / drive.total - 1.0) > 0.05
     assert abs(coupling.mass / drive.total - 1.0) < 0.01
 
 
-@pytest.fixture(scope="module")
-def elastic():
-    drive = drive_of(742)
-    return drive, identify(columns_of(drive), "coulomb_viscous", axis=Axis(resolution=drive.step), blocks=0, draws=0)
-
-
-def test_the_result_has_both_masses_and_all_friction_at_the_motor(elastic):
-    drive, result = elastic
+def test_the_result_has_both_masses_and_all_friction_at_the_motor(found):
+    drive, result = found.drive, found.result
     masses = result.two_masses
     assert [item.name for item in masses.quantities] == ["motor", "load", "stiffness", "damping", "antiresonance"]
     for name, truth in (("motor", drive.motor), ("load", drive.load), ("stiffness", drive.stiffness)):
@@ -123,8 +151,8 @@ def test_the_result_has_both_masses_and_all_friction_at_the_motor(elastic):
     assert masses.by_name["motor"].value + masses.by_name["load"].value == pytest.approx(result.best.parameters["M"].value, rel=0.01)
 
 
-def test_the_response_of_the_motor_is_that_of_two_masses(elastic):
-    drive, result = elastic
+def test_the_response_of_the_motor_is_that_of_two_masses(found):
+    drive, result = found.drive, found.result
     response = result.response
     omega = 2.0 * np.pi * response.frequency
     spring = drive.stiffness + 1j * omega * 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
@@ -143,8 +171,8 @@ def test_the_response_of_the_motor_is_that_of_two_masses(elastic):
     assert [card.label for card in elastic_cards(result, None)][:3] == ["Mass, motor / load", "Stiffness", "Antiresonance / resonance"]
 
 
-def test_report_terminal_and_files_state_one_friction(elastic, tmp_path):
-    _, result = elastic
+def test_report_terminal_and_files_state_one_friction(found, tmp_path):
+    result = found.result
     table = two_masses_table(result)
     assert ALL_AT_THE_MOTOR in str(table.caption)
     assert not any(str(row[0]).startswith("Friction") for row in table.rows)
@@ -163,8 +191,8 @@ def test_report_terminal_and_files_state_one_friction(elastic, tmp_path):
     assert both.friction.values == result.two_masses.motor_friction.values
 
 
-def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(elastic):
-    _, result = elastic
+def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(found):
+    result = found.result
     pairs, response = [(result.log, None)], Elastic(40.0, 0.1, 60.0, 0.1, 1.25, 0.01, 12.0, 0.1, 0.0, 1e-4, "a reason")
     alone = replace(result, two_masses=None)
     assert with_masses_of(alone, pairs, None) is alone
@@ -181,9 +209,9 @@ def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(elas
         assert ("mass of the motor only within 40 %" in again.left_out.get("the plant with two masses", "")) == refused
 
 
-def test_masses_whose_sum_is_not_that_of_the_axis_are_refused(elastic):
-    _, result = elastic
-    coupling = found_in(742)[3]
+def test_masses_whose_sum_is_not_that_of_the_axis_are_refused(found):
+    result = found.result
+    coupling = found.coupling
     for share in (1.0, 0.8):
         again = with_masses_of(replace(result, two_masses=None), [(result.log, None)], coupling._replace(mass=share * coupling.mass))
         assert (again.two_masses is None) == (share < 1.0)
@@ -191,31 +219,63 @@ def test_masses_whose_sum_is_not_that_of_the_axis_are_refused(elastic):
 
 
 @pytest.mark.parametrize("names", [("antiresonance", "resonance"), ("resonance",)])
-def test_a_fit_with_other_frequencies_is_refused(names):
-    _, pairs, coupling, _ = found_in(742)
-    off = {name: 1.4 * getattr(coupling, name) for name in names}
-    wide = coupling._replace(**off, antiresonance_half_width=10.0 * coupling.antiresonance, resonance_half_width=10.0 * coupling.resonance)
-    assert "other frequencies" in with_masses(wide, pairs).masses
+def test_a_fit_with_other_frequencies_is_refused(solved, names):
+    off = {name: 1.4 * getattr(solved.response, name) for name in names}
+    assert "other frequencies" in with_masses(solved.response._replace(**off), solved.pairs).masses
 
 
-def test_a_fit_that_contradicts_the_response_does_without_it():
-    drive, _, coupling, with_both = found_in(635)
+@dataclass(frozen=True)
+class Fitted:
+    """A fit of masses of 1 each that ends at this antiresonance [rad/s] without prior knowledge, and at that of the prior with it."""
+
+    prior: Prior
+    free: float
+    error: float
+
+    def converged(self, start):
+        return None, np.array([1.0, 1.0, self.free**-2.0, 0.0])
+
+    def solution(self, point):
+        return SimpleNamespace(point=point, error=lambda of: np.full(2, self.error))
+
+
+@pytest.mark.parametrize(
+    ("free", "error", "contradicted"),
+    [
+        (100.0, 1e-4, False),
+        (101.5, 1e-4, True),  # by more than ten standard errors of the response
+        (101.5, 2e-3, False),  # and not of the fit, which is less precise
+        (125.0, 1e-4, False),  # another pair of masses
+    ],
+)
+def test_a_precise_fit_that_contradicts_the_response_does_without_it(free, error, contradicted):
+    start = np.array([1.0, 1.0, 1e-4, 0.0])
+    fit = Fitted(Prior(np.log([100.0, 100.0 * 2.0**0.5]), np.full(2, 1e-3)), free, error)
+    solved, differs = one_encoder._solution(fit, start)
+    assert differs == contradicted
+    assert solved.point[2] == pytest.approx(free**-2.0 if contradicted else 1e-4)
+
+
+@pytest.mark.slow
+def test_the_frequencies_of_a_contradicted_response_are_corrected():
+    drive, coupling, with_both = found_in(635)
     truth = np.array([drive.antiresonance, drive.resonance])
     assert np.min(np.abs(np.array([coupling.antiresonance, coupling.resonance]) / truth - 1.0)) > 0.1  # the error of the response
     assert np.max(np.abs(np.array([with_both.antiresonance, with_both.resonance]) / truth - 1.0)) < 0.01
     assert abs(with_both.mass / drive.total - 1.0) < 0.01
 
 
-def test_a_fit_that_is_less_precise_than_the_response_does_not_contradict_it():
-    drive, _, coupling, with_both = found_in(1409)
+@pytest.mark.slow
+def test_a_less_precise_fit_keeps_the_frequencies_of_the_response():
+    drive, coupling, with_both = found_in(1409)
     for name in ("antiresonance", "resonance"):
         truth = getattr(drive, name)
         assert abs(getattr(coupling, name) / truth - 1.0) < 0.02
         assert abs(getattr(with_both, name) / truth - 1.0) < 0.03
 
 
-def test_short_strokes_have_no_masses():
-    _, [(log, axis)], coupling, _ = found_in(742)
+def test_short_strokes_have_no_masses(found):
+    ((log, axis),) = found.pairs
     count = round(1.5 * CUT.shortest / log.sample_time)
-    short = br.Log.from_columns({name: column[:count] for name, column in columns_of(drive_of(742)).items()})
-    assert "too few strokes" in with_masses(coupling, [(short, axis)]).masses
+    short = br.Log.from_columns({name: column[:count] for name, column in columns_of(found.drive).items()})
+    assert "too few strokes" in with_masses(found.response, [(short, axis)]).masses

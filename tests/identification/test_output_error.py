@@ -7,7 +7,6 @@ import pytest
 from tests.simulation.test_between_samples import multisine
 
 from bristle import friction, plants
-from bristle.core import InputError
 from bristle.core.axis import Axis
 from bristle.engine import run_open_loop
 from bristle.identification import identify
@@ -15,7 +14,7 @@ from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
 from bristle.report.messages import note_of, notes_of
 
-RATE, SIZE, FINE = 750.0, 1500, 40
+RATE, SIZE, FINE = 750.0, 1500, 20
 PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)
 YIELDING = friction.bouc_wen_classic(alpha=4e4, beta=1e3, gamma=0.9, delta=0.3)
 AXIS = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1)
@@ -24,7 +23,7 @@ AXIS = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, m
 def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
     """A steady motion: the last of many periods, driven by a smooth force."""
     item = 4.0 * multisine(np.arange(SIZE * FINE) / (RATE * FINE))
-    trace = run_open_loop(PLANT, YIELDING, np.tile(item, 6), 1.0 / (RATE * FINE), hold="linear")
+    trace = run_open_loop(PLANT, YIELDING, np.tile(item, 3), 1.0 / (RATE * FINE), hold="linear")
     position = np.tile(trace.position[-item.size :: FINE], periods)
     position = position + np.random.default_rng(2).normal(0.0, noise, position.size)
     time = np.arange(position.size) / RATE
@@ -81,8 +80,7 @@ def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
     assert errors["band_limited"] < errors["linear"] < errors["zero"]
 
 
-def test_a_zero_order_hold_is_simulated():
-    log = recorded(noise=0.0)
+def test_a_zero_order_hold_is_simulated(log):
     fixed = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
         -log.position.values.size :
     ]
@@ -104,17 +102,3 @@ def test_a_diverging_model_ends_with_a_status(log):
     prediction = predict(PLANT, wild, log, AXIS, "open-loop")
     assert prediction.metrics["position_rmse"] is None
     assert prediction.status.name == "NOT_FINITE"
-
-
-def test_an_inconsistent_axis_file_is_rejected(tmp_path):
-    from bristle.files import read_axis
-
-    head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'
-    for text, message in (
-        ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts the key `held`"),
-        ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: needs an oscillator as the plant"),
-        ('[effort]\nhold = "sinc"\n', "effort.hold"),
-    ):
-        (tmp_path / "axis.toml").write_text(head + text)
-        with pytest.raises(InputError, match=message):
-            read_axis(tmp_path / "axis.toml")

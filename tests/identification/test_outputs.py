@@ -122,6 +122,7 @@ LAW = controllers.cascade(k_p=10.0, k_v=200.0)
         (LOG, None, Position),
         (LOG, Axis(controller=LAW, loop="open"), Position),
         (BLIND, Axis(loop="closed"), Effort),
+        (LOG, Axis(controller=LAW, seeks_lag=True), Effort),
     ],
 )
 def test_the_axis_decides_the_loop_and_else_a_known_loop_is_closed(log, axis, loop):
@@ -131,14 +132,18 @@ def test_the_axis_decides_the_loop_and_else_a_known_loop_is_closed(log, axis, lo
 
 def test_a_loop_is_closed_if_that_of_every_log_is_known():
     assert loop_of([LOG, BLIND], [Axis(controller=LAW)] * 2) is Position
-    with pytest.raises(InputError, match=r"identification\.loop: differs between axes"):
-        loop_of([LOG, LOG], [Axis(loop="open"), Axis(loop="closed")])
 
 
-def test_a_lag_of_the_drive_is_sought_in_a_closed_loop_only():
-    assert loop_of([LOG], [Axis(controller=LAW, seeks_lag=True)]) is Effort
-    with pytest.raises(InputError, match=r"effort\.lag: can be identified in a closed loop only"):
-        loop_of([LOG], [Axis(seeks_lag=True)])
+@pytest.mark.parametrize(
+    ("axes", "told"),
+    [
+        ([Axis(loop="open"), Axis(loop="closed")], r"identification\.loop: differs between axes"),
+        ([Axis(seeks_lag=True)], r"effort\.lag: can be identified in a closed loop only"),
+    ],
+)
+def test_a_loop_that_cannot_be_simulated_is_refused(axes, told):
+    with pytest.raises(InputError, match=told):
+        loop_of([LOG] * len(axes), axes)
 
 
 def position(count=20_000, pure=None):

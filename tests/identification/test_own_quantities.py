@@ -15,6 +15,8 @@ from bristle.identification.least_squares import Search, Sliding
 from bristle.identification.parameter_space import Transform
 from bristle.identification.parameters import Scales
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 OWN = load_code(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
 TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 
@@ -23,7 +25,7 @@ TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
     ("length", "force", "kind"), [(1.0, 1.0, "translational"), (2.0**-20, 2.0**9, "translational"), (2.0**11, 2.0**-12, "rotational")]
 )
 def test_a_drag_coefficient_is_found_for_any_magnitude(length, force, kind):
-    moved = sines()
+    moved = sines(5.0)
     drag = TRUTH["F_q"] * moved.velocity * np.abs(moved.velocity)
     effort = TRUTH["M"] * moved.acceleration + TRUTH["F_C"] * np.sign(moved.velocity) + drag
     effort += np.random.default_rng(3).normal(0.0, 0.1, effort.size)

@@ -112,17 +112,19 @@ def test_the_stroke_is_that_of_a_single_segment():
 
 
 def test_roles_follow_from_quantity_and_excitation():
-    variables = lugre.variables
-    assert name_of(Role.LEVEL, variables) == "F_C"
-    assert name_of(Role.BREAK_AWAY, variables) == "F_S"
-    assert name_of(Role.FALL, variables) == "v_S"
-    assert name_of(Role.STIFFNESS, variables) == "sigma_0"
-    assert name_of(Role.MICRO_DAMPING, variables) == "sigma_1"
-    assert name_of(Role.VISCOUS, variables) == "sigma_2"
-    assert name_of(Role.INERTIA, variables) is None
-    both = with_slots(stribeck, ["asymmetry"]).variables
-    assert names_of(Role.LEVEL, both) == ["F_C_pos", "F_C_neg"]
-    assert [name for name in variables if acts_in_sliding(variables[name])] == ["F_C", "F_S"]
+    assert {role: names_of(role, lugre.variables) for role in Role} == {
+        **{role: [] for role in Role},
+        Role.LEVEL: ["F_C"],
+        Role.BREAK_AWAY: ["F_S"],
+        Role.FALL: ["v_S"],
+        Role.STIFFNESS: ["sigma_0"],
+        Role.MICRO_DAMPING: ["sigma_1"],
+        Role.VISCOUS: ["sigma_2"],
+    }
+    assert name_of(Role.LEVEL, lugre.variables) == "F_C"
+    assert name_of(Role.INERTIA, lugre.variables) is None
+    assert names_of(Role.LEVEL, with_slots(stribeck, ["asymmetry"]).variables) == ["F_C_pos", "F_C_neg"]
+    assert [name for name in lugre.variables if acts_in_sliding(lugre.variables[name])] == ["F_C", "F_S"]
 
 
 def test_the_constant_force_is_the_offset_plus_half_the_difference_of_levels():

@@ -3,25 +3,29 @@
 import math
 from dataclasses import replace
 from importlib import import_module
-from types import SimpleNamespace
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.identification.watched import watched
 
 import bristle as br
 from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
-from bristle.identification import observed_fit, observer
-from bristle.identification.dataset import Dataset
+from bristle.identification import intervals, observed_fit, observer
+from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.ladder import Ladder
 from bristle.identification.observed_fit import foreseen
-from bristle.identification.observer import BEND, DELAY, Expected, Recorded
+from bristle.identification.observer import BEND, DELAY, Expected, Recorded, observable
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import ParameterSet, Scales
+from bristle.identification.parameters import Fixed, ParameterSet, Scales
+from bristle.logs.filters import through_filter
+from bristle.logs.log import Log
 from bristle.plants import inertia
 from bristle.plants.terms import with_terms
 from bristle.report.messages import message
+
+pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -52,42 +56,77 @@ def columns():
     return {"time": time, "position": position, "effort": np.concatenate([np.full(LATE, effort[0]), effort[:-LATE]])}
 
 
-@pytest.fixture(scope="module")
-def identified(columns):
-    return br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
+def identified_from(columns, **axis):
+    return br.identify(columns, "lugre", axis=Axis(resolution=STEP, **axis), blocks=0, draws=20)
 
 
 @pytest.fixture(scope="module")
-def plain(columns):
-    return br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="inverse_dynamics", blocks=0, draws=20)
+def observed(columns):
+    """The one identification of these tests: its result, the fit of inverse dynamics before it, and the ladder of observers."""
+    places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "errors_of_replicates"))
+    shares = []
+    with watched((import_module("bristle.identification.identify"), "with_intervals"), *places) as calls:
+        axis = Axis(resolution=STEP)
+        result = br.identify(columns, "lugre", axis=axis, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
+    foreseeing, climbing = calls["foreseen"][0], calls["climb"][0]
+    plain, estimation, context, logs, _ = foreseeing.given
+    return Some(
+        result=result,
+        shares=shares,
+        plain=plain,
+        estimation=estimation,
+        context=context,
+        logs=logs,
+        climbing=climbing,
+        ladder=Ladder.of(climbing.returned),
+        errors=calls["errors_of_replicates"][0].returned,
+        bounding=calls["with_intervals"][0].given,
+    )
 
 
-def test_an_observer_finds_the_contact_despite_a_coarse_encoder(identified):
-    errors = {name: identified.parameters[name].value / value - 1.0 for name, value in TRUTH.items()}
-    assert abs(errors["M"]) < 2e-3
-    assert abs(errors["F_C"]) < 5e-3
-    assert abs(errors["F_S"]) < 0.01
-    assert abs(errors["sigma_0"]) < 0.02
-    assert abs(errors["v_S"]) < 0.03
+@pytest.fixture
+def again(observed, monkeypatch):
+    """Return the fit of the observers from the same ladder, with so many times the error of replicates, and changes of the estimation."""
+    monkeypatch.setattr(observed_fit, "climb", lambda *_: observed.climbing.returned)
+    monkeypatch.setattr(observed_fit, "Ladder", Some(of=lambda _: observed.ladder))
+
+    def fit(times=None, plain=observed.plain, **changes):
+        errors = np.full(2, observed.ladder.best.error / times) if times else observed.errors
+        monkeypatch.setattr(observed_fit, "errors_of_replicates", lambda *_: errors)
+        return foreseen(plain, replace(observed.estimation, **changes), observed.context, observed.logs)
+
+    return fit
 
 
-def test_intervals_of_an_observer_are_narrow_and_contain_the_truth(identified):
-    for name in ("M", "F_C", "F_S", "v_S", "sigma_0"):
-        low, high = identified.parameters[name].interval
-        assert low < TRUTH[name] < high, name
-        assert high - low < 0.3 * TRUTH[name], name
+def width(fit, name):
+    low, high = fit.parameters[name].interval
+    return high - low
 
 
-def test_the_report_states_the_observer_of_the_position(identified):
-    (told,) = [one for one in identified.best.diagnostics if one.code == "prediction_error"]
+def told_in(fit):
+    (told,) = [one for one in fit.diagnostics if one.code == "prediction_error"]
+    return told
+
+
+@pytest.mark.parametrize(("name", "error"), [("M", 2e-3), ("F_C", 5e-3), ("F_S", 0.01), ("sigma_0", 0.02), ("v_S", 0.03)])
+def test_an_observer_finds_the_contact_despite_a_coarse_encoder_with_narrow_intervals(observed, name, error):
+    estimate = observed.result.parameters[name]
+    assert estimate.value == pytest.approx(TRUTH[name], rel=error)
+    low, high = estimate.interval
+    assert low < TRUTH[name] < high
+    assert high - low < 0.3 * TRUTH[name]
+
+
+def test_the_report_states_the_observer_of_the_position(observed):
+    told = told_in(observed.result.best)
     assert told.severity == "note"
     assert 0.25 * STEP < told.numbers["error"] < STEP
     assert 0.5 < told.numbers["times"] < 1.5
 
 
-def test_the_delay_is_that_of_the_observer(identified, plain):
+def test_the_delay_is_that_of_the_observer(observed):
     (late,), (first,) = (
-        [one for one in result.best.diagnostics if one.code in ("delay_found", "delay_rough")] for result in (identified, plain)
+        [one for one in fit.diagnostics if one.code in ("delay_found", "delay_rough")] for fit in (observed.result.best, observed.plain)
     )
     # The effort is recorded late, and each value acts until the next.
     assert late.numbers["samples"] == pytest.approx(LATE - 0.5, abs=0.05)
@@ -96,38 +135,63 @@ def test_the_delay_is_that_of_the_observer(identified, plain):
     assert late.numbers["samples"] != first.numbers["samples"]
 
 
-def test_a_level_has_a_prior_from_inverse_dynamics_and_scatters_by_half_cycles(columns, plain, monkeypatch):
-    calls, scattering = [], observer.PredictionErrors.scattering
+@pytest.mark.parametrize(("held", "samples"), [(None, 2.0), (True, 2.5)])
+def test_the_delay_of_a_held_effort_is_half_a_sample_longer(observed, held, samples):
+    dataset = replace(observed.context.dataset, held=held)
+    told = observed_fit._about_delay(dataset, DT * np.linspace(1.9, 2.1, 101), observed.context.settings)
+    assert told.numbers["samples"] == pytest.approx(samples)
+    assert told.numbers["half_width"] == pytest.approx(0.095 * DT)
 
-    def recorded(problem, values, scatter):
-        calls.append((problem, values, scatter, scattering(problem, values, scatter)))
-        return calls[-1][-1]
 
-    monkeypatch.setattr(observer.PredictionErrors, "scattering", recorded)
-    br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    problem, values, scatter, scattered = calls[0]
-    assert scatter == plain.best.resampling.scatter.value
-    level = plain.parameters["F_C"]
+def test_progress_never_decreases_with_an_observer(observed):
+    assert observed.shares == sorted(observed.shares)
+    assert observed.shares[-1] <= 1.0
+
+
+def test_plant_and_constant_force_are_those_of_inverse_dynamics(observed):
+    plain, result = observed.plain.parameters, observed.result.parameters
+    assert plain["sigma_0"].value != result["sigma_0"].value
+    assert plain["offset"].value == result["offset"].value
+    assert (plain["M"].value, plain["M"].interval) == (result["M"].value, result["M"].interval)
+
+
+def test_a_level_has_a_prior_from_inverse_dynamics_and_scatters_by_half_cycles(observed):
+    rung, scatter = observed.climbing.returned[0], observed.climbing.given[6]
+    problem, values = rung.problem, rung.solution.values
+    assert scatter == observed.plain.resampling.scatter.value
+    level = observed.plain.parameters["F_C"]
     (expected,) = [one for one in problem.expected if one.powers == {"F_C": 1.0}]
     assert not expected.logarithmic
     assert expected.mean == level.value
     assert expected.std == pytest.approx(0.5 * (level.interval[1] - level.interval[0]) / 1.96, rel=1e-3)
+    assert problem.scatter is not None
     # The column is the change of the prediction where all levels rise together.
-    free = {name: values[name] for name in problem.parameters.free}
-    raised = {name: value * (1.0 + 1e-5 * (name in ("F_C", "F_S"))) for name, value in free.items()}
     whole = replace(problem, scatter=None)
-    change = (whole.residual(free) - whole.residual(raised))[: problem.settled_rows] / 1e-5
+    scattered = whole.scattering(values, scatter)
+    raised = {name: value * (1.0 + 1e-5 * (name in ("F_C", "F_S"))) for name, value in values.items()}
+    change = (whole.residual(values) - whole.residual(raised))[: problem.settled_rows] / 1e-5
     assert scattered.scatter.column == pytest.approx(change, rel=1e-2, abs=1e-3 * np.max(np.abs(change)))
-    assert problem.scattering(values, 0.0) is problem
+    assert whole.scattering(values, 0.0) is whole
     mean_of_two = 0.5 * math.hypot(scatter, scatter)
     starts, column = scattered.scatter.starts, scattered.scatter.column
     assert scattered.scatter.share == pytest.approx(observer.LevelScatter.of(starts, column, mean_of_two, problem.unit).share)
 
 
+def test_a_delay_has_a_prior_from_the_first_stage_and_errors_are_positions(observed):
+    rung, treatment = observed.ladder.best, observed.result.treatment
+    (delay,) = [expected for expected in rung.problem.expected if DELAY in expected.powers]
+    assert delay.mean == pytest.approx(treatment["delay"])
+    assert delay.std == pytest.approx(treatment["delay_half_width"] / 1.96, rel=1e-3)
+    residual = rung.problem.residual(rung.solution.values)
+    errors, beforehand = residual[: -len(rung.problem.expected)], residual[-len(rung.problem.expected) :]
+    assert np.sum(beforehand**2) > 1e-5 * np.sum(errors**2)
+    assert rung.error == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-6)
+
+
 def ladder_of(thetas, variances):
     """Return a ladder whose rungs end at these coordinates, the last of which is a delay."""
-    space = SimpleNamespace(names=("a", "b", DELAY))
-    rungs = tuple(SimpleNamespace(solution=Solution(space, np.array(theta), np.eye(3)), problem=None) for theta in thetas)
+    space = Some(names=("a", "b", DELAY))
+    rungs = tuple(Some(solution=Solution(space, np.array(theta), np.eye(3)), problem=None) for theta in thetas)
     return Ladder(rungs, tuple(map(np.diag, variances)))
 
 
@@ -157,8 +221,8 @@ def test_intervals_include_the_ladder_and_inverse_dynamics(monkeypatch):
     assert np.diag(matrix) == pytest.approx([4.0, 32.0, 36.0])
 
 
-def test_missed_percent_contains_scatter_and_unexplained_force_without_noise(identified):
-    fit = identified.best
+def test_missed_percent_contains_scatter_and_unexplained_force_without_noise(observed):
+    fit = observed.result.best
     size, percent = float(np.sqrt(np.mean(fit.traces.residual**2))), fit.friction_alone_error_percent
 
     def missed(unexplained, scatter):
@@ -172,153 +236,226 @@ def test_missed_percent_contains_scatter_and_unexplained_force_without_noise(ide
     assert replace(fit, resampling=None).missed_percent == percent
 
 
+def test_an_uncertain_inertia_widens_dependent_intervals(observed):
+    rung = observed.ladder.best
+    parameters = rung.problem.parameters
+    widths = []
+    for times in (1.0, 100.0):
+        mass = parameters.fixed["M"]
+        unsure = {**parameters.fixed, "M": mass._replace(half_width=times * mass.half_width)}
+        inverse = replace(rung.problem.inverse, parameters=replace(parameters, fixed=unsure))
+        ladder = Ladder.of([rung._replace(problem=replace(rung.problem, inverse=inverse))])
+        widths.append(ladder.covariance[rung.solution.space.names.index("F_C")].max() ** 0.5)
+    assert widths[1] > 1.3 * widths[0]
+
+
+def test_an_unknown_filter_widens_the_intervals_of_an_observer(observed, again, monkeypatch):
+    seen = Some(of_position=True)
+    assert observed_fit._filtered_unseen(Some(off_grid=True, alignment=None))
+    assert not observed_fit._filtered_unseen(Some(off_grid=True, alignment=seen))
+    monkeypatch.setattr(observed_fit, "_filtered_unseen", lambda _: True)
+    assert width(again(), "sigma_1") == pytest.approx(2.5 * width(observed.result.best, "sigma_1"), rel=0.05)
+
+
+def test_intervals_of_sliding_reach_to_inverse_dynamics(observed, again, monkeypatch):
+    monkeypatch.setattr(observed_fit, "SHOWN_BY_SLIDING", ())
+    narrow, wide = again(), observed.result.best
+    assert narrow.parameters["F_C"].value == wide.parameters["F_C"].value
+    assert width(narrow, "F_C") < width(wide, "F_C")
+
+
+def test_intervals_widen_as_the_log_is_predicted_worse(again):
+    better, alike, worse = (width(again(times), "sigma_1") for times in (0.5, 1.0, 1.3))
+    assert better == alike
+    assert worse == pytest.approx(1.3 * alike, rel=0.05)
+
+
+def test_bands_contain_the_parameters_of_the_model(again):
+    fit = again(finished=lambda values: {"F_C": 2.0 * values["F_C"]})
+    assert np.mean(fit.resampling.bands.draws["F_C"]) == pytest.approx(2.0 * fit.parameters["F_C"].value, rel=0.01)
+
+
+def test_a_diagnostic_of_inverse_dynamics_is_removed_with_its_value(observed, again):
+    doubts = (
+        Diagnostic("small_effect", "sigma_0"),
+        Diagnostic("widened", numbers={"names": ("sigma_0",), "times": 2.5}),
+        Diagnostic("delay_or_filter", severity="warning"),
+        Diagnostic("filter_suspect", severity="warning"),
+    )
+    fit = again(plain=replace(observed.plain, diagnostics=(*observed.plain.diagnostics, *doubts)))
+    assert fit.parameters["sigma_0"].status == "identified"
+    codes = {one.code: one.severity for one in fit.diagnostics}
+    assert not {"small_effect", "widened", "delay_or_filter"}.intersection(codes)
+    assert codes["filter_suspect"] == "note"
+
+
+def test_a_log_predicted_worse_than_its_replicates_keeps_inverse_dynamics(observed, again):
+    fit = again(1.4)
+    assert "predicts the next position 1.4 times worse" in message(told_in(fit))
+    assert fit.estimates == observed.plain.estimates
+
+
+def test_values_that_a_model_does_not_allow_are_reported_and_rejected(observed, again, monkeypatch):
+    def refused(*_):
+        raise InputError("the best fit of lugre has values that the model does not allow", path="model")
+
+    monkeypatch.setattr(observed_fit, "fit_of", refused)
+    fit = again()
+    assert "has values that the model does not allow" in message(told_in(fit))
+    assert fit.estimates == observed.plain.estimates
+
+
+def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynamics(observed, monkeypatch):
+    monkeypatch.setattr(observer, "SHORTEST", 10.0)
+    fit = foreseen(observed.plain, observed.estimation, observed.context, observed.logs)
+    assert fit.estimates == observed.plain.estimates
+    assert "no observer was usable: no segment of the log lasts a second" in message(told_in(fit))
+
+
+def test_an_interrupted_observer_leaves_the_parameters_of_inverse_dynamics(observed, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(intervals, "with_uncertainty", lambda *_: observed.plain)
+    monkeypatch.setattr(intervals, "foreseen", interrupted)
+    passed, remark = intervals.with_intervals(*observed.bounding)
+    assert passed.fits[0] is observed.plain
+    assert remark == "interrupted: the parameters are those of inverse dynamics"
+
+
+def test_an_observer_without_draws_is_rejected(columns):
+    with pytest.raises(InputError, match="draws") as refused:
+        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+    assert "--method inverse_dynamics" in refused.value.mend
+
+
+@pytest.mark.parametrize(
+    ("model", "treatment", "mass", "moves"),
+    [
+        ("lugre", {}, 3.0, True),
+        ("lugre", {}, 0.0, False),
+        ("lugre", {"keeps_rests": True}, 3.0, False),  # the effort of a sensor next to the contact moves no mass
+        ("lugre", {"keeps_rests": True, "creeping": True}, 3.0, True),
+        ("coulomb_viscous", {}, 3.0, False),
+        ("lugre+transmitted", {}, 3.0, False),
+        ("lugre+temperature", {}, 3.0, False),
+    ],
+)
+def test_an_observer_needs_a_mass_a_contact_and_no_recorded_surroundings(observed, model, treatment, mass, moves):
+    component = br.friction.find(model)
+    parameters = ParameterSet(component, ("M", *component.variables), {})
+    inverse = replace(observed.estimation.inverse, dataset=replace(observed.context.dataset, **treatment), parameters=parameters)
+    values = {**dict.fromkeys(parameters.variables, 1.0), "M": mass}
+    assert observable(inverse, values) == moves
+
+
+def test_a_model_without_a_contact_keeps_inverse_dynamics(observed, monkeypatch):
+    monkeypatch.setattr(observed_fit, "observable", lambda *_: False)
+    assert foreseen(observed.plain, observed.estimation, observed.context, observed.logs) is observed.plain
+
+
+@pytest.fixture
+def first_search(observed, monkeypatch):
+    """Return the first search of a ladder, its problem and its start, where the problem of inverse dynamics is changed."""
+    searches = []
+
+    def lost(errors, start, *_):
+        searches.append((errors, start))
+        return observer.Rung(errors, None, math.inf)
+
+    def search(**changes):
+        inverse, start, logs, context, held, levels, scatter, _ = observed.climbing.given
+        monkeypatch.setattr(observer, "climbed", lost)
+        assert observer.climb(replace(inverse, **changes), start, logs, context, held, levels, scatter) == ()
+        return searches[0]
+
+    return search
+
+
+@pytest.mark.parametrize(("held", "samples"), [(True, 0.5), (None, 0.0)])
+def test_the_search_starts_half_a_sample_later_for_a_zero_order_hold(observed, first_search, held, samples):
+    dataset = replace(observed.context.dataset, held=held)
+    _, start = first_search(dataset=dataset)
+    assert start[DELAY] == pytest.approx(observed.result.treatment["delay"] - samples * DT)
+
+
+def test_a_fall_that_filtered_rows_hide_is_sought_again(observed, first_search):
+    parameters = observed.estimation.inverse.parameters
+    hidden = {**parameters.fixed, "v_S": Fixed(1.0, reason="", redundant=True)}
+    free = tuple(name for name in parameters.free if name != "v_S")
+    errors, start = first_search(parameters=replace(parameters, free=free, fixed=hidden))
+    assert "v_S" in errors.parameters.free
+    assert start["v_S"] == pytest.approx(0.02 * np.max(np.abs(observed.context.dataset.velocity)))
+
+
+@pytest.mark.slow
+def test_a_fall_is_found_behind_a_low_cutoff(columns):
+    assert identified_from(columns, cutoff=8.0).parameters["v_S"].value == pytest.approx(TRUTH["v_S"], rel=0.1)
+
+
+@pytest.mark.slow
 def test_an_observer_finds_the_contact_despite_a_filtered_position(columns):
-    kept, shown = math.exp(-DT / 3e-3), np.empty(columns["position"].size)
-    last = columns["position"][0]
-    for k, position in enumerate(columns["position"]):
-        last = shown[k] = kept * last + (1.0 - kept) * position
-    result = br.identify({**columns, "position": shown}, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
+    result = identified_from({**columns, "position": through_filter(columns["position"], 3e-3, DT)})
     assert result.treatment["position_smoothing"] == pytest.approx(3e-3, rel=0.1)
     assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.05)
     assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
 
 
+@pytest.mark.parametrize("of_position", [True, False])
+def test_a_known_filter_is_removed_from_its_channel(of_position):
+    time = DT * np.arange(2000)
+    phase, lag = 2.0 * np.pi * 20.0 * time, 2.0 * np.pi * 20.0 * 3e-3
+    sharp, filtered = np.sin(phase), np.sin(phase + lag - np.arctan(lag)) / np.hypot(1.0, lag)  # its mean delay is that of the log
+    log = Log.from_columns({"time": time, "position": filtered, "effort": filtered})
+    alignment = Alignment(smoothing=-3e-3 if of_position else 3e-3, of_position=of_position)
+    (part,) = observer._parts([log], alignment, DT)
+    renewed, kept = (part.position, part.effort) if of_position else (part.effort, part.position)
+    assert renewed[300:-300] == pytest.approx(sharp[300:-300], abs=0.02)
+    assert kept == pytest.approx(filtered, abs=1e-15)
+
+
+@pytest.mark.parametrize(("most", "starts"), [(4000, [0, 1333, 2666, 4000]), (150_000, [0])])
+def test_a_long_log_is_observed_in_pieces(columns, monkeypatch, most, starts):
+    monkeypatch.setattr(observer, "MOST", most)
+    parts = list(observer._parts([Log.from_columns(columns)], Alignment(), DT))
+    length = 5000 if len(starts) == 1 else 1000
+    assert [part.position.tolist() for part in parts] == [columns["position"][first : first + length].tolist() for first in starts]
+    assert [part.effort.tolist() for part in parts] == [columns["effort"][first : first + length].tolist() for first in starts]
+
+
 def test_a_position_of_whole_steps_is_unfiltered_and_of_partial_steps_filtered():
-    segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 3.0, 3.0, 4.0, 9.0]))]
+    segments = [Some(recorded=STEP * np.array([0.0, 3.0, 3.0, 4.0, 9.0]))]
     off_grid = Dataset.off_grid.fget
-    assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
-    assert off_grid(SimpleNamespace(segments=segments, resolution=1.6 * STEP))
-    assert not off_grid(SimpleNamespace(segments=segments, resolution=0.0))
-    segments = [SimpleNamespace(recorded=STEP * np.array([0.0, 1.0, 2.4, 5.1, 9.0]))]  # of no grid: the smallest step is no encoder's
-    assert not off_grid(SimpleNamespace(segments=segments, resolution=STEP))
-
-
-def test_an_unknown_filter_widens_the_intervals_of_an_observer(columns, monkeypatch):
-    widths, seen = [], SimpleNamespace(of_position=True)
-    assert observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=None))
-    assert not observed_fit._filtered_unseen(SimpleNamespace(off_grid=True, alignment=seen))
-    for unseen in (False, True):
-        monkeypatch.setattr(observed_fit, "_filtered_unseen", lambda _, unseen=unseen: unseen)
-        low, high = of_observer(columns, monkeypatch).parameters["sigma_1"].interval
-        widths.append(high - low)
-    assert widths[1] == pytest.approx(2.5 * widths[0], rel=0.05)
-
-
-def test_an_uncertain_inertia_widens_dependent_intervals(columns, monkeypatch):
-    widths, held_in = [], observed_fit.held_in
-    for times in (1.0, 100.0):
-
-        def unsure(*arguments, times=times):
-            held = held_in(*arguments)
-            return {**held, "M": held["M"]._replace(half_width=times * held["M"].half_width)}
-
-        monkeypatch.setattr(observed_fit, "held_in", unsure)
-        low, high = of_observer(columns, monkeypatch).parameters["F_C"].interval
-        widths.append(high - low)
-    assert widths[1] > 1.3 * widths[0]
-
-
-def test_an_effort_of_a_sensor_next_to_the_contact_moves_no_mass(columns):
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, keeps_rests=True), blocks=0, draws=20)
-    assert "prediction_error" not in {one.code for one in result.best.diagnostics}
+    assert not off_grid(Some(segments=segments, resolution=STEP))
+    assert off_grid(Some(segments=segments, resolution=1.6 * STEP))
+    assert not off_grid(Some(segments=segments, resolution=0.0))
+    segments = [Some(recorded=STEP * np.array([0.0, 1.0, 2.4, 5.1, 9.0]))]  # of no grid: the smallest step is no encoder's
+    assert not off_grid(Some(segments=segments, resolution=STEP))
 
 
 def test_directional_forces_are_those_of_inverse_dynamics():
     component = br.friction.find("lugre+asymmetry")
     names = ("M", *component.variables)
     parameters = ParameterSet(component, names, {})
-    estimation = SimpleNamespace(inverse=SimpleNamespace(parameters=parameters), solution=SimpleNamespace(values=dict.fromkeys(names, 2.0)))
-    fit = SimpleNamespace(parameters={name: SimpleNamespace(interval=(1.0, 4.0)) for name in names})
+    estimation = Some(inverse=Some(parameters=parameters), solution=Some(values=dict.fromkeys(names, 2.0)))
+    fit = Some(parameters={name: Some(interval=(1.0, 4.0)) for name in names})
     held = observed_fit.held_in(fit, estimation)
     assert set(held) == {"M", "F_C_pos", "F_C_neg", "sigma_2_pos", "sigma_2_neg", "offset"}
     assert {(entry.value, entry.half_width) for entry in held.values()} == {(2.0, 1.5)}
 
 
-def test_a_model_without_a_contact_keeps_the_parameters_of_inverse_dynamics(columns):
-    plain, asked = (
-        br.identify(columns, "coulomb_viscous", axis=Axis(resolution=STEP), method=method, blocks=0, draws=20)
-        for method in ("inverse_dynamics", "prediction_error")
-    )
-    assert {name: one.value for name, one in plain.parameters.items()} == {name: one.value for name, one in asked.parameters.items()}
-    assert plain.best.diagnostics == asked.best.diagnostics
-
-
-def test_a_diagnostic_of_inverse_dynamics_is_removed_with_its_value(columns, monkeypatch):
-    def doubted(fit, *arguments):
-        doubts = (
-            Diagnostic("small_effect", "sigma_0"),
-            Diagnostic("widened", numbers={"names": ("sigma_0",), "times": 2.5}),
-            Diagnostic("delay_or_filter", severity="warning"),
-            Diagnostic("filter_suspect", severity="warning"),
-        )
-        return foreseen(replace(fit, diagnostics=(*fit.diagnostics, *doubts)), *arguments)
-
-    monkeypatch.setattr(import_module("bristle.identification.intervals"), "foreseen", doubted)
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    assert result.parameters["sigma_0"].status == "identified"
-    codes = {one.code: one.severity for one in result.best.diagnostics}
-    assert not {"small_effect", "widened", "delay_or_filter"}.intersection(codes)
-    assert codes["filter_suspect"] == "note"
-
-
-def test_values_that_a_model_does_not_allow_are_reported_and_rejected(columns, plain, monkeypatch):
-    def refused(*_):
-        raise InputError("the best fit of lugre has values that the model does not allow", path="model")
-
-    monkeypatch.setattr("bristle.identification.observed_fit.fit_of", refused)
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
-    assert "has values that the model does not allow" in message(told)
-    assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
-
-
-def test_pieces_of_a_long_log_give_the_same_contact(columns, identified, monkeypatch):
-    monkeypatch.setattr("bristle.identification.observer.MOST", 4000)
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    assert result.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
-    assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.06)
-
-
-def test_progress_never_decreases_with_an_observer(columns):
-    shares = []
-    br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20, progress=lambda share, _: shares.append(share))
-    assert shares == sorted(shares)
-    assert shares[-1] <= 1.0
-
-
 def test_a_diverging_replicate_is_dropped(monkeypatch):
-    axis = SimpleNamespace(replicate=lambda *_: None)
+    axis = Some(replicate=lambda *_: None)
     monkeypatch.setattr(observed_fit, "IdentifiedAxis", lambda *_: axis)
-    inverse = SimpleNamespace(parameters=SimpleNamespace(complete=lambda _: {DELAY: 0.0, BEND: 0.0}), plant=str, model=str, dataset=None)
-    rung = SimpleNamespace(
-        problem=SimpleNamespace(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=SimpleNamespace(values={})
-    )
+    inverse = Some(parameters=Some(complete=lambda _: {DELAY: 0.0, BEND: 0.0}), plant=str, model=str, dataset=None)
+    rung = Some(problem=Some(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=Some(values={}))
     assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
-
-
-def test_a_delay_has_a_prior_from_the_first_stage_and_errors_are_positions(columns, monkeypatch):
-    rungs = []
-
-    def noted(rung, *_):
-        rungs.append(rung)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(observed_fit, "errors_of_replicates", noted)
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    (rung,) = rungs
-    (delay,) = [expected for expected in rung.problem.expected if DELAY in expected.powers]
-    assert delay.mean == pytest.approx(result.treatment["delay"])
-    assert delay.std == pytest.approx(result.treatment["delay_half_width"] / 1.96, rel=1e-3)
-    residual = rung.problem.residual(rung.solution.values)
-    errors, beforehand = residual[: -len(rung.problem.expected)], residual[-len(rung.problem.expected) :]
-    assert np.sum(beforehand**2) > 1e-5 * np.sum(errors**2)
-    assert rung.error == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-6)
 
 
 def test_a_replicate_has_the_known_forces_of_its_log(columns):
     friction = br.friction.lugre(**{name: value for name, value in TRUTH.items() if name != "M"})
     plain, pulled = inertia(M=3.0), with_terms(inertia, columns=("weight",))(M=3.0, known_weight=0.5)
-    dataset, channel = SimpleNamespace(resolution=STEP), observed_fit.Channel(0.0, 0.0, 0.0)
+    dataset, channel = Some(resolution=STEP), observed_fit.Channel(0.0, 0.0, 0.0)
     weight = np.linspace(20.0, 60.0, 5000)
     logs = []
     for plant, effort, known in ((plain, columns["effort"], ()), (pulled, columns["effort"] + 0.5 * weight, (weight,))):
@@ -328,33 +465,6 @@ def test_a_replicate_has_the_known_forces_of_its_log(columns):
     assert logs[1].position == pytest.approx(logs[0].position, abs=0.2 * STEP)
     assert (logs[1].effort - logs[0].effort)[100:-100] == pytest.approx(0.5 * weight[100:-100], abs=0.05)
     assert logs[1].columns == (weight,)
-
-
-def test_the_constant_force_is_that_of_inverse_dynamics(plain, identified):
-    assert plain.parameters["sigma_0"].value != identified.parameters["sigma_0"].value
-    assert plain.parameters["offset"].value == identified.parameters["offset"].value
-
-
-def test_intervals_of_sliding_reach_to_inverse_dynamics(identified, columns, monkeypatch):
-    def width(result):
-        low, high = result.parameters["F_C"].interval
-        return high - low
-
-    monkeypatch.setattr("bristle.identification.observed_fit.SHOWN_BY_SLIDING", ())
-    narrow = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-    assert narrow.parameters["F_C"].value == identified.parameters["F_C"].value
-    assert width(narrow) < width(identified)
-
-
-def test_a_log_of_segments_below_a_second_keeps_the_parameters_of_inverse_dynamics(columns, monkeypatch):
-    monkeypatch.setattr("bristle.identification.observer.SHORTEST", 10.0)
-    plain, asked = (
-        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method=method, blocks=0, draws=20)
-        for method in ("inverse_dynamics", "prediction_error")
-    )
-    assert plain.parameters["sigma_0"].value == asked.parameters["sigma_0"].value
-    (told,) = [one for one in asked.best.diagnostics if one.code == "prediction_error"]
-    assert "no observer was usable: no segment of the log lasts a second" in message(told)
 
 
 def test_an_effort_is_shifted_by_its_delay_and_sharpened_by_its_bend():
@@ -377,76 +487,6 @@ def test_a_prior_of_a_ratio_is_a_row_with_its_derivatives():
     assert row[0] == pytest.approx(0.1 * 2.0 / 0.5 * (math.log(1.5) - 0.3))
     near = expected.row({**values, "F_S": 15.0 + 1e-6}, names, 0.1)
     assert row[1:] == pytest.approx([-0.4 / 10.0, (near[0] - row[0]) / 1e-6, 0.0, 0.0], rel=1e-6, abs=1e-12)
-
-
-def test_the_search_starts_half_a_sample_later_for_a_zero_order_hold(columns, monkeypatch):
-    starts = []
-
-    def first(errors, start, *_):
-        starts.append(start[DELAY])
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("bristle.identification.observer.climbed", first)
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP, held=True), blocks=0, draws=20)
-    assert starts == [pytest.approx(result.treatment["delay"] - 0.5 * DT)]
-    assert result.unfinished == "interrupted: the parameters are those of inverse dynamics"
-
-
-def of_observer(columns, monkeypatch, times=1.0, **changes):
-    """Identify where the log is predicted so many times as badly as its replicates, and its estimation is changed."""
-
-    def asked(fit, estimation, *arguments):
-        return foreseen(fit, replace(estimation, **changes), *arguments)
-
-    def few(rung, *_):
-        return np.full(2, rung.error / times)
-
-    monkeypatch.setattr(import_module("bristle.identification.intervals"), "foreseen", asked)
-    monkeypatch.setattr(observed_fit, "errors_of_replicates", few)
-    return br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=20)
-
-
-def test_a_log_predicted_worse_than_its_replicates_keeps_inverse_dynamics(columns, plain, monkeypatch):
-    result = of_observer(columns, monkeypatch, times=1.4)
-    (told,) = [one for one in result.best.diagnostics if one.code == "prediction_error"]
-    assert "predicts the next position 1.4 times worse" in message(told)
-    assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
-
-
-def test_intervals_widen_as_the_log_is_predicted_worse(columns, monkeypatch):
-    widths = []
-    for times in (0.5, 1.0, 1.3):
-        low, high = of_observer(columns, monkeypatch, times=times).parameters["sigma_1"].interval
-        widths.append(high - low)
-    assert widths[0] == widths[1]
-    assert widths[2] == pytest.approx(1.3 * widths[1], rel=0.05)
-
-
-def test_without_draws_the_parameters_are_those_of_inverse_dynamics(columns, plain):
-    result = br.identify(columns, "lugre", axis=Axis(resolution=STEP), blocks=0, draws=0)
-    assert result.parameters["sigma_0"].value == plain.parameters["sigma_0"].value
-
-
-def test_an_observer_without_draws_is_rejected(columns):
-    with pytest.raises(InputError, match="draws") as refused:
-        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
-    assert "--method inverse_dynamics" in refused.value.mend
-
-
-def test_the_inertia_is_that_of_the_first_stage_and_widens_dependent_intervals(identified, plain):
-    assert identified.parameters["M"].value == plain.parameters["M"].value
-    assert identified.parameters["M"].interval == plain.parameters["M"].interval
-
-
-def test_a_fall_that_filtered_rows_hide_is_sought_again(columns):
-    blurred = br.identify(columns, "lugre", axis=Axis(resolution=STEP, cutoff=8.0), blocks=0, draws=20)
-    assert blurred.parameters["v_S"].value == pytest.approx(TRUTH["v_S"], rel=0.1)
-
-
-def test_bands_contain_the_parameters_of_the_model(columns, monkeypatch):
-    result = of_observer(columns, monkeypatch, finished=lambda values: {"F_C": 2.0 * values["F_C"]})
-    draws = result.best.resampling.bands.draws
-    assert np.mean(draws["F_C"]) == pytest.approx(2.0 * result.parameters["F_C"].value, rel=0.01)
 
 
 def test_an_observer_seeks_a_contact_between_the_samples():

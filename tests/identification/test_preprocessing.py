@@ -14,22 +14,23 @@ from bristle.identification.preprocessing import calmed, shifted, treat
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+MOTION = sines()
+
 
 def test_derivatives_follow_a_known_motion():
-    motion = sines()
-    regression = treat(log_of(motion, sliding_effort(motion)), None)
-    inner = regression.without_edges(np.arange(motion.time.size))
+    regression = treat(log_of(MOTION, sliding_effort(MOTION)), None)
+    inner = regression.without_edges(np.arange(MOTION.time.size))
     velocity = regression.all_velocities
     acceleration = regression.without_edges(regression.segments[0].acceleration)
     # A central difference errs by (w dt)^2/6 relative, 6e-5 at 3.1 Hz, and twice that for the second derivative.
-    assert np.max(np.abs(velocity - motion.velocity[inner])) < 1e-4 * np.max(np.abs(motion.velocity))
-    assert np.max(np.abs(acceleration - motion.acceleration[inner])) < 3e-4 * np.max(np.abs(motion.acceleration))
+    assert np.max(np.abs(velocity - MOTION.velocity[inner])) < 1e-4 * np.max(np.abs(MOTION.velocity))
+    assert np.max(np.abs(acceleration - MOTION.acceleration[inner])) < 3e-4 * np.max(np.abs(MOTION.acceleration))
 
 
 def test_every_turning_point_is_a_reversal():
-    motion = sines()
-    regression = treat(log_of(motion, sliding_effort(motion)), None)
-    side = np.sign(regression.without_edges(motion.velocity))
+    regression = treat(log_of(MOTION, sliding_effort(MOTION)), None)
+    side = np.sign(regression.without_edges(MOTION.velocity))
     assert len(regression.reversals[0]) == np.count_nonzero(np.diff(side))
 
 
@@ -95,19 +96,17 @@ def test_axis_and_arguments_override_the_defaults():
 
 
 def test_segments_are_treated_separately():
-    motion = sines()
-    gap = log_of(motion, sliding_effort(motion), segments=(slice(0, 4000), slice(4000, 10_000), slice(9990, 9995)))
+    gap = log_of(MOTION, sliding_effort(MOTION), segments=(slice(0, 4000), slice(4000, 10_000), slice(9990, 9995)))
     regression = treat(gap, None)
     assert [stretch.time.size for stretch in regression.segments] == [4000, 6000]
     assert regression.effort.size == regression.time.size == (4000 - 100) // 10 + (6000 - 100) // 10
 
 
 def test_noise_of_the_position_is_measured():
-    motion = sines()
-    shaken = motion._replace(position=motion.position + np.random.default_rng(0).normal(0.0, 1e-6, motion.time.size))
-    regression = treat(log_of(shaken, sliding_effort(motion)), None)
+    shaken = MOTION._replace(position=MOTION.position + np.random.default_rng(0).normal(0.0, 1e-6, MOTION.time.size))
+    regression = treat(log_of(shaken, sliding_effort(MOTION)), None)
     assert regression.noise == pytest.approx(1e-6, rel=0.15)
-    quiet = treat(log_of(motion, sliding_effort(motion)), None)
+    quiet = treat(log_of(MOTION, sliding_effort(MOTION)), None)
     excess = np.mean(regression.acceleration**2) - np.mean(quiet.acceleration**2)
     assert regression.acceleration_noise_share * np.mean(regression.acceleration**2) == pytest.approx(excess, rel=0.5)
 
@@ -130,21 +129,8 @@ def test_removal_of_a_position_filter_keeps_the_rests():
 
 @pytest.mark.parametrize("cutoff", [50.0, 100.0, 200.0, 300.0])
 def test_noise_of_the_effort_is_corrected_for_the_filter(cutoff):
-    motion = sines()
-    effort = sliding_effort(motion, noise=0.3, F_C=0.0)  # no corners, of which a filter takes something away as well
-    assert treat(log_of(motion, effort), None, cutoff=cutoff).effort_noise == pytest.approx(0.3, rel=0.04)
-
-
-def test_the_bias_of_the_inertia_by_noise_is_reported():
-    missing, message = [], []
-    for seed in range(4):
-        motion = sines()
-        noise = np.random.default_rng(seed).normal(0.0, 25e-6, motion.time.size)
-        shaken = motion._replace(position=motion.position + noise)
-        fit = identify(log_of(shaken, sliding_effort(motion, seed)), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-        missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
-        message.append(next(diagnostic.numbers["percent"] for diagnostic in fit.diagnostics if diagnostic.code == "noisy_acceleration"))
-    assert np.mean(message) == pytest.approx(np.mean(missing), rel=0.25)
+    effort = sliding_effort(MOTION, noise=0.3, F_C=0.0)  # no corners, of which a filter takes something away as well
+    assert treat(log_of(MOTION, effort), None, cutoff=cutoff).effort_noise == pytest.approx(0.3, rel=0.04)
 
 
 @pytest.mark.parametrize(
@@ -164,30 +150,29 @@ def test_unusable_arguments_are_named(arguments, path):
     assert caught.value.allowed
 
 
-def test_a_sample_that_is_not_a_number_is_named():
-    motion = sines()
-    position = motion.position.copy()
-    position[4321] = np.nan
-    with pytest.raises(InputError, match=r"position: contains values that are not finite.* at index 4321"):
-        treat(log_of(motion._replace(position=position), sliding_effort(motion)), None)
-
-
-def test_a_log_without_motion_is_rejected():
-    motion = sines()
-    still = motion._replace(position=np.full(motion.time.size, 0.3))
-    with pytest.raises(InputError, match="the position hardly changes"):
-        treat(log_of(still, sliding_effort(motion)), None)
+@pytest.mark.parametrize(
+    ("position", "told"),
+    [
+        (
+            np.where(MOTION.time == MOTION.time[4321], np.nan, MOTION.position),
+            "position: contains values that are not finite.* at index 4321",
+        ),
+        (np.full(MOTION.time.size, 0.3), "the position hardly changes"),
+    ],
+)
+def test_an_unusable_position_is_rejected(position, told):
+    with pytest.raises(InputError, match=told):
+        treat(log_of(MOTION._replace(position=position), sliding_effort(MOTION)), None)
 
 
 @pytest.mark.parametrize(("cutoff", "decimation"), [(None, 1), (None, 10), (20.0, 4)])
 def test_a_log_of_the_shortest_length_is_accepted_and_one_sample_less_is_not(cutoff, decimation):
-    motion = sines(10.0)
     with pytest.raises(InputError, match="too short") as caught:
-        treat(short(motion, 20), None, cutoff, decimation)
+        treat(short(MOTION, 20), None, cutoff, decimation)
     least = int(caught.value.allowed.split()[-1])
-    assert treat(short(motion, least), None, cutoff, decimation).time.size == 50
+    assert treat(short(MOTION, least), None, cutoff, decimation).time.size == 50
     with pytest.raises(InputError, match="too short"):
-        treat(short(motion, least - 1), None, cutoff, decimation)
+        treat(short(MOTION, least - 1), None, cutoff, decimation)
 
 
 def short(motion, count):
@@ -196,9 +181,8 @@ def short(motion, count):
 
 @pytest.mark.parametrize("decimation", [1, 3, 10])
 def test_a_sample_affects_rows_within_the_reach_of_the_filters(decimation):
-    motion = sines(10.0)
-    dataset = treat(log_of(motion, np.ones(motion.time.size)), None, 50.0, decimation)
-    impulse = np.zeros(motion.time.size)
+    dataset = treat(log_of(MOTION, np.ones(MOTION.time.size)), None, 50.0, decimation)
+    impulse = np.zeros(MOTION.time.size)
     impulse[5000] = 1.0
     shown = np.abs(dataset.rows_of([dataset.filtered(impulse)]))
     first, last = np.flatnonzero(shown > 1e-2 * np.max(shown))[[0, -1]]
@@ -214,7 +198,7 @@ def test_a_motion_too_slow_to_distinguish_from_rest_is_fitted_whole_with_a_remar
         treat(Log(time=time, position=coarse, effort=4e6 * fine, sample_time=1e-3), None)
     dataset = treat(log, None)
     assert dataset.time.size == dataset.in_motion.size == 3_990
-    codes = {diagnostic.code for diagnostic in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
+    codes = {diagnostic.code for diagnostic in identify(log, "dahl", axis=STATED, draws=0, blocks=0).best.diagnostics}
     assert {"rests", "never_slides"} <= codes
 
 

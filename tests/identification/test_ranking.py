@@ -14,6 +14,8 @@ from bristle.identification.preprocessing import treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.identification.validation import held_out_error, in_order, ranked, with_information
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 
 
@@ -48,36 +50,27 @@ def order(*fits, spread=0.0):
     return names
 
 
-def test_the_smaller_error_wins_where_every_block_agrees(made):
-    simple = made("simple", [block + 0.1 for block in BLOCKS], 3)
-    assert order(simple, made("rich", BLOCKS, 6)) == ["rich", "simple"]
-
-
-def test_the_simpler_model_wins_where_blocks_disagree(made):
-    mixed = [block + change for block, change in zip(BLOCKS, (0.4, -0.3, 0.5, -0.4, 0.1), strict=True)]
-    # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
-    assert order(made("simple", mixed, 3), made("rich", BLOCKS, 6)) == ["simple", "rich"]
-
-
-def test_a_half_unidentified_model_ranks_below_within_the_spread(made):
-    simple = made("simple", [block + 0.1 for block in BLOCKS], 3)
-    assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["simple", "rich"]
-    assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
+@pytest.mark.parametrize(
+    ("worse", "rich", "first"),  # by how much the simple model is worse on each block; parameters of the rich one, unidentified ones
+    [
+        pytest.param((0.1,) * 5, (6, 0), "rich", id="every block agrees"),
+        # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
+        pytest.param((0.4, -0.3, 0.5, -0.4, 0.1), (6, 0), "simple", id="blocks disagree"),
+        pytest.param((0.1,) * 5, (10, 5), "simple", id="half of the parameters are not identified"),
+        pytest.param((0.1,) * 5, (10, 4), "rich", id="more than half of the parameters are identified"),
+        pytest.param((2.0,) * 5, (10, 5), "rich", id="half unidentified, and far better"),
+        pytest.param((1e-7,) * 5, (4, 0), "simple", id="errors equal up to rounding"),
+    ],
+)
+def test_the_simpler_model_leads_unless_the_richer_one_predicts_better(made, worse, rich, first):
+    simple = made("simple", [block + change for block, change in zip(BLOCKS, worse, strict=True)], 3)
+    assert order(simple, made("rich", BLOCKS, *rich))[0] == first
 
 
 def test_after_the_chosen_model_the_order_is_that_of_the_error(made):
     better = made("better", BLOCKS, 6)
     others = [made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)]
     assert order(better, *others) == ["better", "p4", "p3", "p2"]
-
-
-def test_a_half_unidentified_model_wins_if_it_predicts_far_better(made):
-    simple = made("simple", [block + 2.0 for block in BLOCKS], 3)
-    assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["rich", "simple"]
-
-
-def test_errors_equal_up_to_rounding_count_as_equal(made):
-    assert order(made("simple", [block + 1e-7 for block in BLOCKS], 3), made("rich", BLOCKS, 4)) == ["simple", "rich"]
 
 
 def test_without_blocks_the_error_of_the_fit_decides(fit):
@@ -87,8 +80,7 @@ def test_without_blocks_the_error_of_the_fit_decides(fit):
 
 
 def test_of_perfect_fits_the_simpler_one_wins(made):
-    nothing = (0.0,) * 5
-    assert order(made("simple", nothing, 3), made("rich", nothing, 6)) == ["simple", "rich"]
+    assert order(made("simple", (0.0,) * 5, 3), made("rich", (0.0,) * 5, 6)) == ["simple", "rich"]
 
 
 def test_an_error_at_the_edge_of_the_spread_counts_as_within(made):

@@ -1,16 +1,13 @@
 """Known truth is recovered within the stated standard errors."""
 
-from typing import Annotated, NamedTuple
-
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
-from bristle.core import Axis, FrictionModel, InputError, Variable
-from bristle.core.mathematics import direction
+from bristle.core import InputError
 from bristle.identification import identify
-from bristle.report.messages import assumptions_of, note_of, warnings_of
+from bristle.report.messages import note_of, warnings_of
 
 pytestmark = pytest.mark.slow
 
@@ -64,20 +61,6 @@ def test_a_gap_and_its_hardening_are_recovered():
         assert parameters[name].value == pytest.approx(value, rel=0.03), name
 
 
-def test_known_parameters_are_fixed():
-    log = sliding_log()
-    fit = identify(log, "coulomb_viscous", axis=Axis(mass=12.0, offset=1.5), draws=0).best
-    for name in ("M", "offset"):
-        assert (fit.parameters[name].value, fit.parameters[name].std) == (TRUTH[name], None)
-        assert fit.parameters[name].status == "held"
-        assert any(f"{name} is held constant at" in sentence for sentence in assumptions_of(fit))
-        assert name not in fit.correlation_names
-    assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
-    by_argument = identify(log, "coulomb_viscous", axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0).best
-    assert by_argument.plant.values["M"] == 12.0
-    assert by_argument.parameters["offset"].status == "identified"
-
-
 def test_a_bound_is_respected_and_reported():
     fit = identify(sliding_log(F_v=-5.0), "coulomb_viscous", axis=STATED, draws=0).best
     assert fit.parameters["F_v"].value == 0.0
@@ -85,40 +68,6 @@ def test_a_bound_is_respected_and_reported():
     assert fit.parameters["F_v"].std is None
     assert any(sentence.startswith("F_v has no standard error") for sentence in warnings_of(fit))
     assert fit.parameters["F_C"].std > 0.0
-
-
-def test_break_away_never_falls_below_coulomb_friction():
-    with_rise = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
-    fit = identify(slow_log(with_rise), "stribeck", axis=STATED, draws=0).best
-    assert fit.friction.values["F_S"] >= fit.friction.values["F_C"]
-    assert fit.parameters["F_S"].status == "at_edge"
-    assert "does not fall with speed" in note_of(fit.parameters["F_S"])
-
-
-class HyperbolicParameters(NamedTuple):
-    F_C: Annotated[float, Variable("force", "level", min=0.0, excitation="sliding")]
-    v_t: Annotated[float, Variable("length/time", "velocity over which it turns", min=1e-9, excitation="stribeck")]
-
-
-class HyperbolicState(NamedTuple):
-    pass
-
-
-def test_a_user_model_is_identified():
-    def trial(state, memory, motion, dt, p):
-        ratio = abs(motion.v) / p.v_t
-        return p.F_C * direction(motion.v) * ratio / (1.0 + ratio), HyperbolicState()
-
-    def commit(state, memory, move, p):
-        return state
-
-    friction_model = FrictionModel(
-        name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState, trial=trial, commit=commit
-    )
-    fit = identify(slow_log(friction_model(F_C=8.0, v_t=2e-3)), [friction_model], axis=STATED, draws=0).best
-    assert fit.name == "hyperbolic"
-    assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
-    assert fit.friction.values["v_t"] == pytest.approx(2e-3, rel=0.02)
 
 
 def test_predicted_and_measured_are_traced():

@@ -13,6 +13,8 @@ from bristle.files import read_model, write_model
 from bristle.friction.slots import slotted
 from bristle.identification import identify
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 class Parameters(NamedTuple):
     F_S: Annotated[float, Variable("force", "level at rest", min=0.0, excitation="sliding")]

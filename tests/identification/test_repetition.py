@@ -14,11 +14,13 @@ from bristle.identification import identify
 from bristle.identification.excitation import repeats_after
 from bristle.identification.preprocessing import treat
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 TRUTH = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 
 
 def one_amplitude(length=60e-6):
-    motion = strokes(12, length=length, move=0.6, dwell=0.3)
+    motion = strokes(5, length=length, move=0.6, dwell=0.3)
     friction = force_along(find("maxwell_slip")(**TRUTH), motion.velocity, 1e-3, motion.position)
     return log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.05, friction.size))
 

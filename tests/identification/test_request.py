@@ -14,6 +14,8 @@ from bristle.identification.request import freed, models_of, prior_knowledge_of,
 from bristle.identification.settings import Settings
 from bristle.plants import PLANTS
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 REFUSED = {"maxwell_stribeck"}  # its elements are given, not found
 WITHOUT_LOAD = REFUSED | {"efficiency"}  # losses in proportion to a load
 
@@ -86,7 +88,7 @@ def test_shapes_are_freed_and_other_names_are_rejected():
             freed([name], components)
 
 
-def test_thresholds_method_and_treatment_are_as_requested():
+def test_thresholds_and_method_are_as_requested():
     axis = Axis(settings={"unsure_std": 0.3, "sure": 4.0})
     assert settings_of(axis, {"sure": 6.0}) == Settings(unsure_std=0.3, sure=6.0)
     assert settings_of(axis, Settings()) == settings_of(None, None) == Settings()
@@ -94,9 +96,15 @@ def test_thresholds_method_and_treatment_are_as_requested():
     assert with_method(pairs, None) == pairs
     assert with_method(pairs, "output_error")[0][1].method == "output_error"
     assert with_method([(SimpleNamespace(kind="rotational"), None)], "output_error")[0][1].kind == "rotational"
-    assert treatment_of("0.2 kHz", 5, "translational") == (200.0, 5)
-    assert treatment_of(None, None, "translational") == (None, None)
-    for rows in (0, 10_001):
-        with pytest.raises(InputError, match="decimation"):
-            treatment_of(None, rows, "translational")
-    assert [treatment_of(None, rows, "translational")[1] for rows in (1, 10_000)] == [1, 10_000]
+
+
+@pytest.mark.parametrize("asked", [("0.2 kHz", 5), (None, None), (None, 1), (None, 10_000)])
+def test_a_treatment_is_as_requested(asked):
+    cutoff, decimation = asked
+    assert treatment_of(cutoff, decimation, "translational") == (cutoff and 200.0, decimation)
+
+
+@pytest.mark.parametrize("rows", [0, 10_001])
+def test_a_decimation_out_of_range_is_rejected(rows):
+    with pytest.raises(InputError, match="decimation"):
+        treatment_of(None, rows, "translational")

@@ -11,12 +11,14 @@ from bristle.core import Axis
 from bristle.identification import identify
 from bristle.report.messages import note_of, warnings_of
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 STIFF = friction.lugre(F_C=35.0, F_S=44.0, v_S=5e-3, sigma_0=7e6, sigma_1=5e3, sigma_2=200.0)
 
 
 @pytest.fixture(scope="module")
 def stiff():
-    return held_log(STIFF)
+    return held_log(STIFF, duration=8.0)
 
 
 def with_position(log, position):
@@ -25,7 +27,7 @@ def with_position(log, position):
 
 @pytest.fixture(scope="module")
 def presliding():
-    return slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0))
+    return slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0), duration=10.0)
 
 
 def fit_to(log, model="lugre", settings=None):
@@ -43,6 +45,7 @@ def doubted(fit, words):
         assert fit.parameters["v_S"].status == "unidentifiable"
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("noise", [2e-6, 20e-6])
 def test_noise_of_the_position_is_not_presliding(stiff, noise):
     scatter = np.random.default_rng(0).normal(0.0, noise, len(stiff))
@@ -55,8 +58,9 @@ def test_coarse_counts_are_not_presliding(stiff):
 
 
 def test_a_fine_encoder_shows_presliding(stiff):
-    assert fit_to(stiff).parameters["sigma_0"].value == pytest.approx(7e6, rel=0.1)
-    assert fit_to(stiff).parameters["sigma_0"].status == "identified"
+    stiffness = fit_to(stiff).parameters["sigma_0"]
+    assert stiffness.value == pytest.approx(7e6, rel=0.1)
+    assert stiffness.status == "identified"
 
 
 def test_a_static_model_is_reported_to_lack_presliding(presliding):

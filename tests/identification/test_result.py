@@ -6,14 +6,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, sliding_log
+from tests.identification.known_logs import STATED, TRUTH, sliding_log
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, viscous, with_slots
 from bristle.identification import Identification, identify
 from bristle.identification.estimate import Estimate
 
-QUICK = {"draws": 0, "blocks": 0}
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
+QUICK = {"axis": STATED, "draws": 0, "blocks": 0}
 
 
 def test_friction_is_the_effort_minus_that_of_the_plant():
@@ -67,17 +69,26 @@ HELD = replace(constant(0.0, None), status="held", reason=Diagnostic("held_level
 LEVELS = (Estimate("F_C_pos", "N", "level", 8.0, 0.1), Estimate("F_C_neg", "N", "level", 6.0, 0.1))
 
 
-def test_a_large_significant_constant_force_of_another_model_is_noted():
-    best = fit_with("best", *LEVELS, HELD)
-    (note,) = notes_of(best, fit_with("other", constant(2.1)), fit_with("third", constant(5.0)))
+@pytest.mark.parametrize(
+    ("other", "noted"),
+    [
+        (constant(2.1), True),
+        (constant(1.9), False),  # a quarter of the larger level
+        (constant(-2.1), True),
+        (constant(2.5, std=0.8, robust=0.9), False),
+        (constant(2.5, std=0.9, robust=0.8), True),
+        (constant(2.5, status="unidentifiable"), False),
+        (constant(2.5, std=None), False),
+    ],
+)
+def test_a_large_significant_constant_force_of_another_model_is_noted(other, noted):
+    assert bool(notes_of(fit_with("best", *LEVELS, HELD), fit_with("other", other))) is noted
+
+
+def test_the_note_about_a_constant_force_names_the_first_model_and_a_line():
+    (note,) = notes_of(fit_with("best", *LEVELS, HELD), fit_with("other", constant(2.1)), fit_with("third", constant(5.0)))
     assert note.startswith("best holds offset at 0, as every model with +asymmetry does. other identified offset = 2.1 N")
     assert 'offset = "2.1 N" under [plant]' in note
-    assert notes_of(best, fit_with("other", constant(1.9))) == ()  # a quarter of the larger level
-    assert notes_of(best, fit_with("other", constant(-2.1))) != ()
-    assert notes_of(best, fit_with("other", constant(2.5, std=0.8, robust=0.9))) == ()
-    assert notes_of(best, fit_with("other", constant(2.5, std=0.9, robust=0.8))) != ()
-    assert notes_of(best, fit_with("other", constant(2.5, status="unidentifiable"))) == ()
-    assert notes_of(best, fit_with("other", constant(2.5, std=None))) == ()
     assert notes_of(fit_with("best", *LEVELS), fit_with("other", constant(5.0))) == ()
     assert len(notes_of(fit_with("best", HELD, levels=False), fit_with("other", constant(0.2, std=0.01)))) == 1  # no level to compare with
 

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, slow_log
+from tests.identification.known_logs import STATED, Motion, log_of, slow_log
 
 from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
+
+pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 # By what the parameters change where lengths are multiplied by the first number and forces by the second.
 POWERS = {
@@ -60,11 +62,11 @@ def test_a_log_of_impossible_extent_is_reported_with_its_units():
 
 def test_reversing_the_axis_exchanges_the_directions():
     truth = friction.find("coulomb_viscous+asymmetry")(F_C_pos=9.0, F_C_neg=6.0, F_v_pos=20.0, F_v_neg=40.0)
-    log = slow_log(truth, duration=10.0)
+    log = slow_log(truth, duration=5.0)
     motion = Motion(log.time.values, -log.position.values, log.position.values, log.position.values)
     turned = log_of(motion, -log.effort.values)
     name = "coulomb_viscous+asymmetry"
-    item, other = identify(log, name, draws=0).best.friction.values, identify(turned, name, draws=0).best.friction.values
+    item, other = (identify(entry, name, axis=STATED, blocks=0, draws=0).best.friction.values for entry in (log, turned))
     for parameter in ("F_C", "F_v"):
         assert other[f"{parameter}_pos"] == pytest.approx(item[f"{parameter}_neg"], rel=1e-9)
         assert other[f"{parameter}_neg"] == pytest.approx(item[f"{parameter}_pos"], rel=1e-9)

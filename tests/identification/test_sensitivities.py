@@ -23,6 +23,8 @@ from bristle.identification.sensitivities import by_differences, friction_rows
 from bristle.plants import inertia
 from bristle.translation.scope import NotExportableError
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
 VALUES = {
@@ -112,7 +114,9 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
     monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
-    forward = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+    motion = sines(2.0)
+    log = log_of(motion, sliding_effort(motion, noise=0.05))
+    forward = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert not calls
 
     def untranslated(*_):
@@ -120,7 +124,7 @@ def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeyp
 
     monkeypatch.setattr(inverse_dynamics, "friction_rows", untranslated)
     with pytest.warns(InputWarning, match="bristle differentiates lugre by finite differences"):
-        stepwise = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
+        stepwise = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):
         assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)
@@ -261,12 +265,12 @@ def test_an_excerpt_consists_of_pieces_of_the_whole_log(rows, monkeypatch):
     assert (pieces[0].time[0], pieces[-1].time[-1]) == (whole.time[0], whole.time[-1])
     first = int(np.flatnonzero(whole.time == pieces[2].time[0])[0])
     assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
-    assert replace(rows, segments=(replace(whole, first_cycle=700),)).excerpt() is None
     assert InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt() is None
     assert Halved(rows, problem_of("lugre", rows)[0].parameters).excerpt() is None
-    assert replace(rows, dropped=80).excerpt() is None  # the pieces would be more than half of it
     rests = replace(whole, velocity=np.where(np.isin(whole.time, np.concatenate([piece.time for piece in pieces])), 0.0, whole.velocity))
-    assert replace(rows, segments=(rests,)).excerpt() is None  # the motion lies between them
+    # A cycle is not cut, the pieces may be no more than half of a log, nor may the motion lie between them.
+    for changes in ({"segments": (replace(whole, first_cycle=700),)}, {"dropped": 80}, {"segments": (rests,)}):
+        assert replace(rows, **changes).excerpt() is None
     first, both = (np.isin(whole.time, np.concatenate([piece.time for piece in pieces[:count]])) for count in (1, 3))
     for resting, is_enough in ((first, True), (both, False)):
         partly = replace(rows, segments=(replace(whole, velocity=np.where(resting, 0.0, whole.velocity)),))

@@ -12,17 +12,29 @@ from bristle.identification import identify
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.report.model_tables import changed_settings
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 AS_TREATED = Axis(seeks_delay=False, cutoff=100.0)  # each model has its own inertia
 
 
 @pytest.fixture(scope="module")
 def log():
-    motion = sines(10.0)
+    motion = sines(6.0)
     return log_of(motion, sliding_effort(motion, noise=3.0))
+
+
+def fitted(log, axis=AS_TREATED, blocks=0, **options):
+    return identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=blocks, **options)
 
 
 def codes(result):
     return [diagnostic.code for diagnostic in result.best.diagnostics]
+
+
+@pytest.fixture(scope="module")
+def usual(log):
+    """The result with all thresholds at their defaults."""
+    return fitted(log)
 
 
 def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
@@ -45,29 +57,24 @@ def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
         ({"unsure_std": "0.5"}, "settings.unsure_std"),
     ],
 )
-def test_an_unknown_or_out_of_range_threshold_is_rejected(log, given, told):
+def test_an_unknown_or_out_of_range_threshold_is_rejected(given, told):
     with pytest.raises(InputError, match=told):
-        identify(log, "coulomb_viscous", settings=given, draws=0)
+        Settings.of(given)
 
 
 def test_thresholds_of_the_call_override_those_of_the_axis(log):
     axis = replace(AS_TREATED, settings={"unsure_std": 1e-9, "inseparable": 0.9})
-    strict = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0)
+    strict = fitted(log, axis)
     assert strict.best.parameters["M"].status == "unidentifiable"
     assert strict.settings.changed == {"unsure_std": 1e-9, "inseparable": 0.9}
-    mild = identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings={"unsure_std": 0.5})
+    mild = fitted(log, axis, settings={"unsure_std": 0.5})
     assert {estimate.status for estimate in mild.best.estimates} == {"identified"}
     assert mild.settings.changed == {"inseparable": 0.9}
     # Nothing but what is said of the fit depends on them.
     for name, estimate in strict.best.parameters.items():
         assert estimate.value == mild.best.parameters[name].value
     with pytest.raises(InputError, match=r"identification\.settings\.nothing"):
-        identify(log, "coulomb_viscous", axis=Axis(settings={"nothing": 1.0}), draws=0)
-
-
-def test_a_complete_set_of_thresholds_overrides_the_axis(log):
-    axis = Axis(settings={"unsure_std": 1e-9})
-    assert identify(log, "coulomb_viscous", axis=axis, draws=0, blocks=0, settings=DEFAULT).settings == DEFAULT
+        fitted(log, Axis(settings={"nothing": 1.0}))
 
 
 @pytest.mark.parametrize(
@@ -79,17 +86,17 @@ def test_a_complete_set_of_thresholds_overrides_the_axis(log):
         ({"unsure_std": 1e-9}, "low_acceleration"),
     ],
 )
-def test_a_threshold_decides_the_diagnostics(log, changed, code):
-    assert code not in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0))
-    assert code in codes(identify(log, "coulomb_viscous", axis=AS_TREATED, draws=0, blocks=0, settings=changed))
+def test_a_threshold_decides_the_diagnostics(log, usual, changed, code):
+    assert code not in codes(usual)
+    assert code in codes(fitted(log, settings=changed))
 
 
-def test_rows_of_a_held_out_block_decide_the_number_of_blocks(log):
-    assert len(identify(log, "coulomb_viscous", draws=0).best.held_out.block_errors_percent) == 5
-    rows = identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["rows"]
-    fewer = identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows // 4)}).best.held_out
-    assert len(fewer.block_errors_percent) == 3
-    assert "too_short" in codes(identify(log, "coulomb_viscous", draws=0, settings={"held_out_rows": float(rows)}))
+def test_rows_of_a_held_out_block_decide_the_number_of_blocks(log, usual):
+    rows = usual.treatment["rows"]
+    for least, blocks in ((rows // 10, 5), (rows // 4, 3)):
+        found = fitted(log, blocks=None, settings={"held_out_rows": float(least), "lines_gain": 1.0})
+        assert len(found.best.held_out.block_errors_percent) == blocks
+    assert "too_short" in codes(fitted(log, blocks=None, settings={"held_out_rows": float(rows)}))
 
 
 def test_a_table_shows_the_thresholds_that_were_changed():
@@ -98,18 +105,6 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
     assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json
-
-
-def test_levels_and_ratios_of_the_literature_are_the_defaults():
-    by_name = {threshold.name: threshold for threshold in Settings.described()}
-    assert DEFAULT.missing_level == 0.99
-    for name in ("unsure_std", "inseparable", "usable_error", "poor_error", "useless_error"):
-        assert by_name[name].least <= by_name[name].default <= by_name[name].most
-    # What is said grows graver with the error.
-    assert DEFAULT.usable_error < DEFAULT.poor_error < DEFAULT.useless_error
-    assert DEFAULT.acceleration_noise < DEFAULT.noisy_inertia
-    assert DEFAULT.delay_rough < DEFAULT.delay_unsure
-    assert DEFAULT.missing_evidence < DEFAULT.missing_force
 
 
 THRESHOLDS_OF_0_2 = """

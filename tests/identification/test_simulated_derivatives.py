@@ -26,7 +26,7 @@ YIELDING = {"offset": 0.1, "M": 2.1, "c": 45.0, "k": 4.8e4, "alpha": 3.8e4, "bet
 def log():
     """Two stretches of a loop whose drive lags; the second one begins in motion."""
     log = recorded_in_loop(friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0), 3, pairs=2, scatter=0.0, lag=0.8e-3, pulses=6.0)
-    return replace(log, segments=(slice(0, 900), slice(1000, 1900)))
+    return replace(log, segments=(slice(0, 600), slice(700, 1300)))
 
 
 def problem_of(loop, log, axis, component, plant):
@@ -34,16 +34,14 @@ def problem_of(loop, log, axis, component, plant):
     return OutputError.of(loop, InverseDynamics(dataset, parameters_of(component, PriorKnowledge(plant=plant), dataset)), [log], [axis])
 
 
-def compare(problem, values, steps=(1e-5, 1e-6, 1e-7)):
+def compare(problem, values):
     values = {name: values[name] for name in problem.parameters.free}
     residual, derivatives = problem.linearised(values)
     assert residual.tobytes() == problem.residual(values).tobytes()
     for column, (name, value) in zip(derivatives.T, values.items(), strict=True):
-        errors = []
-        for step in steps:
-            high, low = (problem.residual({**values, name: value + sign * step * (abs(value) or 1.0)}) for sign in (1.0, -1.0))
-            errors.append(np.linalg.norm(column - (low - high) / (2.0 * step * (abs(value) or 1.0))))
-        assert min(errors) < 1e-4 * np.linalg.norm(column), name
+        step = 1e-6 * (abs(value) or 1.0)
+        high, low = (problem.residual({**values, name: value + change}) for change in (step, -step))
+        assert np.linalg.norm(column - (low - high) / (2.0 * step)) < 1e-4 * np.linalg.norm(column), name
 
 
 @pytest.mark.parametrize("name", ["stribeck", "lugre"])

@@ -1,5 +1,7 @@
 """Slots along the axis: the pitch of a screw is found in a log, or taken from the axis file."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
@@ -8,22 +10,22 @@ from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.identification import identify
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 PITCH = 2.5e-3
 
 
 def screw_log(**changes):
-    motion = sines(20.0)
+    motion = sines(10.0)
     angle = 2.0 * np.pi * motion.position / PITCH
     wave = 0.8 * np.cos(angle) - 0.5 * np.sin(angle)
     return log_of(motion, sliding_effort(motion, noise=0.2) + wave, **changes)
 
 
 def test_the_pitch_is_found_and_the_wave_with_it():
-    identification = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", axis=STATED, draws=0)
-    fit = identification.best
-    assert fit.name == "coulomb_viscous+periodic"
+    fit = identify(screw_log(), "coulomb_viscous+periodic", axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
-    known = identify(screw_log(), "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), draws=0).best
+    known = identify(screw_log(), "coulomb_viscous+periodic", axis=replace(STATED, pitch=PITCH), blocks=0, draws=0).best
     assert known.parameters["pitch"].value == PITCH
     assert known.parameters["c_1"].value == pytest.approx(0.8, abs=0.03)
     assert known.parameters["s_1"].value == pytest.approx(-0.5, abs=0.03)
@@ -32,7 +34,7 @@ def test_the_pitch_is_found_and_the_wave_with_it():
 
 
 def test_the_pitch_of_a_level_that_reverses_with_the_motion_is_found():
-    motion = sines(20.0)
+    motion = sines(10.0)
     level = 0.8 * np.cos(2.0 * np.pi * motion.position / PITCH) * np.sign(motion.velocity)
     fit = identify(log_of(motion, sliding_effort(motion, noise=0.2) + level), "coulomb_viscous+ripple", axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
@@ -40,7 +42,7 @@ def test_the_pitch_of_a_level_that_reverses_with_the_motion_is_found():
 
 
 def test_a_search_fits_slots():
-    fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0, draws=0).best
+    fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=replace(STATED, pitch=PITCH), blocks=0, draws=0).best
     assert np.hypot(fit.parameters["c_1"].value, fit.parameters["s_1"].value) == pytest.approx(0.943, abs=0.05)
     for name in ("p_1", "p_2", "a_1", "a_2"):
         assert abs(fit.parameters[name].value) < 0.2, name

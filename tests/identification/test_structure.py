@@ -20,6 +20,8 @@ from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 LEVEL = 8.0  # [N], of the sliding effort
 
 
@@ -51,13 +53,27 @@ def forces(motion, cause):
     }[cause]
 
 
-def best_of(motion, cause, model="coulomb_viscous", seed=0, **settings):
-    log = log_of(motion, with_scatter(motion, forces(motion, cause), seed), step=1e-7)
-    return identify(log, model, axis=STATED, blocks=0, draws=0, settings=settings)
+def result_of(motion, force, model="coulomb_viscous", *, seed=0, share=0.02, step=1e-7, axis=STATED, kind="translational", **settings):
+    log = log_of(motion, with_scatter(motion, force, seed, share), step=step, kind=kind)
+    return identify(log, model, axis=axis, blocks=0, draws=0, settings=settings)
+
+
+def fit_of(motion, force, *model, **changes):
+    return result_of(motion, force, *model, **changes).best
+
+
+@pytest.fixture(scope="module")
+def rippling(motion):
+    """The result of a model that lacks a ripple."""
+    return result_of(motion, forces(motion, "ripple"))
 
 
 def causes_in(fit):
     return next((diagnostic.numbers["causes"] for diagnostic in fit.diagnostics if diagnostic.code == "structure"), ())
+
+
+def about(fit, cause):
+    return next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}")
 
 
 @pytest.mark.fast_cases(1)
@@ -72,11 +88,10 @@ def causes_in(fit):
     ],
 )
 def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
-    fit = best_of(motion, cause).best
+    fit = fit_of(motion, forces(motion, cause))
     # What lags behind a static model builds up after reversals, too.
     assert causes_in(fit)[0] == ("presliding" if cause == "lag" else cause)
-    named = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}")
-    assert named.numbers["model"] == following
+    assert about(fit, cause).numbers["model"] == following
     assert any(f"`{following}`" in diagnostic for diagnostic in warnings_of(fit))
 
 
@@ -86,223 +101,87 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
     [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
 )
 def test_a_compared_model_is_not_suggested(motion, cause, compared):
-    result = best_of(motion, cause, f"coulomb_viscous,{compared}", same_error=1e3)
+    result = result_of(motion, forces(motion, cause), f"coulomb_viscous,{compared}", same_error=1e3)
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", compared]
-    named = next(diagnostic for diagnostic in result.best.diagnostics if diagnostic.code == f"missing_{cause}")
+    named = about(result.best, cause)
     assert (named.numbers["model"], named.numbers["compared"]) == ("", compared)
     assert message(named).endswith(f". bristle also compared `{compared}`, but its error is no smaller")
 
 
-def test_a_negligible_force_makes_parameters_effective_without_a_warning(motion):
-    result = best_of(motion, "position", missing_force=0.5)
-    assert causes_in(result.best) == ("position",)
-    assert "F_C" in result.best.effective
-    assert {diagnostic.severity for diagnostic in result.best.diagnostics if diagnostic.code in ("structure", "missing_position")} == {
-        "note"
-    }
-    assert judged(result.best, Settings()).level == "usable"
-    assert judged(best_of(motion, "position").best, Settings()).level == "with_care"
+@pytest.mark.parametrize(("least", "severity", "level"), [(0.5, "note", "usable"), (None, "warning", "with_care")])
+def test_a_negligible_force_makes_parameters_effective_without_a_warning(motion, least, severity, level):
+    fit = fit_of(motion, forces(motion, "position"), **({} if least is None else {"missing_force": least}))
+    assert causes_in(fit) == ("position",)
+    assert "F_C" in fit.effective
+    assert {diagnostic.severity for diagnostic in fit.diagnostics if diagnostic.code in ("structure", "missing_position")} == {severity}
+    assert judged(fit, Settings()).level == level
 
 
-def test_a_ripple_has_its_period_and_amplitude(motion):
-    numbers = next(diagnostic for diagnostic in best_of(motion, "ripple").best.diagnostics if diagnostic.code == "missing_ripple").numbers
+def test_a_ripple_has_its_period_and_amplitude(rippling):
+    numbers = about(rippling.best, "ripple").numbers
     assert numbers["period"] == pytest.approx(0.01, rel=0.01)
     assert numbers["amplitude"] == pytest.approx(0.1 * LEVEL, rel=0.15)
 
 
+def test_parameters_of_a_model_that_lacks_a_force_are_effective(rippling):
+    assert [fit.name for fit in rippling.fits] == ["coulomb_viscous"]
+    assert set(rippling.best.effective) == {"M", "F_v", "F_C", "offset"}
+    assert {row[-1] for row in parameter_table(rippling.best).rows} == {"effective"}
+    assert "effective" in why_only_similar(rippling.best)
+
+
+def test_a_ripple_that_turns_with_the_motion_is_one_of_friction(motion):
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
+    told = about(fit_of(motion, side * forces(motion, "ripple"), share=0.0), "ripple")
+    assert (told.numbers["pulls"], told.numbers["model"]) == ("turning", "coulomb_viscous+ripple")
+    assert "[[cogging]]" not in message(told)
+    assert "`coulomb_viscous+ripple`" in message(told)
+
+
 @pytest.mark.parametrize(
-    ("turning", "pulls", "following"), [(False, "alike", "coulomb_viscous+periodic"), (True, "turning", "coulomb_viscous+ripple")]
+    ("lead", "line", "of_lead"),
+    [(None, '`turn = "motor"` and `harmonics = [1, 2]`', True), (0.03, '`turn = "screw"` and `harmonics = [3, 6]`', False)],
 )
-def test_a_ripple_has_its_direction_dependence_and_a_model(motion, turning, pulls, following):
-    side = np.where(motion.velocity < 0.0, -1.0, 1.0) if turning else 1.0
-    numbers, text = ripple_of(motion, with_scatter(motion, side * forces(motion, "ripple"), share=0.0))
-    assert (numbers["pulls"], numbers["model"]) == (pulls, following)
-    assert ("[[cogging]]" in text) is not turning
-    assert f"`{following}`" in text
-
-
-def ripple_of(motion, effort, lead=None):
-    axis = replace(STATED, pitch=lead)
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=axis, blocks=0, draws=0).best
-    result = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_ripple")
-    return result.numbers, message(result)
-
-
-def test_cogging_is_named_as_in_the_axis_file(motion):
+def test_cogging_is_named_as_in_the_axis_file(motion, lead, line, of_lead):
     overtone = 0.05 * LEVEL * np.cos(4.0 * np.pi * motion.position / 0.01)
-    effort = with_scatter(motion, forces(motion, "ripple") + overtone, share=0.0)
-    numbers, text = ripple_of(motion, effort)
-    assert numbers["harmonics"] == (1, 2)
-    assert numbers["period"] == pytest.approx(0.01, rel=2e-3)
-    assert '`turn = "motor"` and `harmonics = [1, 2]`' in text
-    assert re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', text)
-    numbers, text = ripple_of(motion, effort, 0.03)
-    assert '`turn = "screw"` and `harmonics = [3, 6]`' in text
-    assert "lead" not in text
+    told = about(fit_of(motion, forces(motion, "ripple") + overtone, share=0.0, axis=replace(STATED, pitch=lead)), "ripple")
+    assert (told.numbers["pulls"], told.numbers["model"]) == ("alike", "coulomb_viscous+periodic")
+    assert told.numbers["period"] == pytest.approx(0.01, rel=2e-3)
+    assert line in message(told)
+    assert "[[cogging]]" in message(told)
+    assert (re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', message(told)) is not None) is of_lead
 
 
 WEIGHT = 30.0  # [N*m], that a link pulls with at most
 
 
-def of_a_link(motion, force):
-    """What is said of an arm on a motion of a radian or two, beside friction."""
-    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + force
-    fit = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    return {diagnostic.code: diagnostic for diagnostic in fit.diagnostics}
-
-
-def swinging():
-    return sines(20.0, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
+def swinging(duration=20.0):
+    return sines(duration, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
 
 
 def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
     motion = swinging()
-    text = of_a_link(motion, WEIGHT * np.sin(motion.position - 0.4))
-    assert text["structure"].numbers["causes"][0] == "gravity"
-    assert text["missing_gravity"].numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
-    assert '`gravity = "link"` under `[plant]`' in message(text["missing_gravity"])
-    assert "missing_position" not in text
-    assert "missing_ripple" not in text
+    fit = fit_of(motion, WEIGHT * np.sin(motion.position - 0.4), share=0.0, step=1e-6, kind="rotational")
+    assert causes_in(fit)[0] == "gravity"
+    assert about(fit, "gravity").numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
+    assert '`gravity = "link"` under `[plant]`' in message(about(fit, "gravity"))
+    assert not {"missing_position", "missing_ripple"}.intersection(diagnostic.code for diagnostic in fit.diagnostics)
 
 
-@pytest.mark.parametrize("power", [1, 2])
-def test_a_cable_is_not_taken_for_gravity_of_a_link(power):
+@pytest.mark.parametrize(
+    ("kind", "force"),
+    [
+        ("rotational", lambda q: WEIGHT * q),
+        ("rotational", lambda q: WEIGHT * q**2),
+        ("translational", lambda q: LEVEL * np.sin(q)),  # an axis that moves along a line has no link
+    ],
+)
+def test_another_force_of_the_position_is_not_taken_for_gravity_of_a_link(kind, force):
     motion = swinging()
-    text = of_a_link(motion, WEIGHT * motion.position**power)
-    assert "missing_position" in text
-    assert "missing_gravity" not in text
-
-
-def test_an_axis_that_moves_along_a_line_has_no_link():
-    motion = swinging()
-    effort = with_scatter(motion, LEVEL * np.sin(motion.position), share=0.0)
-    fit = identify(log_of(motion, effort, step=1e-6), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit)
-    assert "gravity" not in causes_in(fit)
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("seed", range(6))
-def test_a_right_structure_with_a_scattering_level_has_no_missing_force(motion, seed):
-    assert causes_in(best_of(motion, "nothing", seed=seed).best) == ()
-
-
-def test_a_small_ripple_is_found_despite_larger_scatter_of_the_level(motion):
-    effort = with_scatter(motion, 0.3 * forces(motion, "ripple"), share=0.06)
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit) == ("ripple",)
-
-
-def test_a_small_force_is_found_with_a_large_force(motion):
-    effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"))
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit) == ("position", "ripple")
-
-
-def test_a_small_ripple_is_found_despite_noise_of_slow_motion(motion):
-    slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
-    noise = np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
-    effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
-    fit = identify(log_of(motion, effort, step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit) == ("ripple",)
-
-
-def test_a_force_around_reversals_has_no_other_name(motion):
-    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
-    turned = np.diff(side, prepend=side[0]) != 0.0
-    place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
-    building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
-    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
-    assert causes_in(fit) == ("presliding",)
-
-
-def test_a_force_only_in_the_fitted_half_cycles_does_not_count():
-    motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    result = [best_of(motion, "nothing", seed=seed, missing_evidence=0.0) for seed in range(4)]
-    assert not any(causes_in(item.best) for item in result)
-
-
-def test_the_named_model_has_the_force(motion):
-    assert causes_in(best_of(motion, "ripple", "coulomb_viscous+periodic").best) == ()
-
-
-def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
-    result = best_of(motion, "ripple")
-    assert set(result.best.effective) == {"M", "F_v", "F_C", "offset"}
-    assert {row[-1] for row in parameter_table(result.best).rows} == {"effective"}
-    assert "effective" in why_only_similar(result.best)
-    assert not best_of(motion, "nothing").best.effective
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("cause", ["ripple", "lag"])
-def test_thresholds_decide_the_diagnostics(motion, cause):
-    assert causes_in(best_of(motion, cause, missing_evidence=0.5).best) == ()
-
-
-def test_all_models_include_slots_suggested_by_the_residual(motion, monkeypatch):
-    import bristle.identification.request as request
-
-    monkeypatch.setattr(request, "MODELS", {name: request.MODELS[name] for name in ("coulomb", "coulomb_viscous")})
-    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    names = [fit.name for fit in identify(log, "all", axis=STATED, blocks=3, draws=0).fits]
-    assert names[0] == "coulomb_viscous+periodic"
-    assert {"coulomb", "coulomb_viscous", "coulomb_viscous+asymmetry"} < set(names)
-    assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", axis=STATED, blocks=3, draws=0).fits] == [1, 2]
-
-
-def test_slots_that_cannot_be_fitted_are_omitted_and_the_comparison_is_not(motion, monkeypatch):
-    # The function of that name hides its module.
-    module = import_module("bristle.identification.identify")
-    request = import_module("bristle.identification.request")
-    fit = module.fit
-
-    def refusing(context, component, *rest):
-        if "+" in component.name:
-            raise InputError("cannot be fitted", path="model", value=component.name)
-        return fit(context, component, *rest)
-
-    monkeypatch.setattr(module, "fit", refusing)
-    monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
-    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    identification = identify(log, "all", axis=STATED, blocks=3, draws=0, settings={"lines_gain": 1.0})
-    assert [item.name for item in identification.fits] == ["coulomb_viscous"]
-    assert set(identification.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
-
-
-def test_effects_of_the_parameters_are_not_a_missing_force():
-    generator = np.random.default_rng(7)
-    sure = generator.standard_normal(400)
-    like_it = sure + 1e-3 * generator.standard_normal(400)
-    nothing, ones = np.zeros(400), np.ones(400)
-    rows = Rows(
-        np.arange(400) * 1e-3,
-        nothing,
-        ones,
-        nothing,
-        nothing,
-        sure,
-        nothing[:, None],
-        nothing,
-        ones,
-        ones,
-        Groups(np.arange(400) // 40),
-        {},
-        100.0,
-        "translational",
-        ones,
-        12.5,
-    )
-    weighed = Weighed(rows, ones, np.zeros(10), np.arange(400) // 40)
-    _, coefficients = weighed._fitted(np.column_stack([sure, like_it]), 1)
-    assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
-
-
-def told_of(motion, force, model="coulomb_viscous", step=1e-5, seed=0, axis=STATED, **settings):
-    """What is said of a force on friction, behind an encoder whose steps make more noise than the force."""
-    log = log_of(motion, with_scatter(motion, force, seed), step=step)
-    fit = identify(log, model, axis=axis, blocks=0, draws=0, settings=settings).best
-    return causes_in(fit), fit
+    causes = causes_in(fit_of(motion, force(motion.position), share=0.0, step=1e-6, kind=kind))
+    assert "position" in causes or kind == "translational"
+    assert causes
+    assert "gravity" not in causes
 
 
 def lagging(motion, lag):
@@ -312,67 +191,142 @@ def lagging(motion, lag):
     return np.where(motion.velocity < 0.0, -1.0, 1.0) * 0.5 * LEVEL * np.exp(-((seen / 0.03) ** 2))
 
 
+def turns_of_force(motion):
+    effort = sliding_effort(motion, noise=0.0)
+    return np.flatnonzero(np.diff(np.sign(effort))) + 1
+
+
 def knocking(motion, size):
     """What rings after each change of sides of the force on the load, one side as likely as the other [N]."""
-    effort = sliding_effort(motion, noise=0.0)
-    changes = np.flatnonzero(np.diff(np.sign(effort))) + 1
-    pulses = np.zeros(effort.size)
+    changes, pulses = turns_of_force(motion), np.zeros(motion.time.size)
     pulses[changes] = np.random.default_rng(3).choice([-size, size], changes.size)
     after = np.arange(0.0, 0.05, motion.time[1] - motion.time[0])
-    return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[: effort.size]
+    return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[: pulses.size]
+
+
+def jolted(motion):
+    jolt, change = np.zeros(motion.time.size), turns_of_force(motion)[20]
+    jolt[change : change + 30] = 60.0
+    return jolt
+
+
+def with_noise_of_slow_motion(motion):
+    slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
+    return 0.3 * forces(motion, "ripple") + np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
+
+
+def around_reversals(motion):
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
+    turned = np.diff(side, prepend=side[0]) != 0.0
+    place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
+    return -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
+
+
+@pytest.mark.parametrize(
+    ("force", "changes", "causes"),
+    [
+        pytest.param(lambda motion: 0.3 * forces(motion, "ripple"), {"share": 0.06}, ("ripple",), id="ripple below scatter of the level"),
+        pytest.param(with_noise_of_slow_motion, {}, ("ripple",), id="ripple with noise of slow motion"),
+        pytest.param(
+            lambda motion: 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"),
+            {},
+            ("position", "ripple"),
+            id="small and large",
+        ),
+        pytest.param(around_reversals, {}, ("presliding",), id="around reversals"),
+        pytest.param(
+            lambda motion: 0.3 * forces(motion, "ripple"), {"step": 1e-5, "missing_evidence": 0.5}, (), id="slow force below its threshold"
+        ),
+        pytest.param(lambda motion: lagging(motion, 0.0), {"model": "stribeck"}, (), id="fall that does not lag"),
+        pytest.param(lambda motion: np.roll(knocking(motion, 6.0), 150), {}, (), id="knocks away from the changes of sides"),
+        pytest.param(lambda motion: knocking(motion, 6.0), {"missing_evidence": 50.0}, (), id="knocks below the threshold"),
+        pytest.param(jolted, {}, (), id="one jolt is no play"),
+        pytest.param(lambda motion: forces(motion, "ripple"), {"model": "coulomb_viscous+periodic"}, (), id="the named model has it"),
+    ],
+)
+def test_a_force_has_its_causes_and_no_other(motion, force, changes, causes):
+    assert causes_in(fit_of(motion, force(motion), **changes)) == causes
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("seed", range(6))
+def test_a_right_structure_with_a_scattering_level_has_no_missing_force(motion, seed):
+    fit = fit_of(motion, forces(motion, "nothing"), seed=seed)
+    assert causes_in(fit) == fit.effective == ()
+
+
+def test_a_force_only_in_the_fitted_half_cycles_does_not_count():
+    motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    fits = [fit_of(motion, forces(motion, "nothing"), seed=seed, missing_evidence=0.0) for seed in range(3)]
+    assert not any(map(causes_in, fits))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cause", ["ripple", "lag"])
+def test_thresholds_decide_the_diagnostics(motion, cause):
+    assert causes_in(fit_of(motion, forces(motion, cause), missing_evidence=0.5)) == ()
+
+
+@pytest.mark.parametrize("refused", [False, True])
+def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(monkeypatch, refused):
+    motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    # The function of that name hides its module.
+    module, request = (import_module(f"bristle.identification.{name}") for name in ("identify", "request"))
+    fit, suggested = module.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+
+    def refusing(context, component, *rest):
+        if refused and "+" in component.name:
+            raise InputError("cannot be fitted", path="model", value=component.name)
+        return fit(context, component, *rest)
+
+    monkeypatch.setattr(module, "fit", refusing)
+    monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
+    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
+    result = identify(log, "all", axis=STATED, blocks=2, draws=0, settings={"lines_gain": 1.0})
+    expected = {"coulomb_viscous"} if refused else {"coulomb_viscous", *suggested}
+    assert {fit.name for fit in result.fits} - {"coulomb_viscous+periodic+asymmetry"} == expected
+    assert set(result.left_out) == (suggested if refused else set())
+    assert result.best.name == ("coulomb_viscous" if refused else "coulomb_viscous+periodic")
+
+
+def test_effects_of_the_parameters_are_not_a_missing_force():
+    generator = np.random.default_rng(7)
+    sure = generator.standard_normal(400)
+    like_it = sure + 1e-3 * generator.standard_normal(400)
+    rows = rows_of(np.zeros((400, 1)), sure, cycles=10)
+    weighed = Weighed(rows, np.ones(400), np.zeros(10), rows.cycles.index)
+    _, coefficients = weighed._fitted(np.column_stack([sure, like_it]), 1)
+    assert coefficients == pytest.approx([1.0, 0.0], abs=0.05)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
 def test_a_force_hidden_by_noise_of_single_rows_is_reported(motion, cause, size):
-    assert told_of(motion, size * forces(motion, cause))[0] == (cause,)
-    assert told_of(motion, size * forces(motion, cause), missing_evidence=0.5)[0] == ()
+    force = size * forces(motion, cause)
+    assert causes_in(fit_of(motion, force, step=1e-5)) == (cause,)
+    assert causes_in(fit_of(motion, force, step=1e-5, missing_evidence=0.5)) == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_of_single_rows_is_not_a_force(motion, seed):
-    assert told_of(motion, forces(motion, "nothing"), seed=seed, axis=None)[0] == ()
+    assert causes_in(fit_of(motion, forces(motion, "nothing"), step=1e-5, seed=seed, axis=None)) == ()
 
 
-def test_a_slow_force_is_reported_from_its_threshold(motion):
-    ripple = 0.3 * forces(motion, "ripple")
-    assert told_of(motion, ripple, missing_evidence=0.5)[0] == ()
+def test_friction_that_lags_behind_the_speed_is_reported(motion):
+    fit = fit_of(motion, lagging(motion, 0.02), "stribeck")
+    assert causes_in(fit)[0] == "lag"
+    assert about(fit, "lag").numbers["model"] == "gms"
 
 
-def test_friction_that_lags_behind_the_speed_is_reported_and_other_friction_is_not(motion):
-    text, fit = told_of(motion, lagging(motion, 0.02), "stribeck", step=1e-7)
-    assert text[0] == "lag"
-    assert next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_lag").numbers["model"] == "gms"
-    assert told_of(motion, lagging(motion, 0.0), "stribeck", step=1e-7)[0] == ()
-
-
-def test_a_drive_that_knocks_from_flank_to_flank_has_play(motion):
-    printed, fit = told_of(motion, knocking(motion, 6.0), step=1e-7)
-    assert printed == ("play",)
-    text = next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
-    assert text.numbers["ratio"] > 3.0
-    assert "play" in message(text)
-    assert told_of(motion, knocking(motion, 6.0), step=1e-7, missing_evidence=50.0)[0] == ()
-    assert told_of(motion, np.roll(knocking(motion, 6.0), 150), step=1e-7)[0] == ()
-
-
-def test_all_shocks_count_if_no_single_one_dominates(motion, monkeypatch):
-    def ratio():
-        fit = told_of(motion, knocking(motion, 6.0), step=1e-7)[1]
-        return next(diagnostic.numbers["ratio"] for diagnostic in fit.diagnostics if diagnostic.code == "missing_play")
-
-    usual = ratio()
-    monkeypatch.setattr("bristle.identification.play.MOST_OF_ONE", np.inf)
-    assert usual == ratio()
-
-
-def test_one_jolt_is_not_play(motion):
-    effort = sliding_effort(motion, noise=0.0)
-    change = (np.flatnonzero(np.diff(np.sign(effort))) + 1)[20]
-    jolt = np.zeros(effort.size)
-    jolt[change : change + 30] = 60.0
-    assert told_of(motion, jolt, step=1e-7)[0] == ()
+def test_a_drive_that_knocks_from_flank_to_flank_has_play_and_all_shocks_count(motion, monkeypatch):
+    fit = fit_of(motion, knocking(motion, 6.0))
+    assert causes_in(fit) == ("play",)
+    told = about(fit, "play")
+    assert told.numbers["ratio"] > 3.0
+    assert "play" in message(told)
+    monkeypatch.setattr("bristle.identification.play.MOST_OF_ONE", np.inf)  # no single one dominates
+    assert about(fit_of(motion, knocking(motion, 6.0)), "play").numbers["ratio"] == told.numbers["ratio"]
 
 
 def rows_of(columns, residual, cycles=40, narrow=20.0):

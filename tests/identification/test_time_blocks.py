@@ -8,6 +8,8 @@ from bristle.identification import identify
 from bristle.identification.half_cycles import SHORT, TIME, beside, time_blocks
 from bristle.identification.preprocessing import treat
 
+pytestmark = pytest.mark.usefixtures("of_one_mass")
+
 
 def designed_log():
     """Slow motion first, fast motion at the end, as in a log of several experiments."""

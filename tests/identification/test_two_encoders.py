@@ -41,6 +41,21 @@ from bristle.simulation import simulate
 DT = 1e-3  # s
 
 
+@pytest.fixture(scope="module", autouse=True)
+def simulator():
+    """The simulator of the drives is compiled, and the drive of several tests is simulated."""
+    records_of(904)
+    records_of(904, nut=0.15)
+    with_hysteresis(911, 0.2)
+
+
+def with_hysteresis(seed, share):
+    """A drive, the distance after which an element of its coupling slips, and its log with this element."""
+    drive, ((motor, load, *_),) = records_of(seed)
+    distance = 0.15 * float(np.ptp(np.quantile(motor - load, [0.005, 0.995])))
+    return drive, distance, log_of(replace(drive, hysteresis=(share, distance)))
+
+
 def records_of(seed, seconds=None, nut=0.0):
     drive = replace(drive_of(seed), nut=nut)
     count = None if seconds is None else round(seconds / drive.sample_time)
@@ -48,7 +63,8 @@ def records_of(seed, seconds=None, nut=0.0):
     return drive, [Record(motor, load, effort, drive.sample_time)]
 
 
-@pytest.mark.parametrize("seed", [901, 920])
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("seed", [904, 901, 920])
 def test_masses_stiffness_and_delay_are_those_of_the_drive(seed):
     drive, records = records_of(seed)
     masses = masses_of(records, drive.step)
@@ -87,9 +103,12 @@ def test_play_is_told_from_friction_that_winds_up_the_drive(seed):
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("seed", "nut"), [(904, 0.15), (904, 0.0), (905, 0.15), (911, 0.15), (911, 0.0)])
-def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut):
-    drive, records = records_of(seed, nut=nut)
+@pytest.mark.parametrize(
+    ("seed", "nut", "seconds"),
+    [(905, 0.15, 20.0), (904, 0.15, None), (904, 0.0, None), (905, 0.15, None), (911, 0.15, None), (911, 0.0, None)],
+)
+def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut, seconds):
+    drive, records = records_of(seed, seconds, nut=nut)
     lost = lost_motion(records, drive.step, with_true_values(drive))
     assert lost.nut_is_clear == (nut > 0.0)
     assert abs(lost.nut - nut) < 4.0 * lost.nut_error
@@ -100,12 +119,13 @@ def test_friction_of_a_nut_grows_with_the_force_of_the_coupling(seed, nut):
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("seed", "share"), [(911, 0.2), (911, 0.0), (905, 0.2), (905, 0.0)])
-def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share):
-    drive, records = records_of(seed)
-    distance = 0.15 * float(np.ptp(np.quantile(records[0].motor - records[0].load, [0.005, 0.995])))
-    log = log_of(replace(drive, hysteresis=(share, distance)))
-    record = Record(log["position"], log["load_position"], log["effort"], drive.sample_time)
+@pytest.mark.parametrize(
+    ("seed", "share", "seconds"), [(911, 0.2, 8.0), (911, 0.2, None), (911, 0.0, None), (905, 0.2, None), (905, 0.0, None)]
+)
+def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_element(seed, share, seconds):
+    drive, distance, log = with_hysteresis(seed, share)
+    count = None if seconds is None else round(seconds / drive.sample_time)
+    record = Record(*(log[name][:count] for name in ("position", "load_position", "effort")), drive.sample_time)
     loop = lost_motion([record], drive.step, with_true_values(drive)).hysteresis
     assert (loop is not None) == (share > 0.0)
     if loop is not None:
@@ -116,10 +136,15 @@ def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_eleme
         assert loop.loss == pytest.approx(2.0 * loop.width * (amplitude - distance), rel=0.15)  # three elements share the distance
 
 
-def test_friction_of_a_nut_is_not_taken_for_a_larger_load():
+@pytest.mark.slow
+def test_friction_of_an_unknown_nut_is_taken_for_a_larger_load():
     drive, records = records_of(904, nut=0.15)
-    without, known = (masses_of(records, drive.step, prior=prior) for prior in (Prior(), Prior(nut=0.15, nut_error=0.02)))
-    assert without.values[1] > 1.04 * drive.load
+    assert masses_of(records, drive.step).values[1] > 1.04 * drive.load
+
+
+def test_friction_of_a_known_nut_is_not_taken_for_a_larger_load():
+    drive, records = records_of(904, 40.0, nut=0.15)
+    known = masses_of(records, drive.step, prior=Prior(nut=0.15, nut_error=0.02))
     assert known.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.02)
     assert known.stiffness == pytest.approx(drive.stiffness, rel=0.02)
     assert 0.005 * drive.load < known.errors[1] < 0.02 * drive.load  # the error of the nut is that of the load
@@ -140,9 +165,7 @@ def test_a_rotary_axis_has_the_masses_and_the_play_of_the_linear_axis_that_it_dr
 
 
 def test_a_load_encoder_with_another_unit_is_refused():
-    time = DT * np.arange(4000)
-    position = 0.05 * np.sin(3.0 * time)
-    log = br.Log.from_columns({"time": time, "position": position, "effort": np.cos(3.0 * time), "load_position": 1e3 * position})
+    log = br.Log.from_columns(strokes(load_position=lambda position: 1e3 * position))
     with pytest.raises(InputError, match=r"columns\.load_position: moves otherwise than the motor; found '1e\+03 times as far'"):
         two_masses([(log, None)], identify)
 
@@ -163,10 +186,8 @@ def strokes(**further):
     }
 
 
-def test_the_result_for_one_mass_does_not_depend_on_the_second_encoder():
-    plain, second = (
-        identify(columns, "coulomb_viscous", draws=0, blocks=0) for columns in (strokes(), strokes(load_position=lambda x: x.copy()))
-    )
+def test_the_result_for_one_mass_does_not_depend_on_the_second_encoder(masses):
+    plain, second = masses.motor, identify(strokes(load_position=np.copy), "stribeck", draws=0, blocks=0)
     assert plain.two_masses is None
     assert second.best.friction.values == plain.best.friction.values
     assert second.treatment == plain.treatment
@@ -192,26 +213,24 @@ def test_a_faulty_scale_is_named_as_the_reason(load, cause):
     assert re.search(cause, reason)
 
 
-def with_strange_columns(seed, **columns):
+def swapped(log):
+    return {"position": log["load_position"], "load_position": log["position"]}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "changes", "cause"),
+    [
+        *((seed, swapped, "`position` is the encoder of the motor") for seed in (901, 920)),
+        *((seed, lambda log: {"effort": -log["effort"]}, "the sign of the effort") for seed in (901, 920)),
+        (901, lambda log: {"load_position": np.append(log["load_position"][:1].repeat(3), log["load_position"][:-3])}, "at the same time"),
+    ],
+)
+def test_swapped_encoders_a_reversed_effort_and_a_late_scale_do_not_make_a_plant(seed, changes, cause):
     drive = drive_of(seed)
-    log = {name: log_of(drive)[name] for name in ("time", "position", "load_position", "effort")} | columns
-    return two_masses([(br.Log.from_columns(log), br.Axis(resolution=drive.step))], partial(identify, model="coulomb_viscous", draws=0))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", [901, 920])
-def test_swapped_encoders_and_a_reversed_effort_do_not_make_a_plant(seed):
-    log = log_of(drive_of(seed))
-    swapped = with_strange_columns(seed, position=log["load_position"], load_position=log["position"])
-    assert "Check that `position` is the encoder of the motor" in swapped
-    assert "the sign of the effort" in with_strange_columns(seed, effort=-log["effort"])
-
-
-@pytest.mark.slow
-def test_a_late_scale_does_not_make_a_plant():
-    scale = log_of(drive_of(901))["load_position"]
-    reason = with_strange_columns(901, load_position=np.concatenate([scale[:1].repeat(3), scale[:-3]]))
-    assert "at the same time" in reason
+    log = {name: log_of(drive)[name] for name in ("time", "position", "load_position", "effort")}
+    pairs = [(br.Log.from_columns(log | changes(log)), br.Axis(resolution=drive.step))]
+    assert cause in two_masses(pairs, partial(identify, model="coulomb_viscous", draws=0))
 
 
 def test_only_logs_that_all_have_a_second_encoder_have_two_masses():
@@ -228,6 +247,10 @@ def masses():
     values = {"motor": 2.0, "load": 10.0, "stiffness": 4e6, "damping": 300.0, "play": 5e-6, "antiresonance": 100.0, "nut": 0.15}
     quantities = tuple(Quantity(name, value, 0.02 * value, "kg", name) for name, value in values.items())
     return TwoMasses(quantities, side, side, 0.0, arm=0.01 / (2.0 * math.pi))
+
+
+def with_quantity(masses, name, **changes):
+    return replace(masses, quantities=tuple(item._replace(**changes) if item.name == name else item for item in masses.quantities))
 
 
 def test_friction_of_the_motor_has_the_power_of_that_of_the_axis(masses):
@@ -284,8 +307,7 @@ def test_a_plant_with_two_masses_explains_what_that_of_one_mass_does_not(masses,
 
 
 def test_play_that_is_not_clear_is_stated_as_a_bound(masses):
-    bounded = tuple(item._replace(value=0.0, half_width=3e-6, unit="m") if item.name == "play" else item for item in masses.quantities)
-    unclear = TwoMasses(bounded, masses.motor, masses.load, 0.0)
+    unclear = with_quantity(masses, "play", value=0.0, half_width=3e-6, unit="m")
     assert not unclear.play_is_clear
     assert any("play below 3 µm" in line.text for line in two_masses_lines(SimpleNamespace(two_masses=unclear)))
 
@@ -354,9 +376,8 @@ def test_the_written_files_simulate_both_masses(masses, tmp_path):
         write_two_masses(folder, identification, {})
     experiment = read_experiment(tmp_path / "out" / EXPERIMENT_FILE)
     without, one_mass, both = experiment.variants
-    for variant in experiment.variants:
-        assert variant.plant.values == masses.plant.values
-        assert variant.table.values == masses.table_friction.values
+    assert all(variant.plant.values == masses.plant.values for variant in experiment.variants)
+    assert all(variant.table.values == masses.table_friction.values for variant in experiment.variants)
     assert one_mass.feedforward.mass == pytest.approx(12.0 * masses.arm**2)
     assert one_mass.feedforward.friction.values["F_C"] == pytest.approx(masses.load.best.friction.values["F_C"] * masses.arm)
     assert both.feedforward.plant.values == masses.plant.values
@@ -396,16 +417,14 @@ def test_friction_of_the_motor_in_simulations_contains_that_of_the_nut(masses):
     speed, pull = np.full(200, 20.0), np.linspace(-3.0, 3.0, 200)
     nut = along(friction, speed, DT, transmitted=pull) - along(bearings, speed, DT)
     assert nut == pytest.approx(0.15 * np.abs(pull), abs=1e-9)
-    without = replace(masses, quantities=tuple(item._replace(value=0.0) if item.name == "nut" else item for item in masses.quantities))
-    assert without.motor_friction.name == bearings.name
+    assert with_quantity(masses, "nut", value=0.0).motor_friction.name == bearings.name
 
 
 @pytest.mark.parametrize(("masked", "cause"), [(True, "rarely acts against the motion"), (False, "is too small")])
 def test_friction_of_a_nut_that_cannot_be_separated_is_named(masses, masked, cause):
     def texts_with(half_width, value=0.0):
-        nut = {"value": value, "half_width": half_width}
-        quantities = tuple(item._replace(**nut) if item.name == "nut" else item for item in masses.quantities)
-        changed = SimpleNamespace(two_masses=replace(masses, quantities=quantities, nut_is_masked=masked))
+        nut = with_quantity(masses, "nut", value=value, half_width=half_width)
+        changed = SimpleNamespace(two_masses=replace(nut, nut_is_masked=masked))
         return [line.text for line in two_masses_lines(changed)], two_masses_table(changed)
 
     lines, table = texts_with(0.3)

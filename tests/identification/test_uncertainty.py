@@ -1,5 +1,6 @@
 """Standard errors of least squares, against those that textbooks give for a mean and a straight line."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +21,8 @@ from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
 from bristle.plants import inertia
+
+pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS
@@ -90,28 +93,32 @@ def test_a_parameter_of_small_effect_and_wide_interval_is_not_identified(quantit
     assert (result.reason.code if result.reason else None) == ("small_effect" if status == "unidentifiable" else None)
 
 
-def interval_of(ends, mass=12.0, half_width=0.5, name="M", value=12.0):
+NEAR = (12.4, 12.8), (11.0, 11.6), (11.9, 12.1), (12.5, 12.8), (11.0, 11.5)
+STAGES = Diagnostic("stages_differ", "M", "warning", {"first": 12.0, "value": 12.0})
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "first", "interval", "warning"),  # of replicates; of the first stage; of the estimate
+    [
+        ("M", (12.6, 12.8), (12.0, 0.5), (11.5, 12.8), STAGES),
+        ("M", (11.0, 11.4), (12.0, 0.5), (11.0, 12.5), STAGES),
+        # What was fitted lies in its interval.
+        *(("M", ends, (12.0, 0.5), (min(ends[0], 12.0), max(ends[1], 12.0)), None) for ends in NEAR),
+        *(
+            (name, (12.6, 12.8), first, (12.0, 12.8), None)
+            for name, first in (("F_C", (12.0, 0.5)), ("M", (12.0, None)), ("M", (None, 0.5)))
+        ),
+        ("M", (12.6, 12.6), (12.0, 0.5), None, None),  # all replicates on the edge
+        ("F_v", (12.6, 12.8), (12.0, 0.5), None, None),  # not fitted to replicates
+    ],
+)
+def test_the_interval_of_an_inertia_includes_that_of_the_first_stage_if_disjoint(name, ends, first, interval, warning):
     replicates = SimpleNamespace(reported=("M", "F_C"), interval=lambda name: ends)
-    alignment = Alignment(mass=mass, mass_half_width=half_width)
-    dataset, plant = SimpleNamespace(alignment=alignment, kind="translational"), SimpleNamespace(variables=inertia.variables)
-    problem = SimpleNamespace(dataset=dataset, parameters=SimpleNamespace(plant=plant))
-    return _with_interval(Estimate(name, "kg", "", value, 0.1), replicates, problem)
-
-
-def test_the_interval_of_an_inertia_includes_that_of_the_first_stage_if_disjoint():
-    for ends, joined in (((12.6, 12.8), (11.5, 12.8)), ((11.0, 11.4), (11.0, 12.5))):
-        estimate, warning = interval_of(ends)
-        assert estimate.interval == joined
-        assert (warning.code, warning.parameter, warning.severity) == ("stages_differ", "M", "warning")
-        assert warning.numbers == {"first": 12.0, "value": 12.0}
-        inner = min(ends[0], 12.0), max(ends[1], 12.0)  # what was fitted lies in its interval
-        assert interval_of(ends, name="F_C")[0].interval == inner
-        assert interval_of(ends, half_width=None)[0].interval == interval_of(ends, mass=None)[0].interval == inner
-    for ends in ((12.4, 12.8), (11.0, 11.6), (11.9, 12.1), (12.5, 12.8), (11.0, 11.5)):
-        estimate, warning = interval_of(ends)
-        assert (estimate.interval, warning) == ((min(ends[0], 12.0), max(ends[1], 12.0)), None)
-    assert interval_of((12.6, 12.6)) == (Estimate("M", "kg", "", 12.0, 0.1), None)  # all replicates on the edge
-    assert interval_of((12.6, 12.8), name="F_v")[0].interval is None  # not fitted to replicates
+    dataset = SimpleNamespace(alignment=Alignment(mass=first[0], mass_half_width=first[1]), kind="translational")
+    problem = SimpleNamespace(dataset=dataset, parameters=SimpleNamespace(plant=SimpleNamespace(variables=inertia.variables)))
+    estimate, told = _with_interval(Estimate(name, "kg", "", 12.0, 0.1), replicates, problem)
+    assert estimate.interval == interval
+    assert (told and replace(told, kind=STAGES.kind)) == warning
 
 
 @pytest.mark.parametrize(("size", "factor"), [(0.5, 1.0), (3.0, 1.5)])

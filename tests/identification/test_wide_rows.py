@@ -125,18 +125,6 @@ def test_known_harmonics_and_gravity_of_an_axis_are_columns(rows):
     assert one_way.stretches[0].columns.shape[0] < count
 
 
-def test_slow_rows_have_little_weight_and_ends_of_a_stretch_have_no_weight(rows):
-    (stretch,) = rows.stretches
-    edge = int(0.5 / DT)
-    assert not stretch.weight[:edge].any()
-    assert not stretch.weight[-edge:].any()
-    speed = np.abs(MOTION.velocity)
-    top = np.quantile(np.abs(MOTION.velocity), 0.995)
-    assert np.all(stretch.weight[speed < 0.02 * top] == 0.0)
-    assert np.max(stretch.weight) == pytest.approx(1.0)
-    assert np.all((stretch.weight >= 0.0) & (stretch.weight <= 1.0 + 1e-9))
-
-
 @pytest.mark.parametrize("share", [0.03, 0.1, 0.3])
 def test_friction_may_fall_over_three_shares_of_the_top_speed(share):
     top = np.quantile(np.abs(MOTION.velocity), 0.995)

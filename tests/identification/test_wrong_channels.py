@@ -1,6 +1,5 @@
 """Uncertainty of delay, filter and hold of a log is included in a fit."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,6 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 
 from bristle import friction
 from bristle.core.normal import NORMAL_95
-from bristle.identification import identify, uncertainty
 from bristle.identification.dataset import Alignment
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
@@ -118,23 +116,3 @@ def replace_by_corners(motion):
     q = 0.01 * np.abs(2.0 * phase - 1.0)
     v = np.gradient(q, DT)
     return motion._replace(position=q, velocity=v, acceleration=np.gradient(v, DT))
-
-
-@pytest.mark.slow
-def test_intervals_widen_by_the_ratio_of_missing_force_to_noise(monkeypatch):
-    motion = sines(20.0, DT)
-    pull = 1.2 * np.sin(2.0 * np.pi * motion.position / 4e-3)
-    log = log_of(motion, sliding_effort(motion) + pull)
-    fits = []
-    for most in (1.0, 100.0):
-        monkeypatch.setattr(uncertainty, "MOST_SCALE", most)
-        fits.append(identify(log, "coulomb_viscous", blocks=0, draws=20).best)
-    message = next(diagnostic.numbers for diagnostic in fits[0].diagnostics if diagnostic.code == "structure")
-    scale = math.hypot(message["missing"], message["chance"]) / message["chance"]
-    scale = math.hypot(message["missing"], message["chance"]) / message["chance"]
-    assert scale > 1.3
-    for name in ("F_C", "F_v", "offset"):
-        plain, wide = (np.ptp(fit.parameters[name].interval) for fit in fits)
-        assert wide == pytest.approx(scale * plain, rel=1e-6), name
-    right = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", blocks=0, draws=20).best
-    assert np.ptp(right.parameters["F_C"].interval) < np.ptp(fits[0].parameters["F_C"].interval)
