@@ -42,9 +42,9 @@ def test_every_parameter_and_the_lag_of_the_drive_are_recovered(fit):
 def test_inverse_dynamics_of_the_same_log_is_less_accurate(fit, log):
     start = identify(log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
     assert "lag" not in start.parameters
-    for name in ("M", "F_v"):
-        off = [abs(item.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for item in (fit, start)]
-        assert off[0] < 0.2 * off[1], name
+    # The mass of both is within 0.1 %: what the lag biases is the damping.
+    off = [abs(item.parameters["F_v"].value / TRUTH.values["F_v"] - 1.0) for item in (fit, start)]
+    assert off[0] < 0.2 * off[1]
 
 
 def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(fit, log):
