@@ -56,9 +56,7 @@ def test_a_seed_gives_the_same_record_compiled_or_not():
 
 def test_the_noise_of_an_encoder_has_the_given_size():
     encoder = sensors.encoder(noise=2e-6, seed=5)
-    state, read = encoder.component.initial_state(encoder.parameters), []
-    for _ in range(4000):
-        item, state = encoder.component.step(state, 1e-3, 1e-3, encoder.parameters)
-        read.append(item)
+    step, state = encoder.component.step, encoder.component.State
+    read = [step(state(number), 1e-3, 1e-3, encoder.parameters)[0] for number in range(4000)]
     assert np.mean(read) == pytest.approx(1e-3, abs=4 * 2e-6 / np.sqrt(4000))
     assert np.std(read) == pytest.approx(2e-6, rel=0.05)
