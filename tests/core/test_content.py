@@ -75,6 +75,7 @@ def test_folders_devices_and_missing_files_are_refused_by_name(tmp_path, monkeyp
         content_of("log.csv")
     assert caught.value.path == "log.csv"
 
+
 @pytest.mark.parametrize("name", ["/dev/zero", "/dev/random", "/dev/tty0", "/dev/null"])
 def test_a_device_is_refused_at_once(name):
     if not Path(name).exists():
@@ -164,6 +165,7 @@ def test_a_missing_standard_input_is_refused(monkeypatch, stream):
     with pytest.raises(InputError, match=r"<stdin>: has no input.*bristle log -"):
         content_of("-")
 
+
 def test_process_substitution_of_a_shell_is_read(tmp_path):
     (tmp_path / "log").write_bytes(b"a log\n" * 50_000)
     code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"
@@ -190,6 +192,7 @@ def test_invalid_sizes_are_refused(text):
 @pytest.mark.parametrize("size", [1, 999, 1000, 1_234_567, 5 * 10**8, 2 * 10**9, 7 * 10**13])
 def test_sizes_in_words_are_read_again(size):
     assert size_of(size_in_words(size)) == pytest.approx(size, rel=0.06)
+
 
 def test_the_origin_is_the_file_name_without_its_folder(tmp_path):
     assert Content(tmp_path / "log.h5", b"", "first").origin.name == "log.h5::first"
