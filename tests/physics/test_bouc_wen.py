@@ -11,6 +11,8 @@ from bristle.core import InputError
 from bristle.engine import force_along
 from bristle.engine.contact import Contact
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 S, F_C = 2e5, 1.3
 
 

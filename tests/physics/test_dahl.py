@@ -11,6 +11,8 @@ from bristle.core.contracts import Motion
 from bristle.engine import force_along
 from bristle.friction.dahl import decayed
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5, 2.0, 3.0])
 def test_ends_of_steps_are_exact(exponent):
@@ -62,6 +64,6 @@ def test_force_never_passes_coulomb():
 @pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5, 2.0, 2.5, 4.0])
 @pytest.mark.parametrize(("r", "kappa"), [(1.0, 0.3), (1.9, 2.5), (-0.6, 1.5)])
 def test_the_mean_of_a_step_is_that_of_its_points(exponent, r, kappa):
-    along = kappa * (np.arange(2000) + 0.5) / 2000.0
+    along = kappa * (np.arange(500) + 0.5) / 500.0
     places = [decayed(r, at, exponent)[0] for at in along.tolist()]
     assert decayed(r, kappa, exponent)[1] == pytest.approx(np.mean(places), rel=1e-5)

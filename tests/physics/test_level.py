@@ -5,14 +5,10 @@ import math
 import pytest
 
 from bristle import friction
-from bristle.engine import force_along, interpreted
+from bristle.engine import force_along
 from bristle.friction.level import Rise, has_level, risen, rises_with_effort, share_at, viscous_of
 
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
 RIPPLE = Rise(pitch=0.2, h_c1=3.0, h_s1=4.0, h_c2=1.0, h_s2=2.0, level=10.0)

@@ -10,6 +10,8 @@ from bristle import friction, hysteresis, response
 from bristle.engine import force_along
 from bristle.engine.contact import Contact
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 MODEL = friction.reformed_dahl(s=1.0, f_p=1.0)
 SPEED = 1.0
 
