@@ -4,17 +4,7 @@ import math
 
 import pytest
 
-from bristle.controllers import (
-    adaptive_hysteresis,
-    asymptotic_observer,
-    cascade,
-    disturbance_observer,
-    lugre_observer,
-    open_loop,
-    predictive_reversal,
-    sliding_mode,
-    super_twisting,
-)
+from bristle.controllers import adaptive_hysteresis, cascade, disturbance_observer, lugre_observer, open_loop, sliding_mode, super_twisting
 from bristle.controllers.limits import within_drive
 from bristle.controllers.velocity import FILTERED_DIFFERENCE, TRACKING_OBSERVER, motion_before, observed, samples_before
 from bristle.core.contracts import Reference
@@ -194,66 +184,3 @@ def test_a_law_respects_the_limit_of_its_drive_and_injected_inputs():
     tighter = law.with_values(limit=20.0)
     assert within_drive(tighter, 30.0) is tighter
     assert within_drive(open_loop(), 30.0) == open_loop()
-
-
-GAINS = {"k_p": (0.0, 100.0), "k_v": (0.0, 100.0), "k_i": (0.0, 1.0), "k_ff": (0.0, 1.0), "averaging": (1.0, 1.0)}
-COMMON = {"J": (0.0, 1.0), "lambda_": (0.0, 300.0), "K_1": (0.0, 300.0), "limit": (0.0, 1.0), "cutoff": (1e-3, 1.0)}
-
-
-@pytest.mark.parametrize(
-    ("law", "own", "defaults"),
-    [
-        (cascade, GAINS, {"k_i": 0.0, "k_ff": 0.0, "averaging": 1}),
-        (sliding_mode, {"K_2": (0.0, 1e-2), "phi": (0.0, 1.0)}, {"K_2": 0.0, "phi": 0.0}),
-        (super_twisting, {"k_1": (0.0, 1.0), "k_2": (0.0, 1.0)}, {}),
-        (disturbance_observer, {"g": (0.0, 60.0)}, {}),
-        (
-            lugre_observer,
-            {"F_C": (1e-12, 1.0), "F_S": (1e-12, 1.0), "v_S": (1e-12, 1.0), "sigma_0": (0.0, 1.0), "sigma_2": (0.0, 1.0), "k": (0.0, 1.0)},
-            {"sigma_2": 0.0, "k": 0.0},
-        ),
-        (
-            adaptive_hysteresis,
-            {"reach": (1e-12, 1.0), "Gamma": (0.0, 1.0), "w_max": (0.0, 1.0), "delta": (0.0, 1.0), "w_0": (-math.inf, 1.0)}
-            | {f"w_{i}": (0.0, 1.0) for i in range(1, 7)},
-            {"delta": 0.0} | {f"w_{i}": 0.0 for i in range(7)},
-        ),
-        (
-            asymptotic_observer,
-            {"J": (1e-12, 1.0), "g_1": (1e-9, 60.0), "g_2": (0.0, 600.0), "F_C": (1e-12, 1.0), "sigma_0": (0.0, 1.0)}
-            | {"K_I": (0.0, 1.0), "band": (0.0, 1.0)},
-            {"K_I": 0.0, "band": 0.0},
-        ),
-        (
-            predictive_reversal,
-            {"F_C": (0.0, 1.0), "F_S": (0.0, 1.0), "v_S": (1e-12, 1.0), "F_v": (0.0, 1.0), "lead": (0.0, 1.0), "x_0": (0.0, 1.0)},
-            {"F_v": 0.0, "lead": 0.0, "x_0": 0.0},
-        ),
-    ],
-)
-def test_gains_are_not_negative_and_nominal_gains_fit_a_machine(law, own, defaults):
-    for name, variable in law.variables.items():
-        if not variable.choices:
-            assert (variable.min, variable.nominal) == (COMMON | own)[name], name
-    usual = {"limit": math.inf} | ({} if law is cascade else {"estimator": "filtered_difference", "cutoff": math.inf})
-    assert dict(law.defaults) == usual | defaults
-    highest = {"k_ff": 2.0, "averaging": 2.0}
-    assert all(variable.max == highest.get(name, math.inf) for name, variable in law.variables.items() if not variable.choices)
-
-
-@pytest.mark.parametrize(
-    "law",
-    [
-        cascade,
-        sliding_mode,
-        super_twisting,
-        disturbance_observer,
-        lugre_observer,
-        adaptive_hysteresis,
-        asymptotic_observer,
-        predictive_reversal,
-    ],
-    ids=lambda law: law.name,
-)
-def test_a_law_begins_at_rest_at_zero_with_empty_integrals(law):
-    assert set(law.State()) == {0.0}

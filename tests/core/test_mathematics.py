@@ -156,7 +156,7 @@ def test_the_smooth_step_rises_as_half_a_sine():
 
 
 def test_means_of_a_decay_are_exact_to_rounding_for_every_argument():
-    rates = np.abs(np.concatenate([decades(-300.0, 2.5), decades(-3.0, 0.0), [0.03, 0.01, np.nextafter(0.01, 1.0)]]))
+    rates = np.abs(np.concatenate([decades(-300.0, 2.5, 600), decades(-3.0, 0.0, 600), [0.03, 0.01, np.nextafter(0.01, 1.0)]]))
     with mpmath.workprec(300):
         for item in rates.tolist():
             y = mpmath.mpf(item)

@@ -6,18 +6,14 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.engine import contact, force_along, interpreted
+from bristle.engine import contact, force_along
 from bristle.engine.contact import Contact, _forgotten, place_of, state_at, steady_force
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 LUGRE = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e6, sigma_1=1e3, sigma_2=200.0)
 SLIDER = friction.find("gap_slider")(**friction.gap_slider.example)
 SLIDERS = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 4e6], nu_i=[0.5, 0.5])
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def test_a_contact_moves_in_equal_steps_at_a_speed():

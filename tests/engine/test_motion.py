@@ -9,16 +9,12 @@ from bristle import friction, hysteresis
 from bristle.controllers.feedforward import Shape
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
-from bristle.engine import force_along, interpreted, response, settled
+from bristle.engine import force_along, response, settled
 from bristle.engine.motion import along, compensation_along, conditioned, in_turns, presliding_distance
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 PLAIN = Shape(1.0, 0.0, 0.0, math.inf, math.inf)
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def lugre(**changes):
@@ -37,10 +33,6 @@ def test_surroundings_are_a_number_or_an_array_over_steps():
     v = [1.0, 1.0]
     assert force_along(model, v, 0.1, load=3.0) == pytest.approx([40.0, 40.0])
     assert force_along(model, v, 0.1, load=[1.0, 2.0], temperature=303.15) == pytest.approx([18.0, 28.0])
-    with pytest.raises(InputError, match="load: has the wrong length"):
-        force_along(model, v, 0.1, load=[1.0])
-    with pytest.raises(InputError, match=r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'"):
-        force_along(model, v, 0.1, laod=2.0)
 
 
 def test_state_and_memory_set_the_start():
@@ -51,8 +43,6 @@ def test_state_and_memory_set_the_start():
     stretched = force_along(sliders, [0.0], 1.0, memory=memory)[0]
     assert stretched != 0.0
     assert memory.tolist() == [2.0, 3.0]
-    with pytest.raises(InputError, match="state: belongs to a different model"):
-        force_along(model, [0.0], 1.0, state=(1.0, 2.0))
 
 
 def test_turns_have_separate_parameters_and_surroundings():
@@ -69,8 +59,6 @@ def test_a_compensator_along_a_motion_receives_position_and_transmitted_effort()
     assert compensation_along(model, PLAIN, v, 0.1, x) == pytest.approx([20.0, 20.0])
     assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=50.0) == pytest.approx([25.0, 25.0])
     assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=np.array([0.0, 50.0])) == pytest.approx([20.0, 25.0])
-    with pytest.raises(InputError, match="x: has the wrong length"):
-        compensation_along(model, PLAIN, v, 0.1, x[:1])
 
 
 @pytest.mark.parametrize("v", [1e-3, -0.2])
@@ -119,24 +107,10 @@ def test_a_response_begins_at_the_first_sample_without_a_force():
     assert response(model, [1.0, 1.5, 1.0], 0.1).tolist() == pytest.approx([0.0, 50.0, -50.0])
 
 
-def test_operators_take_a_history_and_friction_takes_a_time_step():
-    stop = hysteresis.stop(r=1.0)
-    assert response(stop, [0.5], history=[3.0]).tolist() == [-1.0]
-    assert response(stop, [0.5]).tolist() == [0.5]
-    with pytest.raises(InputError, match=r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"):
-        response(stop, [0.5], 0.1)
-    with pytest.raises(InputError, match=r"history: applies only to hysteresis operators.*Prepend the earlier motion to x"):
-        response(friction.coulomb(F_C=1.0), [0.0, 1.0], 0.1, history=[1.0])
-    with pytest.raises(InputError, match="dt: is needed for a friction model"):
-        response(friction.coulomb(F_C=1.0), [0.0, 1.0])
-
-
-def test_overflow_is_allowed_in_a_search_but_not_for_a_user():
+def test_overflow_is_allowed_in_a_search():
     model = friction.viscous(F_v=1e100)
     with np.errstate(over="ignore"):
         assert along(model, [1e300], 1.0)[0] == math.inf
-        with pytest.raises(InputError, match="the output of viscous is not finite at sample 1 of a finite motion"):
-            force_along(model, [0.0, 1e300], 1.0)
 
 
 def test_surroundings_accept_any_sequence_of_numbers():
@@ -144,9 +118,6 @@ def test_surroundings_accept_any_sequence_of_numbers():
     v = [1.0, 1.0]
     assert along(model, v, 0.1, load=[1.0, 3.0]).tolist() == pytest.approx([20.0, 40.0])
     assert along(model, v, 0.1, load=(1, 3)).tolist() == pytest.approx([20.0, 40.0])
-    for wrong in (["1", "3"], np.ma.array([1.0, 3.0], mask=[True, False])):
-        with pytest.raises(InputError):
-            along(model, v, 0.1, load=wrong)
 
 
 @pytest.mark.parametrize(("amplitude", "largest"), [(1e-5, 1e-5), (3e-6, 3e-6)])
@@ -162,5 +133,42 @@ def test_a_sweep_has_twelve_turns_that_decay_evenly(amplitude, largest):
 def test_a_contact_without_an_amplitude_stays_virgin():
     state, memory = conditioned(lugre(), 0.0)
     assert (state.z, memory.size) == (0.0, 0)
-    with pytest.raises(InputError, match="amplitude"):
-        conditioned(lugre(), -1e-9)
+
+
+def test_operators_take_a_history():
+    assert response(hysteresis.stop(r=1.0), [0.5], history=[3.0]).tolist() == [-1.0]
+    assert response(hysteresis.stop(r=1.0), [0.5]).tolist() == [0.5]
+
+
+LOADED, COULOMB = friction.find("coulomb+load")(F_C=20.0, k_L=0.5), friction.coulomb(F_C=1.0)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: force_along(LOADED, [1.0, 1.0], 0.1, load=[1.0]), "load: has the wrong length"),
+        (
+            lambda: force_along(LOADED, [1.0, 1.0], 0.1, laod=2.0),
+            r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'",
+        ),
+        (lambda: along(LOADED, [1.0, 1.0], 0.1, load=["1", "3"]), None),
+        (lambda: along(LOADED, [1.0, 1.0], 0.1, load=np.ma.array([1.0, 3.0], mask=[True, False])), None),
+        (lambda: force_along(lugre(), [0.0], 1.0, state=(1.0, 2.0)), "state: belongs to a different model"),
+        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(1)), "x: has the wrong length"),
+        (lambda: response(hysteresis.stop(r=1.0), [0.5], 0.1), r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"),
+        (
+            lambda: response(COULOMB, [0.0, 1.0], 0.1, history=[1.0]),
+            r"history: applies only to hysteresis operators.*Prepend the earlier motion to x",
+        ),
+        (lambda: response(COULOMB, [0.0, 1.0]), "dt: is needed for a friction model"),
+        (
+            lambda: force_along(friction.viscous(F_v=1e100), [0.0, 1e300], 1.0),
+            "the output of viscous is not finite at sample 1 of a finite motion",
+        ),
+        (lambda: conditioned(lugre(), -1e-9), "amplitude"),
+    ],
+)
+def test_invalid_motions_are_refused_by_name(call, words):
+    with pytest.raises(InputError, match=words):
+        call()

@@ -9,7 +9,6 @@ from tests.hysteresis.paths import along, of, walk
 
 from bristle import hysteresis, response
 from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
-from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS, loading_curve, loading_inverse, log1p
 
 inputs = st.floats(-20.0, 20.0)
@@ -147,21 +146,3 @@ def test_outside_its_table_the_output_stays():
     assert f[4] < f[3]
     q = measure(table)
     assert virgin_slope(2.0, q) == everett_slope(2.0, 0.0, 1.0, q) == everett_slope(0.0, -2.0, -1.0, q) == 0.0
-
-
-def test_a_bad_table_is_refused():
-    def E(alpha, beta):
-        return alpha - beta
-
-    with pytest.raises(InputError, match="rows: must be odd"):
-        hysteresis.tabulated(E, 1.0, rows=4)
-    with pytest.raises(InputError, match="columns"):
-        hysteresis.tabulated(E, 1.0, columns=2)
-    with pytest.raises(InputError, match="odd number of rows"):
-        hysteresis.everett_table(extent=1.0, E=np.zeros(8), upper=np.zeros(4))
-    with pytest.raises(InputError, match="E = 0 at alpha = beta"):
-        hysteresis.everett_table(extent=1.0, E=np.ones(9), upper=np.zeros(3))
-    with pytest.raises(InputError, match="at least 2"):
-        hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0])])
-    with pytest.raises(InputError, match=r"curves\[1\]: must fall throughout"):
-        hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0]), ([0.0, 1.0], [1.0, 0.0])])

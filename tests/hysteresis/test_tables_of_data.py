@@ -6,7 +6,6 @@ from tests.hysteresis.paths import of, walk
 
 from bristle import hysteresis, response
 from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
-from bristle.core.errors import InputError
 from bristle.hysteresis import relays_of, table_of_curves
 
 GRID = hysteresis.preisach_grid(**hysteresis.preisach_grid.example)
@@ -73,15 +72,3 @@ def test_cells_agree_with_their_relays_where_both_are_exact():
     levels = np.linspace(-1e-5, 1e-5, 4)
     path = levels[np.random.default_rng(2).integers(0, 4, 200)]
     assert np.allclose(response(GRID, path, history=[1e-5]), response(relays, path, history=[1e-5]), atol=1e-12)
-
-
-def test_curves_that_make_no_table_are_refused():
-    rise = np.linspace(0.0, 1.0, 9)
-    with pytest.raises(InputError, match="at least 2"):
-        table_of_curves([(rise, rise)])
-    with pytest.raises(InputError, match=r"curves\[1\]: must rise throughout"):
-        table_of_curves([(rise, rise), (-rise, rise)])
-    with pytest.raises(InputError, match="start at different inputs"):
-        table_of_curves([(rise, rise), (rise, rise)])
-    with pytest.raises(InputError, match="columns: out of range"):
-        table_of_curves([(rise, rise), (rise, rise)], columns=1)

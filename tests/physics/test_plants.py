@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError
-from bristle.plants import PLANTS, ball_screw, find, inertia, oscillator, pulled_inertia, with_terms
+from bristle.plants import ball_screw, find, inertia, oscillator, pulled_inertia, with_terms
 from bristle.plants.terms import NOWHERE, effort_at, effort_of_columns, effort_of_place, gravity_at, place_of, terms_in, terms_of
 
 MASS = inertia(M=2.0)
@@ -80,26 +80,6 @@ def test_a_screw_is_half_its_backlash_and_its_lead_over_a_turn():
     made = ball_screw(J=1e-4, M=20.0, lead="5 mm", k=1e8, d=2e3, backlash="20 um")
     assert made.component.screw(made.parameters) == pytest.approx((20.0, 1e8, 2e3, 1e-5, 5e-3 / (2.0 * math.pi)))
     assert ball_screw.port(ball_screw.State(0.0, 1.0), 3.0, 0.1, made.parameters) == pytest.approx((1.0 + 0.05 / 1e-4 * 3.0, -0.05 / 1e-4))
-    assert dict(ball_screw.example) == {"J": 1e-4, "M": 20.0, "lead": 5e-3, "k": 1e8, "d": 2e3, "backlash": 0.0}
-    assert dict(ball_screw.defaults) == {"d": 0.0, "backlash": 0.0}
-
-
-BOUNDS = {
-    "inertia": {"M": 1e-15},
-    "oscillator": {"M": 1e-15, "c": 0.0, "k": 0.0},
-    "pulled_inertia": {"M": 1e-15, "k": 0.0, "v_e": -math.inf},
-    "ball_screw": {"J": 1e-15, "M": 1e-9, "lead": 1e-6, "k": 1.0, "d": 0.0, "backlash": 0.0},
-}
-NOMINAL = {("ball_screw", "M"): 10.0, ("ball_screw", "lead"): 5e-3, ("ball_screw", "k"): 1e8}
-
-
-@pytest.mark.parametrize("name", PLANTS)
-def test_masses_and_stiffnesses_have_bounds(name):
-    variables = PLANTS[name].variables
-    assert {key: variable.min for key, variable in variables.items()} == BOUNDS[name]
-    assert {key: variable.max for key, variable in variables.items()} == dict.fromkeys(BOUNDS[name], math.inf)
-    assert all(variable.nominal == NOMINAL.get((name, key), 1.0) for key, variable in variables.items())
-    assert tuple(PLANTS[name].State()) == (0.0,) * len(PLANTS[name].State())
 
 
 def test_gravity_and_cogging_take_an_effort_at_each_place():

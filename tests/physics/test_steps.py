@@ -58,7 +58,7 @@ def walk(seed, count=1200):
     "model", [case if case.id == "lugre" else pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in examples()]
 )
 def test_the_force_changes_only_in_the_last_place_with_the_velocity(model):
-    for seed in range(100):
+    for seed in range(40):
         v = walk(seed, 600)
         up = np.random.default_rng(seed).random(v.size) < 0.5
         twin = np.where(v == 0.0, v, np.nextafter(v, np.where(up, np.inf, -np.inf)))

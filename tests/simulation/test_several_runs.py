@@ -1,13 +1,11 @@
 """Several runs of a variant as one, with means and standard deviations; where the loop of a log begins."""
 
 from dataclasses import asdict
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from bristle.core.status import Status
-from bristle.simulation.recorded.closed_loop import Beginning, beginning_of
 from bristle.simulation.result import VariantResult, mean_result
 from bristle.simulation.statistics import statistics_of
 
@@ -43,9 +41,3 @@ def test_a_diverged_run_represents_all_runs():
     assert (result.status, result.runs, result.effort_rms) == (Status.NOT_FINITE, 3, 2.0)
 
 
-def test_a_closed_loop_of_a_log_begins_at_rest_or_with_the_velocity_of_the_log():
-    t = 1e-3 * np.arange(200)
-    still, moving = (SimpleNamespace(sample_time=1e-3, position=SimpleNamespace(values=x)) for x in (np.full(200, 0.2), 0.2 + 0.05 * t))
-    assert beginning_of(still, 100, 1e-6) == Beginning(0.2)
-    begun = beginning_of(moving, 100, 1e-9)
-    assert (begun.x, begun.v, begun.moves) == pytest.approx((0.205, 0.05, True))
