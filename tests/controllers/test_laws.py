@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from bristle import controllers, friction, sensors
+from bristle import controllers, friction, response, sensors
 from bristle.controllers.feedforward import Shape, shaped
 from bristle.controllers.velocity import ESTIMATORS, observed
 from bristle.core.contracts import Reference
@@ -74,31 +74,17 @@ def test_an_observer_that_takes_over_an_acceleration_has_no_disturbance():
 
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_the_effort_is_within_its_limit(name):
-    law = LAWS[name].with_values(limit=1.5)
-    trace = drive(law, 0.2 * np.ones(300))
+    with interpreted():
+        trace = drive(LAWS[name].with_values(limit=1.5), np.full(100, 0.2))
     assert np.max(np.abs(trace.command)) == 1.5
 
-
-@pytest.mark.parametrize("name", sorted(LAWS))
+@pytest.mark.parametrize("name", ["adaptive_hysteresis", *(pytest.param(name, marks=pytest.mark.slow) for name in LAWS if name != "adaptive_hysteresis")])
 def test_plain_python_and_compiled_give_the_same_bits(name):
     reference = 1e-3 * np.sin(20.0 * DT * np.arange(200))
     fast = drive(LAWS[name], reference)
     with interpreted():
         slow = drive(LAWS[name], reference)
     assert np.array_equal(fast.command, slow.command)
-
-
-def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative():
-    law = controllers.sliding_mode(**GAINS)
-    measured, r = 0.01, Reference(0.012, 0.1, 3.0, 0.25)
-    first, state = law.component.step(law.component.start(measured, 0.0, 0.0, DT, law.parameters), r, measured, DT, law.parameters)
-    doubled = controllers.sliding_mode(**GAINS | {"J": 4.0})
-    again, _ = doubled.component.step(
-        doubled.component.start(measured, 0.0, 0.0, DT, doubled.parameters), r, measured, DT, doubled.parameters
-    )
-    # What is fed forward is added as it is; everything else scales with the inertia.
-    assert again - 0.25 == pytest.approx(2.0 * (first - 0.25), rel=1e-12)
-    assert state.q == measured
 
 
 def test_the_root_term_stops_a_velocity_in_torricellis_time():
@@ -160,12 +146,6 @@ def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
 # --- what is fed forward ----------------------------------------------------------------------------------------
 
 
-def test_gain_asymmetry_and_offset_scale_and_shift():
-    shape = Shape(gain=0.5, offset=1.0, asymmetry=0.2)
-    assert shaped(10.0, 0.0, DT, shape) == pytest.approx(7.0)
-    assert shaped(-10.0, 0.0, DT, shape) == pytest.approx(-3.0)
-
-
 def test_amplitude_and_rate_are_limited():
     shape = Shape(limit=4.0, rate_limit=1000.0)
     before, result = 0.0, []
@@ -179,8 +159,6 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
     reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
     trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape(gain=0.8)))
-    from bristle import response
-
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
     # One mass: its motor is where it is itself.
     assert np.array_equal(trace.motor_position, trace.position)
@@ -221,11 +199,3 @@ def test_feedforward_of_a_set_valued_model_at_rest_is_the_middle():
     assert trace.compensation[0] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_an_effort_given_with_the_reference_is_added_unchanged(name):
-    law = LAWS[name]
-
-    def effort(known):
-        return law.component.step(law.component.State(), Reference(1e-3, 0.02, 0.3, known), 0.0, DT, law.parameters)[0]
-
-    assert effort(0.4) - effort(0.0) == pytest.approx(0.4, rel=1e-9)

@@ -1,8 +1,6 @@
 """What is shown at the prompt: docstring and signature of a component, its parameters, short lists of names."""
 
-import copy
 import inspect
-import pickle
 import pydoc
 import sys
 
@@ -158,14 +156,6 @@ def test_an_unknown_attribute_suggests_a_parameter():
     with pytest.raises(AttributeError, match="'Model' object has no attribute '_repr_png_'"):
         model._repr_png_  # noqa: B018  (what a notebook looks for is no parameter that was misspelt)
     assert not hasattr(model, "__array__")
-    assert model._repr_html_().startswith('<div class="bristle">')
-
-
-def test_models_travel_as_before():
-    model = friction.lugre(**LUGRE)
-    for other in (pickle.loads(pickle.dumps(model)), copy.copy(model), copy.deepcopy(model)):
-        assert other == model
-        assert other.F_C == 20.0
 
 
 def test_parameters_do_not_collide_with_attributes_of_models():
@@ -188,12 +178,6 @@ def test_channels_that_a_model_needs_are_those_that_a_log_records():
     assert [channel.name for channel in friction.find("lugre+load").channels_needed] == ["load"]
     assert friction.find("coulomb_viscous+transmitted").channels_needed == []  # found from effort and motion
     assert friction.lugre.channels_needed == []
-
-
-def test_a_call_validates_by_default_and_infers_the_kind_of_axis():
-    parameters = inspect.signature(friction.lugre).parameters
-    assert (parameters["validate"].default, parameters["kind"].default) == (True, None)
-    assert parameters["sigma_1"].default == 0.0
 
 
 def test_enclosed_parameters_keep_their_type():

@@ -16,13 +16,11 @@ from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
+CASES = [(name, slots) for name in MODELS for slots in ((), SLOTS)]
+NAMES = ["-".join([name, *("slots" for _ in slots[:1])]) for name, slots in CASES]
 # Slots are the same around every model: around these three among the fast tests.
 SLOTTED = ("coulomb_viscous", "lugre", "maxwell_slip")
-CASES = [
-    pytest.param(name, slots, marks=pytest.mark.slow if slots and name not in SLOTTED else (), id="-".join([name, *slots[:1]]))
-    for name in MODELS
-    for slots in ((), SLOTS)
-]
+FEW = [pytest.param(*case, marks=[pytest.mark.slow] * (case[1] != () and case[0] not in SLOTTED)) for case in CASES]
 DT = 1e-3
 EXPONENTS = ("exponent", "delta_S", "n", "nu")
 # Where `bristle.core.mathematics.power` takes a shortcut, complex steps see none of the exponent: 1.1 times it takes none.
@@ -88,7 +86,7 @@ def agrees(derivatives, expected, tolerance=1e-8):
     assert np.all(np.abs(derivatives - expected) <= tolerance * largest)
 
 
-@pytest.mark.parametrize(("name", "slots"), CASES)
+@pytest.mark.parametrize(("name", "slots"), FEW, ids=NAMES)
 def test_parameter_derivatives_agree_with_complex_steps(name, slots):
     (force, derivatives), (complex_force, expected) = both(name, slots)
     assert np.isfinite(derivatives).all()
@@ -249,7 +247,7 @@ def test_positions_and_velocities_must_have_equal_lengths():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "slots"), CASES)
+@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
 def test_a_long_motion_has_finite_derivatives_and_an_identical_force(name, slots):
     model = model_of(name, slots, is_off=False)
     v = np.concatenate([nasty(seed, 1000) for seed in range(100)])

@@ -30,10 +30,10 @@ def maxwell(kernel, count):
 
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "exp_masing"])
-def test_turning_points_are_ten_thousand_maxwell_elements(kernel):
+def test_turning_points_are_thousands_of_maxwell_elements(kernel):
     path = walk(8, 1000)
-    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (100, 1000, 10_000)]
-    assert errors[-1] <= 1e-6
+    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (30, 300, 3000)]
+    assert errors[-1] <= 1e-5
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
 
@@ -76,7 +76,7 @@ def test_the_exact_kernel_has_an_origin():
 def test_no_closed_cycle_returns_energy(kernel):
     generator = np.random.default_rng(9)
     pieces, ends = [np.array([0.0])], []
-    for _ in range(3000):
+    for _ in range(500):
         cycle = generator.uniform(-1.0, 1.0, generator.integers(2, 7)) * 10 ** generator.uniform(-2.0, 1.0)
         # Twice: after the first time round it is closed, whatever came before.
         pieces.append(along([pieces[-1][-1], *cycle, cycle[0], *cycle[1:], cycle[0]], 40)[1:])

@@ -186,6 +186,7 @@ print(json.dumps({
 '''
 
 
+@pytest.mark.slow
 def test_a_new_channel_slot_needs_one_file_and_one_name(tmp_path):
     """The slot of the pages, put into the folder as it stands, with its name in the list: all else follows."""
     folder, work = tmp_path / "folder", tmp_path / "work"

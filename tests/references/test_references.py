@@ -1,6 +1,7 @@
 """Desired motions: within their limits, where they should end, and velocity the derivative of position."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -79,10 +80,10 @@ def test_a_move_takes_the_shortest_possible_time(limits, shortest):
 @pytest.mark.parametrize("ratio", [1.0, 0.8, 1.25])
 def test_triangles_turn_at_their_turning_points(ratio):
     model = triangle(amplitude=2.0, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
-    t = np.linspace(0.0, duration(model), 200_001)
+    t = np.linspace(0.0, duration(model), 50_001)
     x, v, _ = sampled(model, t)
     turns = np.flatnonzero(np.sign(v[1:-1]) * np.sign(v[2:]) < 0) + 1
-    assert x[turns] == pytest.approx([2.0 * (-ratio) ** k for k in range(6)], abs=1e-6)
+    assert x[turns] == pytest.approx([2.0 * (-ratio) ** k for k in range(6)], abs=1e-5)
     assert x[-1] == pytest.approx(0.0, abs=1e-12)
 
 
@@ -94,7 +95,7 @@ def test_a_triangle_may_begin_backward():
 
 def test_a_chirp_passes_every_frequency_at_its_time():
     model = chirp(amplitude=1.0, f_0=2.0, f_1=32.0, duration=8.0)
-    t = np.linspace(0.0, 8.0, 800_001)
+    t = np.linspace(0.0, 8.0, 80_001)
     x, _, _ = sampled(model, t)
     crossings = t[1:][np.sign(x[1:]) != np.sign(x[:-1])]
     halves = np.diff(crossings)
@@ -103,11 +104,6 @@ def test_a_chirp_passes_every_frequency_at_its_time():
         inside = halves[(crossings[1:] > 2.0 * octave) & (crossings[1:] < 2.0 * octave + 2.0)]
         assert 0.5 / inside[1] == pytest.approx(2.0 * 2.0**octave, rel=0.25)
         assert 0.5 / inside[-2] == pytest.approx(4.0 * 2.0**octave, rel=0.25)
-
-
-def test_a_ramp_longer_than_the_chirp_is_refused():
-    with pytest.raises(InputError, match="Shorten the ramp"):
-        chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.6)
 
 
 def test_all_references_are_known_by_name():
@@ -157,8 +153,6 @@ def test_a_recorded_motion_has_central_differences_and_rests_after_its_end():
     assert x == pytest.approx([0.0, 1.0, 2.5, 4.0, 16.0, 16.0])
     assert v == pytest.approx([1.0, 2.0, 3.0, 4.0, 7.0, 0.0])
     assert a == pytest.approx([1.0, 1.5, 1.75, 2.0, 1.0, 0.0])
-    with pytest.raises(InputError, match="at least 3 positions"):
-        recorded(position=[0.0, 1.0], sample_time=1.0)
 
 
 def test_a_chirp_is_at_rest_at_both_ends_and_outside():
@@ -170,12 +164,6 @@ def test_a_chirp_is_at_rest_at_both_ends_and_outside():
     plain = chirp(amplitude=1.0, f_0=2.0, f_1=2.0, duration=1.0)
     assert sampled(plain, np.array([0.125, 0.25, 0.375]))[0] == pytest.approx([1.0, 0.0, -1.0])
     assert sampled(plain, np.array([0.0, 0.5]))[1].tolist() == pytest.approx([0.0, 4.0 * np.pi])
-
-
-def test_a_ramp_may_take_half_of_a_chirp():
-    chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.5)
-    with pytest.raises(InputError, match="Shorten the ramp"):
-        chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.51)
 
 
 def test_a_leg_has_seven_phases_of_constant_jerk():
@@ -205,3 +193,19 @@ def test_legs_follow_each_other_and_a_leg_of_no_length_takes_no_time():
     x, v, _ = legs.sample(np.array([-1.0, 0.5, 1.5, 2.5, 9.0]))
     assert x == pytest.approx([0.0, 0.5, 0.5, -0.5, -1.0], abs=1e-5)
     assert v == pytest.approx([0.0, 1.0, -1.0, -1.0, 0.0], abs=1e-5)
+
+
+CHIRP = partial(chirp, amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        *((lambda ramp=ramp: CHIRP(ramp=ramp), "Shorten the ramp") for ramp in (0.6, 0.51)),
+        (lambda: recorded(position=[0.0, 1.0], sample_time=1.0), "at least 3 positions"),
+    ],
+)
+def test_a_ramp_takes_half_of_a_chirp_at_most_and_a_record_three_positions_at_least(call, words):
+    assert CHIRP(ramp=0.5).values["ramp"] == 0.5
+    with pytest.raises(InputError, match=words):
+        call()

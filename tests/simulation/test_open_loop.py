@@ -30,7 +30,11 @@ def run(plant, model, effort, **options):
 STICKS = {
     "LuGre, pulled": (PULLED, friction.lugre(sigma_2=0.4, **CONTACT), np.zeros(COUNT)),
     "Stribeck, pulled": (PULLED, friction.stribeck(F_C=1.0, F_S=1.5, v_S=1e-2, F_v=0.0), np.zeros(COUNT)),
-    "Coulomb, pushed to and fro": (plants.inertia(M=2.0), friction.stribeck(F_C=1.0, F_S=1.0, v_S=1.0, F_v=0.0), 3.0 * np.sign(np.sin(2.0 * TIME))),
+    "Coulomb, pushed to and fro": (
+        plants.inertia(M=2.0),
+        friction.stribeck(F_C=1.0, F_S=1.0, v_S=1.0, F_v=0.0),
+        3.0 * np.sign(np.sin(2.0 * TIME)),
+    ),
     "Dahl, on a spring": (plants.oscillator(M=1.0, c=0.5, k=40.0), friction.dahl(F_C=1.0, sigma_0=1e3), 4.0 * np.sin(3.0 * TIME)),
 }
 
@@ -43,8 +47,6 @@ def test_a_tolerance_holds_against_fine_steps_of_one_length(name):
     assert result.status is Status.OK
     assert np.max(np.abs(result.position - exact.position)) < TOLERANCE
     assert np.ptp(result.position) > 1e3 * TOLERANCE
-
-
 
 
 @pytest.mark.parametrize("steps", [{"tolerance": 1e-9}, {"substeps": 7}])
@@ -92,6 +94,7 @@ def test_an_open_loop_has_no_poles_no_gains_and_no_law_to_design(pulled):
     with pytest.raises(InputError, match="has no gains"):
         design(pulled[0])
 
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -104,6 +107,7 @@ def test_an_open_loop_has_no_poles_no_gains_and_no_law_to_design(pulled):
 def test_cases_without_support_for_a_tolerance_are_refused(pulled, change, message):
     with pytest.raises(InputError, match=message):
         replace(pulled[0].variants[0], **change)
+
 
 def test_a_missed_tolerance_is_reported():
     plant, model, effort = STICKS["Coulomb, pushed to and fro"]

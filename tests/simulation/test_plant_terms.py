@@ -48,6 +48,7 @@ def test_a_pendulum_follows_its_equation(name, values, effort_at):
     assert errors[0] < 1e-3
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)  # second order
 
+
 @pytest.mark.parametrize(("x", "rests"), [(0.3, True), (1.2, False)])
 def test_an_arm_rests_where_friction_holds_it(x, rests):
     plant = plants.find("inertia+gravity", ARM)(kind="rotational", **ARM)
@@ -55,17 +56,16 @@ def test_an_arm_rests_where_friction_holds_it(x, rests):
     assert bool(np.ptp(trace.position) == 0.0) is rests
     assert rests or trace.position[-1] < 1.1
 
+
 @pytest.mark.parametrize(
     ("name", "values", "expected"),
-    [
-        ("inertia+spring", {"M": 0.02, "spring_1": 0.8}, 0.4),
-        ("inertia+gravity", ARM, 0.9 * math.sin(0.5) + 0.2 * math.cos(0.5)),
-    ],
+    [("inertia+spring", {"M": 0.02, "spring_1": 0.8}, 0.4), ("inertia+gravity", ARM, 0.9 * math.sin(0.5) + 0.2 * math.cos(0.5))],
 )
 def test_terms_are_fed_forward_along_the_desired_motion(name, values, expected):
     plant = plants.find(name, values)(kind="rotational", **values)
     assert list(plant.component.variables) == list(values)
     assert feedforward_effort(Feedforward(plant=plant), np.full(10, 0.5), np.zeros(10), 1e-3) == pytest.approx(expected)
+
 
 def test_a_plant_with_terms_survives_the_round_trip_through_a_model_file(tmp_path):
     values = {**TOOTHED, **CABLE, "g_sin": 0.9, "g_cos": 0.0, "known_belt": 2.5}
@@ -76,15 +76,12 @@ def test_a_plant_with_terms_survives_the_round_trip_through_a_model_file(tmp_pat
 
 @pytest.mark.parametrize(
     ("name", "keys", "words"),
-    [
-        ("inertia+gravty", (), r"\+gravity"),
-        ("inertia+cogging", ["M"], "no coefficient"),
-        ("inertia+spring", ["M"], r"spring_1 = 0\.1"),
-    ],
+    [("inertia+gravty", (), r"\+gravity"), ("inertia+cogging", ["M"], "no coefficient"), ("inertia+spring", ["M"], r"spring_1 = 0\.1")],
 )
 def test_a_term_that_is_not_there_is_refused_by_name(name, keys, words):
     with pytest.raises(InputError, match=words):
         plants.find(name, keys)
+
 
 GEARED = {"F_C": truth.F_C, "F_v": truth.F_V, "c_T": truth.SHARE}
 
@@ -95,5 +92,3 @@ def test_an_arm_behind_a_gear_moves_as_its_friction_lets_it(x, applied):
     geared = friction.find("coulomb_viscous+transmitted")(kind="rotational", **GEARED)
     trace = run_open_loop(plant, geared, np.full(501, applied), 1e-3, steps=2, x=x)
     assert trace.position[500] == pytest.approx(truth.fall(0.5, x, applied), abs=2e-4)
-
-

@@ -39,5 +39,3 @@ def test_a_diverged_run_represents_all_runs():
     diverged = run(2.0, Status.NOT_FINITE)
     result = mean_result([run(1.0), diverged, run(3.0)])
     assert (result.status, result.runs, result.effort_rms) == (Status.NOT_FINITE, 3, 2.0)
-
-

@@ -11,8 +11,11 @@ from bristle import controllers, engine, friction, plants, references, sensors
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.tabular import SIGNALS
+from bristle.engine import interpreted
 from bristle.simulation import Prediction, SimulationResult
 from bristle.testing import example_of
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 T = np.arange(20) * 0.05
 
@@ -23,13 +26,15 @@ def variant(name, duration=0.1, **changes):
 
 @pytest.fixture(scope="module")
 def simulated():
-    return br.simulate(Experiment("small", "translational", (variant("base"), variant("longer", 0.15))))
+    with interpreted():
+        return br.simulate(Experiment("small", "translational", (variant("base"), variant("longer", 0.15))))
 
 
 @pytest.fixture(scope="module")
 def turning():
     friction_ = friction.coulomb(kind="rotational", F_C=0.02)
-    return engine.run_open_loop(plants.inertia(kind="rotational", M=1e-3), friction_, np.full(30, 0.05), 1e-3)
+    with interpreted():
+        return engine.run_open_loop(plants.inertia(kind="rotational", M=1e-3), friction_, np.full(30, 0.05), 1e-3)
 
 
 def test_each_variant_is_a_table_with_units(simulated):
@@ -56,17 +61,6 @@ def test_a_variant_of_a_turning_axis_has_its_units():
     assert "mN·m" in repr(simulation)
 
 
-def test_an_experiment_is_a_frame_of_all_its_variants(simulated):
-    pytest.importorskip("pandas")
-    frame = simulated.to_dataframe()
-    assert list(frame["variant"].unique()) == ["base", "longer"]
-    for name, item in simulated.variants.items():
-        part = frame[frame["variant"] == name]
-        assert np.array_equal(part["position"], item.position)
-        assert np.array_equal(part["time"], item.time)
-    assert frame.attrs["units"]["position"] == "m"
-
-
 def test_and_a_data_set_over_variants_and_time(simulated):
     pytest.importorskip("xarray")
     result = simulated.to_xarray()
@@ -76,13 +70,6 @@ def test_and_a_data_set_over_variants_and_time(simulated):
     assert np.all(np.isnan(short[100:]))
     assert result["effort"].attrs["units"] == "N"
     assert result.attrs["name"] == "small"
-
-
-def test_an_experiment_is_plain_data(simulated):
-    message = simulated.to_dict()
-    assert json.loads(json.dumps(message)) == message
-    assert list(message["variants"]) == ["base", "longer"]
-    assert message["variants"]["longer"]["effort"]["peak"] == simulated.variants["longer"].effort_peak
 
 
 def test_a_refused_variant_is_reported(simulated):
