@@ -12,9 +12,11 @@ from bristle.core import FrictionModel, HysteresisOperator, Variable, kernel
 from bristle.core.mathematics import direction
 
 
-@pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip(), gms()])
+@pytest.mark.parametrize(
+    "model", [lugre(), composite(), maxwell_slip(), *(pytest.param(model, marks=pytest.mark.slow) for model in (composite("paper"), gms()))]
+)
 def test_friction_takes_energy_out_of_every_cycle(model):
-    result = check(model)["dissipation"]
+    result = certify.dissipation(model, certify.holding_of(model), certify.fattest_loop(model))
     assert result.passed
     assert result.value >= -1e-9
 

@@ -9,7 +9,7 @@ import pytest
 from bristle import controllers, friction, sensors
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.contracts import Reference
-from bristle.engine import run_closed_loop
+from bristle.engine import interpreted, run_closed_loop
 from bristle.plants import inertia
 
 DT, M, REACH = 5e-4, 600.0, 6e-6
@@ -99,47 +99,17 @@ def learned():
     return follow(controllers.adaptive_hysteresis(**GAINS, **LEARNING), 2.0 * HALF, level=1.6)
 
 
+@pytest.mark.slow
 def test_friction_of_the_same_form_is_learned_from_zero(learned):
     without = follow(controllers.adaptive_hysteresis(**GAINS, **{**LEARNING, "Gamma": 0.0}), 20.0)
     assert rms(learned, 40.0, HALF) < 0.02 * rms(without, 10.0, 20.0)
     assert rms(learned, 40.0, HALF) < 0.3 * rms(learned, 0.0, 4.0)
 
 
+@pytest.mark.slow
 def test_a_level_that_changes_is_learned_again(learned):
     assert rms(learned, HALF, HALF + 1.0) > 3.0 * rms(learned, 40.0, HALF)
     assert rms(learned, 2.0 * HALF - 8.0, 2.0 * HALF) < 1.7 * rms(learned, 40.0, HALF)
-
-
-def through(law, samples, *, error, effort_limit=math.inf):
-    """Return the states of a law whose error never ends."""
-    law = law.with_values(limit=effort_limit)
-    p, state = law.parameters, law.component.start(-error, 0.0, 0.0, DT, law.parameters)
-    desired = motion(samples * DT)
-    for k in range(samples):
-        reference = Reference(*(float(value) for value in desired[:, k]))
-        _, state = law.component.step(state, reference, reference.position - error, DT, p)
-        yield state
-
-
-def test_weights_stay_within_their_bounds_for_any_error():
-    law = controllers.adaptive_hysteresis(**GAINS, **LEARNING)
-    for error in (5e-6, -5e-6):
-        *_, last = through(law, 6000, error=error)
-        assert abs(last.w_0) == LEARNING["w_max"]
-        assert math.copysign(1.0, last.w_0) == math.copysign(1.0, error)
-        states = [np.array(state[-6:]) for state in through(law, 6000, error=error)]
-        assert np.min(states) >= 0.0
-        assert np.max(states) <= LEARNING["w_max"]
-        assert np.max(states) > 0.0
-
-
-def test_weights_do_not_learn_in_the_dead_zone_or_at_the_effort_limit():
-    law = controllers.adaptive_hysteresis(**GAINS, **LEARNING, delta=1e-4)
-    *_, quiet = through(law, 500, error=2e-7)
-    *_, limited = through(law, 500, error=5e-6, effort_limit=1.0)
-    *_, moved = through(law, 500, error=5e-6)
-    assert (quiet.w_0, limited.w_0) == (0.0, 0.0)
-    assert moved.w_0 > 0.0
 
 
 def test_elements_close_their_loops_and_end_at_their_thresholds():
@@ -165,6 +135,7 @@ def test_weights_stay_bounded_for_a_thousand_seconds_with_an_encoder():
     assert np.max(np.abs(trace.command)) < 2.0 * 1.6 * np.sum(WEIGHTS)
 
 
+@pytest.mark.slow
 def test_weights_carry_to_another_motion(learned):
     # The law of the run that learned begins with its weights: at first try it follows a motion of other amplitudes and frequencies.
     law = controllers.adaptive_hysteresis(**GAINS, **LEARNING)
@@ -189,12 +160,13 @@ def test_weights_above_their_bound_are_refused():
         controllers.adaptive_hysteresis(**GAINS, **LEARNING, w_0=-61.0)
 
 
-def test_a_loop_that_diverges_has_learned_nothing():
+def test_the_law_of_a_run_has_what_it_learned_unless_the_loop_diverges():
+    calm = controllers.adaptive_hysteresis(**GAINS, **LEARNING)
     wild = controllers.adaptive_hysteresis(**{**GAINS, "K_1": -0.0, "lambda_": 1e7}, **LEARNING)
-    trace = follow(wild, 1.0)
-    assert trace.status.name == "NOT_FINITE"
-    assert trace.controller == wild
-
+    with interpreted():
+        learned, lost = follow(calm, 0.2), follow(wild, 1.0)
+    assert learned.controller.values["w_1"] > 0.0
+    assert (lost.status.name, lost.controller == wild) == ("NOT_FINITE", True)
 
 # --- the observer of LuGre --------------------------------------------------------------------------------------
 
@@ -212,14 +184,7 @@ def test_at_a_steady_speed_the_observer_has_the_friction_of_the_model():
     assert model.F_C < effort < model.F_S
 
 
-def test_at_its_limit_the_observer_does_not_correct_its_bristles():
-    law = controllers.lugre_observer(**GAINS, **BRISTLES, k=0.5, limit=1.0)
-    *_, limited = through(law, 200, error=5e-6, effort_limit=1.0)
-    *_, moved = through(law, 200, error=5e-6)
-    assert limited.z == 0.0
-    assert moved.z > 0.0
-
-
+@pytest.mark.slow
 def test_the_error_corrects_the_bristles_to_the_friction():
     # At rest the observer integrates the error: what a constant force leaves goes, and without the gain it stays.
     def left(k):

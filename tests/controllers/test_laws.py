@@ -10,9 +10,11 @@ from bristle.controllers.feedforward import Shape, shaped
 from bristle.controllers.velocity import ESTIMATORS, observed
 from bristle.core.contracts import Reference
 from bristle.core.errors import InputError
-from bristle.engine import Compensator, interpreted, run_closed_loop
+from bristle.engine import Compensator, run_closed_loop
 from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DT = 1e-3
 GAINS = {"J": 2.0, "lambda_": 30.0, "K_1": 40.0}
@@ -74,33 +76,24 @@ def test_an_observer_that_takes_over_an_acceleration_has_no_disturbance():
 
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_the_effort_is_within_its_limit(name):
-    with interpreted():
-        trace = drive(LAWS[name].with_values(limit=1.5), np.full(100, 0.2))
+    trace = drive(LAWS[name].with_values(limit=1.5), np.full(100, 0.2))
     assert np.max(np.abs(trace.command)) == 1.5
-
-@pytest.mark.parametrize("name", ["adaptive_hysteresis", *(pytest.param(name, marks=pytest.mark.slow) for name in LAWS if name != "adaptive_hysteresis")])
-def test_plain_python_and_compiled_give_the_same_bits(name):
-    reference = 1e-3 * np.sin(20.0 * DT * np.arange(200))
-    fast = drive(LAWS[name], reference)
-    with interpreted():
-        slow = drive(LAWS[name], reference)
-    assert np.array_equal(fast.command, slow.command)
 
 
 def test_the_root_term_stops_a_velocity_in_torricellis_time():
     # With k_1 alone dv/dt = -k_1 sqrt(|v|): at rest after 2 sqrt(v_0)/k_1, having gone 2 v_0^1.5/(3 k_1).
-    dt, v, k_1 = 1e-4, 0.09, 0.5
+    dt, v, k_1 = 5e-4, 0.09, 0.5
     law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
-    reference = np.zeros((4, 16000))
+    reference = np.zeros((4, 3200))
     trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v)
     end = 2.0 * math.sqrt(v) / k_1
     assert trace.time[np.argmax(trace.velocity < 1e-5 * v)] == pytest.approx(end, rel=1e-2)
-    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=1e-3)
-    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=1e-3)
+    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=5e-3)
+    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=5e-3)
 
 
 def test_the_observer_removes_the_error_of_a_constant_force():
-    steps = np.zeros(2000)
+    steps = np.zeros(1000)
     left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1] for g in (0.0, 60.0)}
     assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
     assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
@@ -109,7 +102,7 @@ def test_the_observer_removes_the_error_of_a_constant_force():
 @pytest.mark.parametrize(("name", "part"), [("disturbance_observer", {"g": 60.0}), ("super_twisting", {"k_2": 50.0})])
 def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, part):
     # Wound up, 0.1 s at the limit are as much as the limit itself.
-    reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
+    reference = np.concatenate((np.zeros(20), np.full(1480, 0.2)))
     law = LAWS[name].with_values(limit=5.0)
     whole = drive(law.with_values(**part), reference).position
     plain = drive(law.with_values(**dict.fromkeys(part, 0.0)), reference).position
@@ -157,7 +150,7 @@ def test_amplitude_and_rate_are_limited():
 
 def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
-    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
+    reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
     trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape(gain=0.8)))
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
     # One mass: its motor is where it is itself.
@@ -167,14 +160,14 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
 
 def test_feedforward_in_a_loop_is_limited_in_rate():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
-    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
+    reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
     shape = Shape(rate_limit=100.0)
     trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, shape))
     assert np.max(np.abs(np.diff(trace.compensation))) == pytest.approx(100.0 * DT, rel=1e-9)
     assert np.max(np.abs(trace.compensation)) == pytest.approx(2.0, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])
+@pytest.mark.parametrize("name", ["gms", pytest.param("maxwell_stribeck", marks=pytest.mark.slow)])
 def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     model = friction.MODELS[name](**friction.MODELS[name].example)
     reference = 3e-2 * np.sin(40.0 * DT * np.arange(900))

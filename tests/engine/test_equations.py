@@ -28,35 +28,11 @@ def test_the_equations_of_a_contact_are_driven_by_its_velocity():
     assert rate.tolist() == pytest.approx([-0.2, z_dot])
 
 
-def test_friction_in_equations_sees_the_position():
+def test_friction_in_equations_sees_velocity_and_position():
+    assert contact_equations(friction.viscous(F_v=10.0))(np.array([0.0]), -2.0) == (-20.0, pytest.approx([-2.0]))
     model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.5, p_2=0.0, a_1=3.0, a_2=0.0)
     assert contact_equations(model)(np.array([0.4]), 2.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
     assert axis_equations(PLANT, model)(np.array([0.4, 2.0]), 0.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
-
-
-def test_a_viscous_film_is_a_differential_equation_without_a_rate():
-    assert contact_equations(friction.viscous(F_v=10.0))(np.array([0.0]), -2.0) == (-20.0, pytest.approx([-2.0]))
-
-
-@pytest.mark.parametrize(
-    ("model", "message"),
-    [
-        (friction.coulomb(F_C=20.0), "has a force that jumps at rest, where the contact sticks"),
-        (friction.maxwell_slip(**friction.maxwell_slip.example), "changes its memory in jumps, at reversals or when an element slips"),
-        (friction.reformed_dahl(**friction.reformed_dahl.example), "has no `rate`.*A smooth model of your own can define `rate"),
-    ],
-)
-def test_friction_that_is_not_a_differential_equation_is_refused_with_the_reason(model, message):
-    with pytest.raises(InputError, match=rf"friction: {message}"):
-        contact_equations(model)
-    with pytest.raises(InputError, match=r'Give dt, such as dt="0.5 ms"'):
-        axis_equations(PLANT, model)
-
-
-def test_a_plant_that_is_not_a_differential_equation_is_refused():
-    screw = plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
-    with pytest.raises(InputError, match=r"plant: has no rate.*found 'ball_screw'"):
-        axis_equations(screw, friction.viscous(kind="rotational", F_v=1e-3))
 
 
 def test_samples_of_an_axis_are_those_of_a_run():
@@ -114,14 +90,29 @@ def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position():
         assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
 
 
-@pytest.mark.parametrize(("plant", "dt"), [(None, 1e-3), (PLANT, None)])
-def test_steps_in_a_sample_need_a_sample_time_and_a_plant(plant, dt):
-    with pytest.raises(InputError, match="steps: needs a sampled axis"):
-        system_of(DAHL, plant, dt, 2, None, asked_by="here")
-
-
 def test_signals_have_the_units_of_the_kind_of_axis():
     with interpreted():
         alone, moved = (system_of(DAHL, plant, None, 1, None, asked_by="here") for plant in (None, PLANT))
     assert (alone.inputs, alone.outputs) == ({"velocity": "m/s"}, {"friction": "N"})
     assert (moved.inputs, moved.outputs) == ({"effort": "N"}, {"position": "m", "velocity": "m/s", "friction": "N"})
+
+
+COULOMB, SCREW = friction.coulomb(F_C=20.0), plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
+SLIDERS, REFORMED = (friction.MODELS[name](**friction.MODELS[name].example) for name in ("maxwell_slip", "reformed_dahl"))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: contact_equations(COULOMB), "friction: has a force that jumps at rest, where the contact sticks"),
+        (lambda: contact_equations(SLIDERS), "friction: changes its memory in jumps, at reversals or when an element slips"),
+        (lambda: contact_equations(REFORMED), "friction: has no `rate`.*A smooth model of your own can define `rate"),
+        *((lambda model=model: axis_equations(PLANT, model), r'Give dt, such as dt="0.5 ms"') for model in (COULOMB, SLIDERS, REFORMED)),
+        (lambda: axis_equations(SCREW, friction.viscous(kind="rotational", F_v=1e-3)), r"plant: has no rate.*found 'ball_screw'"),
+        (lambda: system_of(DAHL, None, 1e-3, 2, None, asked_by="here"), "steps: needs a sampled axis"),
+        (lambda: system_of(DAHL, PLANT, None, 2, None, asked_by="here"), "steps: needs a sampled axis"),
+    ],
+)
+def test_what_is_no_differential_equation_is_refused_with_the_reason(call, words):
+    with pytest.raises(InputError, match=words):
+        call()

@@ -53,7 +53,7 @@ def log_of(law, duration):
     return Log.from_columns({"time": t, "position": q, "effort": tau + force + noise}, kind="rotational")
 
 
-def identified(law, models, free=(), duration=40.0):
+def identified(law, models, free=(), duration=12.0):
     axis = Axis(kind="rotational", gravity=True)
     return br.identify(log_of(law, duration), models, axis=axis, method="inverse_dynamics", draws=0, free=free)
 
@@ -83,6 +83,7 @@ def test_the_same_kernel_is_exported(target, tmp_path):
     assert written.files
 
 
+@pytest.mark.slow
 def test_fall_over_speed_and_friction_without_load_are_identified_if_freed():
     true = TRUE | {"mu_fall": 0.15, "v_S": 0.3, "F_idle": 0.6}
     best = identified(efficiency(kind="rotational", **true), "efficiency", free=("mu_fall", "v_S", "F_idle"), duration=12.0).best

@@ -10,19 +10,14 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.core.status import Status
-from bristle.engine import interpreted
 from bristle.engine.loop import sensed
 from bristle.files.variant import at_rest
 from bristle.simulation import run as module
 from bristle.simulation.run import learn, seeded, simulate, simulate_with
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 DT = 1e-2
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def loop(count=40, **changes):
@@ -119,12 +114,12 @@ def test_a_motion_in_progress_starts_in_its_steady_state():
     assert virgin.friction[0] < 3.4
 
 
+NOISY, EXACT = sensors.encoder(noise=1e-3, seed=5), friction.coulomb(F_C=1.0)
+
+
 def test_each_run_has_separate_random_numbers():
-    noisy = sensors.encoder(noise=1e-3, seed=5)
-    assert seeded(noisy, 0) is noisy
-    assert seeded(noisy, 3).values["seed"] == 8
-    exact = friction.coulomb(F_C=1.0)
-    assert seeded(exact, 3) is exact
+    assert seeded(NOISY, 3).values["seed"] == 8
+    assert (seeded(NOISY, 0) is NOISY, seeded(EXACT, 3) is EXACT) == (True, True)
 
 
 def test_progress_counts_the_runs_of_all_variants():
@@ -197,9 +192,8 @@ def test_a_loop_learns_below_half_its_sampling_frequency():
 
 
 def test_the_first_run_has_the_random_numbers_of_the_variant():
-    noisy = sensors.encoder(noise=1e-3, seed=5)
-    result = ran(loop(20, sensor=noisy, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
-    assert result.measured == pytest.approx(sensed(noisy, result.position, DT), abs=1e-15)
+    result = ran(loop(20, sensor=NOISY, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
+    assert result.measured == pytest.approx(sensed(NOISY, result.position, DT), abs=1e-15)
 
 
 def test_a_law_takes_over_position_velocity_and_acceleration_of_the_first_sample(monkeypatch):

@@ -17,10 +17,12 @@ from bristle.simulation import feedforward_effort, motor_reference, simulate
 DT, LEAD = 1e-3, 10e-3
 ARM = LEAD / (2.0 * math.pi)
 J, M, K = 5e-4, 150.0, 3e6
-MOTOR = friction.viscous(kind="rotational", F_v=2e-3)
-TABLE = friction.viscous(F_v=900.0)
-DRY = friction.coulomb(F_C=200.0)
-WHOLE = Feedforward(mass=J + M * ARM**2, friction=friction.viscous(kind="rotational", F_v=2e-3 + 900.0 * ARM**2))
+# One law on both sides, so that one compiled motion is enough.
+FILM = friction.coulomb_viscous
+MOTOR = FILM(kind="rotational", F_C=0.0, F_v=2e-3)
+TABLE = FILM(F_C=0.0, F_v=900.0)
+DRY = FILM(F_C=200.0, F_v=0.0)
+WHOLE = Feedforward(mass=J + M * ARM**2, friction=FILM(kind="rotational", F_C=0.0, F_v=2e-3 + 900.0 * ARM**2))
 
 
 def screw(**values):
@@ -47,21 +49,17 @@ def strokes():
 def test_the_effort_alone_moves_the_table_along_the_desired_motion():
     # In open loop, on the plant of the simulation: an error of a mass, of the stiffness or of a friction would show.
     position, acceleration = motion()
-    effort = feedforward_effort(Feedforward(plant=screw(), friction=MOTOR, table=TABLE), position, acceleration, DT)
-    trace = run_open_loop(screw(), MOTOR, effort, DT, table=TABLE, steps=4)
-    missed = np.max(np.abs(trace.position - position))
-    rigid = feedforward_effort(
-        Feedforward(mass=J + M * ARM**2, friction=friction.viscous(kind="rotational", F_v=2e-3 + 900.0 * ARM**2)),
-        position,
-        acceleration,
-        DT,
+    missed, unaware = (
+        np.max(np.abs(run_open_loop(screw(), MOTOR, effort, DT, table=TABLE, steps=4).position - position))
+        for effort in (
+            feedforward_effort(fed, position, acceleration, DT) for fed in (Feedforward(plant=screw(), friction=MOTOR, table=TABLE), WHOLE)
+        )
     )
-    unaware = run_open_loop(screw(), MOTOR, rigid, DT, table=TABLE, steps=4)
     assert missed < 1e-4 * np.ptp(position)
-    assert missed < 0.15 * np.max(np.abs(unaware.position - position))
+    assert missed < 0.15 * unaware
 
 
-@pytest.mark.parametrize("damping", [0.0, 1500.0, 3e4])
+@pytest.mark.parametrize("damping", [1500.0, 3e4])
 def test_the_motor_of_the_simulation_turns_as_its_reference(damping):
     position, acceleration = motion()
     damped = screw(d=damping)
@@ -98,7 +96,7 @@ def test_the_motor_crosses_the_gap_once_for_each_reversal_of_the_force():
     assert np.count_nonzero(np.diff(np.sign(crossed[600:]))) == 1
 
 
-@pytest.mark.parametrize("time", [0.0, 0.02, 0.2])
+@pytest.mark.parametrize("time", [0.0, 0.2])
 def test_a_shorter_wind_up_needs_more_effort(time):
     position, acceleration = strokes()
     fed = Feedforward(plant=screw(), table=DRY, wind_up_time=time)
@@ -129,18 +127,22 @@ def test_the_wind_up_has_no_lag_and_keeps_the_mean_of_a_ramp():
     assert lead(ramp, 0.05)[30:-30] == pytest.approx(ramp[30:-30])
 
 
-def test_one_side_of_a_faulty_feedforward_is_refused():
-    with pytest.raises(InputError, match=r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw"):
-        Feedforward(table=DRY)
-    with pytest.raises(InputError, match=r"feedforward\.table: must be translational"):
-        Feedforward(plant=screw(), table=friction.coulomb(kind="rotational", F_C=1.0))
-    with pytest.raises(InputError, match=r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass"):
-        Feedforward(plant=screw(), mass=1.0)
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"table": DRY}, r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw"),
+        ({"plant": screw(), "table": friction.coulomb(kind="rotational", F_C=1.0)}, r"feedforward\.table: must be translational"),
+        ({"plant": screw(), "mass": 1.0}, r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass"),
+    ],
+)
+def test_one_side_of_a_faulty_feedforward_is_refused(values, words):
+    with pytest.raises(InputError, match=words):
+        Feedforward(**values)
 
 
 LAW = controllers.cascade(kind="rotational", k_p=15.0, k_v=60.0 * J, k_i=900.0 * J, k_ff=1.0)
-SUM = friction.coulomb(kind="rotational", F_C=0.05 + 200.0 * ARM)
-OF_MOTOR = friction.coulomb(kind="rotational", F_C=0.05)
+SUM = FILM(kind="rotational", F_C=0.05 + 200.0 * ARM, F_v=0.0)
+OF_MOTOR = FILM(kind="rotational", F_C=0.05, F_v=0.0)
 
 
 def loops(sensor_at="motor"):
