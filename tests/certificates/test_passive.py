@@ -8,8 +8,9 @@ from tests.certificates.ballscrew import F_C, F_S, SLIDING, STIFFNESS, V_S, comp
 
 from bristle import friction
 from bristle.certificates import needed_damping, passive
-from bristle.core.contracts import Motion
 from bristle.core.variable import unit_of
+from bristle.engine import interpreted
+from bristle.engine.contact import Contact
 from bristle.files.user_model import load_code
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
@@ -89,23 +90,16 @@ def test_the_worse_direction_counts():
     assert not result.passed
 
 
+def stroke(contact, v, dt):
+    """Return the work [J] put into a contact at a velocity for a time."""
+    return contact.move(v * dt, abs(v))[0] * v * dt
+
+
 def work(model, strokes, rounds):
     """Return the work [J] put into a contact in each round of strokes (velocity, duration)."""
     contact = Contact(model)
-    return [sum(contact.stroke(v, dt) for v, dt in strokes) for _ in range(rounds)]
-
-
-class Contact:
-    """A friction model moved by hand, in strokes of any length."""
-
-    def __init__(self, model):
-        self.component, self.p = model.component, model.parameters
-        self.state, self.memory = self.component.initial_state(self.p), self.component.new_memory(self.p)
-
-    def stroke(self, v, dt):
-        force, move = self.component.trial(self.state, self.memory, Motion(v, 0.0), dt, self.p)
-        self.state = self.component.commit(self.state, self.memory, move, self.p)
-        return force * v * dt
+    with interpreted():
+        return [sum(stroke(contact, v, dt) for v, dt in strokes) for _ in range(rounds)]
 
 
 def test_gms_is_not_passive_for_any_viscosity():
@@ -134,9 +128,9 @@ def test_reformed_dahl_returns_more_energy_than_it_took_without_limit():
     for _ in range(4):
         taken = 0.0
         for _ in range(100):
-            taken += contact.stroke(creep, 0.01501) + contact.stroke(-creep, 1e-5)
-        while contact.state.f > 1e-9:
-            taken += contact.stroke(-creep, 0.5 * contact.state.f / 1e7 / creep)
+            taken += stroke(contact, creep, 0.01501) + stroke(contact, -creep, 1e-5)
+        while contact.state[0] > 1e-9:
+            taken += stroke(contact, -creep, 0.5 * contact.state[0] / 1e7 / creep)
         each.append(taken)
     assert max(each) < -4e-6
     assert each[-1] == pytest.approx(each[0], rel=1e-3)

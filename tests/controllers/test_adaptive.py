@@ -168,6 +168,7 @@ def test_the_law_of_a_run_has_what_it_learned_unless_the_loop_diverges():
     assert learned.controller.values["w_1"] > 0.0
     assert (lost.status.name, lost.controller == wild) == ("NOT_FINITE", True)
 
+
 # --- the observer of LuGre --------------------------------------------------------------------------------------
 
 BRISTLES = {"F_C": 20.0, "F_S": 26.0, "v_S": 2e-3, "sigma_0": 2e6, "sigma_2": 30.0}

@@ -21,7 +21,6 @@ def stepped(law, reference=ASKED, measured=0.05, **state):
     return law.component.step(begun, reference, measured, DT, law.parameters)
 
 
-
 BEHIND = Reference(0.03, 0.3, 3.0, 5.0)
 ON_SURFACE = Reference(0.05, 0.5, 3.0, 5.0)
 INTEGRAL = cascade(k_p=10.0, k_v=100.0, k_i=250.0, limit=25.0)
@@ -74,14 +73,14 @@ STRONG = {f"w_{i}": 1.0 for i in range(1, 7)}
             )
         ),
         *(
-            pytest.param(SWITCHING.with_values(phi=phi), ASKED, {"q": 0.0}, PULL + 12.0 * share, {"q": 0.05, "v": 0.5}, id=f"layer of {phi}")
+            pytest.param(SWITCHING.with_values(phi=phi), ASKED, {"q": 0.0}, PULL + 12.0 * share, {"q": 0.05, "v": 0.5}, id=f"phi {phi}")
             for phi, share in ((0.0, 1.0), (0.8, 0.5), (0.4, 1.0), (0.1, 1.0))
         ),
         pytest.param(SWITCHING, BEHIND, {"q": 0.0}, 2.0 * (3.0 - 2.0 - 1.6) + 5.0 - 12.0, {}, id="switching on the other side"),
         pytest.param(SWITCHING, ON_SURFACE, {"q": 0.0}, 11.0, {}, id="no switching on the surface"),
         pytest.param(SWITCHING.with_values(limit=9.0), ASKED, {"q": 0.0}, 9.0, {}, id="a limit"),
         pytest.param(
-            TWISTING, ASKED, {"q": 0.0, "w": 1.0}, PULL + 2.0 * (3.0 * math.sqrt(0.4) + 3.0), {"w": 3.0}, id="the root, and a sign integrated"
+            TWISTING, ASKED, {"q": 0.0, "w": 1.0}, PULL + 2.0 * (3.0 * math.sqrt(0.4) + 3.0), {"w": 3.0}, id="the root and its sign"
         ),
         pytest.param(TWISTING, ON_SURFACE, {"q": 0.0, "w": 1.0}, 13.0, {"w": 1.0}, id="no sign on the surface"),
         pytest.param(TWISTING.with_values(limit=10.0), ASKED, {"q": 0.0, "w": 1.0}, 10.0, {"w": 1.0}, id="no integration at a limit"),
@@ -106,11 +105,9 @@ STRONG = {f"w_{i}": 1.0 for i in range(1, 7)}
             | {"w_0": 3.5, "q": 0.05, "v": 0.5, "r": 0.07},
             id="stops compensate and are learned",
         ),
-        pytest.param(LEARNING.with_values(delta=0.5), ASKED, {"q": 0.0, "r": 0.05}, PULL, {"w_0": 0.0, "w_1": 0.0}, id="not in the dead zone"),
+        pytest.param(LEARNING.with_values(delta=0.5), ASKED, {"q": 0.0, "r": 0.05}, PULL, {"w_0": 0.0, "w_1": 0.0}, id="not near 0"),
         pytest.param(EAGER.with_values(limit=1.0), ASKED, {"q": 0.0, "r": 0.05, "w_0": 2.0}, 1.0, {"w_0": 2.0}, id="nor at a limit"),
-        pytest.param(
-            EAGER, ASKED, {"q": 0.0, "r": -1.0}, PULL, {"E_1": 1.0, "E_6": 1.0, "w_0": 8.0, "w_1": 8.0, "w_6": 8.0}, id="weights are bounded"
-        ),
+        pytest.param(EAGER, ASKED, {"q": 0.0, "r": -1.0}, PULL, {"E_1": 1.0, "E_6": 1.0, "w_0": 8.0, "w_1": 8.0, "w_6": 8.0}, id="bounds"),
         pytest.param(EAGER, BEHIND, {"q": 0.0, "r": -1.0}, 3.8, {"w_0": -8.0, "w_1": 0.0, "w_6": 0.0}, id="on either side"),
         pytest.param(EAGER, ASKED, {"q": 0.0, "r": 1.0}, PULL, {"E_1": -1.0, "E_6": -1.0}, id="and stops"),
         pytest.param(open_loop(), ASKED, {}, 5.0, {}, id="the command of an open loop is the feedforward"),
@@ -126,6 +123,7 @@ def test_an_adaptive_law_and_an_open_loop_begin_empty():
     begun = LEARNING.component.start(0.05, 0.5, 2.0, DT, LEARNING.parameters)
     assert begun == pytest.approx((0.01, 0.3, 0.01, *[0.0] * 13))
     assert open_loop().component.start(0.0, 0.0, 0.0, DT, open_loop().parameters) == ()
+
 
 def test_a_cascade_that_takes_over_has_the_previous_samples_and_effort():
     law = cascade(k_p=10.0, k_v=100.0, k_i=50.0, k_ff=1.0)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, response, sensors
-from bristle.controllers.feedforward import Shape, shaped
+from bristle.controllers.feedforward import Shape
 from bristle.controllers.velocity import ESTIMATORS, observed
 from bristle.core.contracts import Reference
-from bristle.core.errors import InputError
 from bristle.engine import Compensator, run_closed_loop
 from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
@@ -63,15 +62,6 @@ def test_a_law_that_takes_over_an_acceleration_continues_its_force(name):
     trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v, acceleration=a)
     # The velocity read is half a sample old.
     assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
-
-
-def test_an_observer_that_takes_over_an_acceleration_has_no_disturbance():
-    law, v, a, x = LAWS["disturbance_observer"].with_values(cutoff=math.inf), 0.05, 3.0, 60.0 * DT
-    state = law.component.start(0.0, v, a, DT, law.parameters)
-    # Along positions of which the difference is the velocity, the filter is out by the square of g T_s, and no more.
-    position = state.q + v * DT
-    effort, _ = law.component.step(state, Reference(position, v, a), position, DT, law.parameters)
-    assert effort == pytest.approx(2.0 * a, rel=0.6 * x**2)
 
 
 @pytest.mark.parametrize("name", sorted(LAWS))
@@ -139,15 +129,6 @@ def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
 # --- what is fed forward ----------------------------------------------------------------------------------------
 
 
-def test_amplitude_and_rate_are_limited():
-    shape = Shape(limit=4.0, rate_limit=1000.0)
-    before, result = 0.0, []
-    for _ in range(6):
-        before = shaped(10.0, before, DT, shape)
-        result.append(before)
-    assert result == pytest.approx([1.0, 2.0, 3.0, 4.0, 4.0, 4.0])
-
-
 def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
     reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
@@ -156,15 +137,6 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     # One mass: its motor is where it is itself.
     assert np.array_equal(trace.motor_position, trace.position)
     assert np.array_equal(trace.motor_velocity, trace.velocity)
-
-
-def test_feedforward_in_a_loop_is_limited_in_rate():
-    model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
-    reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
-    shape = Shape(rate_limit=100.0)
-    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, shape))
-    assert np.max(np.abs(np.diff(trace.compensation))) == pytest.approx(100.0 * DT, rel=1e-9)
-    assert np.max(np.abs(trace.compensation)) == pytest.approx(2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("name", ["gms", pytest.param("maxwell_stribeck", marks=pytest.mark.slow)])
@@ -179,16 +151,7 @@ def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     np.testing.assert_array_equal(trace.compensation, along)
 
 
-@pytest.mark.parametrize(("signal", "values"), [("x", np.zeros(9)), ("transmitted", np.zeros(11))])
-def test_signals_along_a_path_have_its_length(signal, values):
-    signals = {"x": np.zeros(10)} | {signal: values}
-    with pytest.raises(InputError, match=signal):
-        compensation_along(friction.find("coulomb")(F_C=2.0), Shape(), np.zeros(10), DT, **signals)
-
-
 def test_feedforward_of_a_set_valued_model_at_rest_is_the_middle():
     contact = friction.find("coulomb")(F_C=2.0, offset=0.5)
     trace = drive(LAWS["sliding_mode"], np.zeros(50), compensator=Compensator(contact, Shape()))
     assert trace.compensation[0] == pytest.approx(0.5)
-
-

@@ -100,17 +100,26 @@ def test_objects_without_content_are_refused(values):
         content_of(values, path="axis", what="an axis or an axis file")
 
 
-def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
+BYTES = bytes(1001)
+
+
+@pytest.mark.parametrize("source", [lambda path: path, lambda path: BYTES, lambda path: io.BytesIO(BYTES)])
+def test_the_limit_is_asked_for_before_reading(tmp_path, source):
     path = tmp_path / "log.csv"
-    path.write_bytes(bytes(1001))
-    for values in (path, bytes(1001), io.BytesIO(bytes(1001))):
-        with pytest.raises(InputError, match=r"has more than 1 kB, more than the limit.*up to 1 kB.*BRISTLE_SIZE_LIMIT") as caught:
-            content_of(values, limit=1000)
-        assert size_of(caught.value.mend.split('"')[1]) > 1001
-        assert len(content_of(path, limit=1001).data) == 1001
+    path.write_bytes(BYTES)
+    assert len(content_of(source(path), limit=1001).data) == 1001
+    with pytest.raises(InputError, match=r"has more than 1 kB, more than the limit.*up to 1 kB.*BRISTLE_SIZE_LIMIT") as caught:
+        content_of(source(path), limit=1000)
+    assert size_of(caught.value.mend.split('"')[1]) > 1001
+
+
+def test_a_fixed_limit_cannot_be_raised(tmp_path):
     with pytest.raises(InputError, match=r"has more than 1 kB, more than the limit; .*right file") as caught:
-        content_of(path, limit=FixedLimit(1000))
+        content_of(BYTES, limit=FixedLimit(1000))
     assert "BRISTLE_SIZE_LIMIT" not in str(caught.value)
+
+
+def test_the_limit_is_asked_for_while_reading():
     read, write = os.pipe()
     os.write(write, bytes(2000))
     with pytest.raises(InputError, match="more than the limit"):

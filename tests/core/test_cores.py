@@ -1,6 +1,7 @@
 """Cores are for simulations while models are identified, and for linear algebra again after that."""
 
 import threading
+from functools import partial
 
 import pytest
 import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
@@ -88,10 +89,10 @@ def test_overlapping_blocks_do_not_end_each_other(other, is_last):
     mine = cores_for_simulations()
     mine.__enter__()
     other.enter()
-    first, last = (mine.__exit__, other.leave) if is_last else (other.leave, mine.__exit__)
-    first(*[None] * 3) if is_last else first()
+    first, last = (partial(mine.__exit__, *[None] * 3), other.leave) if is_last else (other.leave, partial(mine.__exit__, *[None] * 3))
+    first()
     assert max(threads()) == 1
-    last() if is_last else last(*[None] * 3)
+    last()
     assert max(threads()) == 2
 
 
@@ -104,12 +105,10 @@ def test_a_fork_inside_a_block_starts_without_active_blocks():
     parent.__enter__()
     cores._leave_blocks()  # as after a fork
     parent.__exit__(None, None, None)
-    first, second = cores_for_simulations(), cores_for_simulations()
-    first.__enter__()
-    second.__enter__()
-    second.__exit__(None, None, None)
-    assert max(threads()) == 1
-    first.__exit__(None, None, None)
+    with cores_for_simulations():
+        with cores_for_simulations():
+            pass
+        assert max(threads()) == 1
     assert max(threads()) == 2
 
 

@@ -52,6 +52,7 @@ def test_a_seed_gives_the_same_record_compiled_or_not():
     assert np.array_equal(compiled, plain)
     assert not np.array_equal(compiled, other)
 
+
 def test_the_noise_of_an_encoder_has_the_given_size():
     encoder = sensors.encoder(noise=2e-6, seed=5)
     step, state = encoder.component.step, encoder.component.State

@@ -92,7 +92,9 @@ def test_a_missing_library_is_named_with_the_command_to_install_it(name, call, m
     assert isinstance(caught.value, InputError)
 
 
-def test_a_range_has_a_suitable_unit():
-    assert ranged(np.array([np.nan, 1e-6, 2e-6]), "m") == "1.000 to 2.000 µm, 1 not finite"
-    assert ranged(np.array([np.nan]), "m") == "no finite number"
-    assert ranged(np.full(3, 20.0), "N") == "20.00 N"
+@pytest.mark.parametrize(
+    ("values", "unit", "text"),
+    [([np.nan, 1e-6, 2e-6], "m", "1.000 to 2.000 µm, 1 not finite"), ([np.nan], "m", "no finite number"), ([20.0] * 3, "N", "20.00 N")],
+)
+def test_a_range_has_a_suitable_unit(values, unit, text):
+    assert ranged(np.array(values), unit) == text

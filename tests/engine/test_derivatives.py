@@ -182,16 +182,6 @@ def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
     agrees(derivatives, expected)
 
 
-def test_the_motion_begins_in_the_given_state():
-    model, v = model_of("lugre"), nasty()
-    state = model.component.State(*(2e-6 for _ in model.component.State._fields))
-    force, derivatives = in_python(model, directions_of(model), v, state=state)
-    complex_force, expected = force_by_complex_steps(model, directions_of(model), v, DT, np.cumsum(v) * DT, state=state)
-    assert force.tobytes() == complex_force.tobytes()
-    assert force.tobytes() != in_python(model, directions_of(model), v)[0].tobytes()
-    agrees(derivatives, expected)
-
-
 @pytest.mark.parametrize("count", [0, 1, 8, 9, 17])
 def test_many_directions_give_the_columns_of_each_alone(count):
     model, v = model_of("gms"), nasty()

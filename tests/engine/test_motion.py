@@ -156,6 +156,7 @@ LOADED, COULOMB = friction.find("coulomb+load")(F_C=20.0, k_L=0.5), friction.cou
         (lambda: along(LOADED, [1.0, 1.0], 0.1, load=np.ma.array([1.0, 3.0], mask=[True, False])), None),
         (lambda: force_along(lugre(), [0.0], 1.0, state=(1.0, 2.0)), "state: belongs to a different model"),
         (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(1)), "x: has the wrong length"),
+        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(2), transmitted=np.zeros(3)), "transmitted"),
         (lambda: response(hysteresis.stop(r=1.0), [0.5], 0.1), r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"),
         (
             lambda: response(COULOMB, [0.0, 1.0], 0.1, history=[1.0]),

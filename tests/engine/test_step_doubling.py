@@ -1,15 +1,10 @@
 """Step doubling: what a step costs, and that it asks for no more than numbers can hold."""
 
-from typing import Annotated, NamedTuple
-
 import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core import FrictionModel, Variable
-from bristle.core.mathematics import direction
-from bristle.core.status import Status
-from bristle.engine import interpreted, run_adaptive
+from bristle.engine import run_adaptive
 from bristle.engine.entry_points import ACCELERATION, FAILED, FORCE, MechanismVectors
 from bristle.engine.instance import Instance
 from bristle.engine.step_doubling import (
@@ -30,44 +25,6 @@ from bristle.engine.step_doubling import (
     slides,
 )
 from bristle.plants import inertia, pulled_inertia
-
-
-class Parameters(NamedTuple):
-    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)]
-    F_q: Annotated[float, Variable("force*time^2/length^2", "drag over the square of the speed", min=0.0)]
-
-
-class State(NamedTuple):
-    """None."""
-
-
-class Move(NamedTuple):
-    """None."""
-
-
-def test_a_solve_begins_at_the_extrapolation_of_the_last_solves():
-    evaluations = []
-
-    def trial(state, memory, motion, dt, p):
-        evaluations.append(motion.v)
-        return p.F_C * direction(motion.v) + p.F_q * motion.v * abs(motion.v), Move()
-
-    drag = FrictionModel(name="counted", description="drag", Parameters=Parameters, State=State, trial=trial, commit=lambda s, *_: s)
-    with interpreted():
-        trace = run_adaptive(pulled_inertia(M=1.0, k=1.0, v_e=2.0), drag(F_C=1.0, F_q=2.0), np.zeros(100), 0.025, tolerance=1e-7, v=1.5)
-    # Each step is three solves of a curved equation; begun at the last velocity they would take three evaluations.
-    assert np.min(trace.velocity) > 0.0
-    assert len(evaluations) <= 2.28 * 3 * (trace.steps + trace.rejected)
-
-
-def test_the_error_limit_is_never_below_rounding_of_the_position():
-    model = friction.lugre(F_C=1.0, F_S=1.5, v_S=0.1, sigma_0=1e3, sigma_1=30.0, sigma_2=0.4)
-    effort = 2.0 + np.sin(0.03 * np.arange(100))
-    options = {"tolerance": 1e-7, "v": 1.0}
-    here, far = (run_adaptive(inertia(M=1.0), model, effort, 0.1, x=x, **options) for x in (0.0, 1e6))
-    assert far.status == Status.OK
-    assert far.position - 1e6 == pytest.approx(here.position, abs=1e-7)
-    assert far.steps + far.rejected <= here.steps + here.rejected
 
 
 @pytest.mark.parametrize("time", [1e-3, 1.0, 1e3])

@@ -9,6 +9,8 @@ from scipy.optimize import least_squares
 from bristle.engine.motion import along
 from bristle.friction import find
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 SPEEDS = (0.06, 0.115, 0.275)  # [rad/s], in the middle of 0.04 to 0.08, 0.08 to 0.15, 0.15 to 0.4
 LOADS = (9.5, 12.0)  # [N*m], assumed: the source states "more than 9"
 PUBLISHED = np.array([2.85, 2.1, 1.4, 0.7, 0.65])  # [N*m]: break-away (2.4 to 3.3), sliding at these speeds, sliding without load
