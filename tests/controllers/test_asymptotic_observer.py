@@ -12,7 +12,7 @@ from bristle.core.contracts import Reference
 
 OBSERVER = {"g_1": 60.0, "g_2": 600.0, "F_C": 42.7, "sigma_0": 18e6, "band": 2e-7}
 LAW = controllers.asymptotic_observer(**GAINS, **OBSERVER)
-MOTION = harmonic([(4.0e-6, 0.5, 0.0), (2.5e-6, 1.22, 1.0)], 4.0)
+MOTION = harmonic([(4.0e-6, 0.5, 0.0), (2.5e-6, 1.22, 1.0)], 2.5)
 
 
 def force_error(law, axis):

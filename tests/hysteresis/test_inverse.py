@@ -22,7 +22,7 @@ def test_stops_and_their_inverse_over_thirteen_reversals():
     assert np.max(np.abs(response(STOPS, response(inverse, force)) - force)) <= 1e-12
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.01, 5.0), st.floats(-0.4, 3.0)), min_size=1, max_size=6),
     st.lists(st.floats(-8.0, 8.0), min_size=1, max_size=20),

@@ -11,7 +11,6 @@ from bristle.core import InputError
 from bristle.core.contracts import make_model
 from bristle.engine import Contact, interpreted
 from bristle.friction.next_model import model_with
-from bristle.friction.operator_kernel import _lengths
 from bristle.hysteresis import sliders
 from bristle.testing import example_of
 
@@ -116,12 +115,6 @@ def test_a_model_over_an_operator_is_found_by_name_and_survives_pickling():
     assert (model.sigma_2_neg, model.offset) == (3.0, 1.0)
 
 
-def test_another_operator_takes_its_place():
-    model = over("preisach_contact", operator_named("reversal_table"), sigma_2=2.0)
-    stops = operator_named("prandtl_ishlinskii")
-    assert model.component(kernel=stops, sigma_2=2.0) == over("preisach_contact", stops, sigma_2=2.0)
-
-
 def test_a_model_over_an_operator_takes_slots():
     component = friction.find("preisach_lugre+prandtl_ishlinskii+position+asymmetry")
     example = example_of(component)
@@ -189,32 +182,32 @@ def test_a_turning_operator_turns_and_a_spring_has_no_saturation():
     assert over("preisach_lugre", STOPS, F_S=50.0).F_S == 50.0
 
 
-def test_the_stiffness_of_stops_is_that_of_their_output_onward():
-    stops = operator_named("prandtl_ishlinskii").parameters
-    q = sliders.Sliders(stops.thresholds, stops.weights, stops.spring, np.array([0.0, 4e-7, -3e-6]))
-    for u in (1e-8, 9e-7, 1.1e-6, 1.9e-6, 2.6e-6, -1.2e-6, -4e-6, 6e-6):
-        steep = (sliders.onward_output(u + 1e-9, q) - sliders.onward_output(u - 1e-9, q)) / 2e-9
-        assert sliders.onward_slope(u, q) == pytest.approx(steep, rel=1e-6)
-    for d in (1e-7, 1.9e-6, 2.1e-6, 5e-6, 1.2e-5):
-        steep = (sliders.value(d + 1e-9, 0.0, q) - sliders.value(d - 1e-9, 0.0, q)) / 2e-9
-        assert sliders.slope(d, 0.0, 1.0, q) == pytest.approx(steep, rel=1e-6)
-        # Masing's rule: twice that is what the stops give from one end.
-        mean = 2.0 * sliders.value(d, 0.0, q)
-        ends = br.response(operator_named("prandtl_ishlinskii"), [2e-5, 2e-5 - d])
-        assert mean == pytest.approx(ends[0] - ends[1])
+STRAINED = sliders.Sliders(STOPS.parameters.thresholds, STOPS.parameters.weights, STOPS.parameters.spring, np.array([0.0, 4e-7, -3e-6]))
+
+
+@pytest.mark.parametrize("u", [1e-8, 9e-7, 1.1e-6, 1.9e-6, 2.6e-6, -1.2e-6, -4e-6, 6e-6])
+def test_the_stiffness_of_stops_is_that_of_their_output_onward(u):
+    steep = (sliders.onward_output(u + 1e-9, STRAINED) - sliders.onward_output(u - 1e-9, STRAINED)) / 2e-9
+    assert sliders.onward_slope(u, STRAINED) == pytest.approx(steep, rel=1e-6)
+
+
+@pytest.mark.parametrize("d", [1e-7, 1.9e-6, 2.1e-6, 5e-6, 1.2e-5])
+def test_stops_follow_masings_rule_from_one_end(d):
+    steep = (sliders.value(d + 1e-9, 0.0, STRAINED) - sliders.value(d - 1e-9, 0.0, STRAINED)) / 2e-9
+    assert sliders.slope(d, 0.0, 1.0, STRAINED) == pytest.approx(steep, rel=1e-6)
+    with interpreted():
+        ends = br.response(STOPS, [2e-5, 2e-5 - d])
+    assert 2.0 * sliders.value(d, 0.0, STRAINED) == pytest.approx(ends[0] - ends[1])
 
 
 def test_the_length_over_which_an_operator_turns_is_that_of_half_a_stroke():
-    # One stop goes from one end to the other over twice its threshold, at an even rate.
-    stop = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[1e6])
-    assert over("preisach_contact", stop).parameters.lengths.turn == pytest.approx(2e-6)
-
-
-def test_an_operator_without_a_force_turns_over_the_shortest_length():
-    limp = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[0.0])
-    stiff = hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[1e6])
-    turns = [_lengths(model.component, model.parameters).turn for model in (limp, stiff)]
-    assert 0.0 < turns[0] < 1e-4 * turns[1]
+    # One stop goes from one end to the other over twice its threshold, at an even rate; without a force it is the shortest length.
+    stiff, limp = (
+        over("preisach_contact", hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[weight])).parameters.lengths.turn
+        for weight in (1e6, 0.0)
+    )
+    assert stiff == pytest.approx(2e-6)
+    assert 0.0 < limp < 1e-4 * stiff
 
 
 def test_the_model_to_try_next_keeps_its_operator():

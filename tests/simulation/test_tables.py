@@ -8,11 +8,10 @@ from tests.loop.conftest import loop
 
 import bristle as br
 from bristle import controllers, engine, friction, plants, references, sensors
-from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.tabular import SIGNALS
 from bristle.engine import interpreted
-from bristle.simulation import Prediction, SimulationResult
+from bristle.simulation import Prediction
 from bristle.testing import example_of
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -72,15 +71,6 @@ def test_and_a_data_set_over_variants_and_time(simulated):
     assert result.attrs["name"] == "small"
 
 
-def test_a_refused_variant_is_reported(simulated):
-    refused = SimulationResult(simulated.experiment, {}, {"base": "it is unstable"})
-    assert "base was not simulated: it is unstable" in repr(refused)
-    pytest.importorskip("pandas")
-    pytest.importorskip("xarray")
-    assert refused.to_dataframe().empty
-    assert not refused.to_xarray()
-
-
 def test_results_are_shown_on_one_screen(simulated, turning):
     for item in (simulated, *simulated.variants.values(), turning):
         assert 3 <= len(repr(item).splitlines()) <= 30
@@ -109,28 +99,11 @@ def test_a_state_goes_into_plain_data():
     assert trace.to_dict()["state"] == {"z": trace.state.z}
 
 
-def prediction(unit="m", **changes):
+@pytest.mark.parametrize(("unit", "effort"), [("m", "N"), ("rad", "N*m")])
+def test_a_prediction_has_its_bands_in_its_table(unit, effort):
     metrics = {"force_error_percent": 12.5, "position_error_percent": None, "position_unit": unit}
-    values = {"effort": np.cos(T), "effort_predicted": np.cos(T) + 0.1, "position": np.sin(T), "position_predicted": None}
-    return Prediction(mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**values, **changes})
-
-
-def test_a_prediction_has_its_bands_in_its_table():
-    message = prediction(half_width=np.full(T.size, 0.2)).to_dict()
+    parts = {"effort": np.cos(T), "effort_predicted": np.cos(T) + 0.1, "position": np.sin(T), "position_predicted": None}
+    message = Prediction(mode="inverse", time=T, metrics=metrics, half_width=np.full(T.size, 0.2), **parts).to_dict()
     assert list(message["signals"]) == ["time", "position", "effort", "effort_predicted", "half_width"]
-    assert message["inside_percent"] == 100.0
-    assert message["metrics"]["force_error_percent"] == 12.5
-    assert "half_width" not in prediction().to_dict()["signals"]
-
-
-def test_the_unit_sets_the_kind_of_a_prediction():
-    assert prediction().to_dict()["units"]["effort_predicted"] == "N"
-    assert prediction("rad").kind == "rotational"
-    assert prediction("rad").to_dict()["units"]["effort_predicted"] == "N*m"
-
-
-def test_a_prediction_is_shown_with_its_errors():
-    shown = repr(prediction(half_width=np.full(T.size, 0.2)))
-    assert "error of the effort: 12.5 %" in shown
-    assert "inside the band of the effort: 100 %" in shown
-    assert "warning: speeds F_C" in shown
+    assert (message["inside_percent"], message["metrics"]["force_error_percent"]) == (100.0, 12.5)
+    assert message["units"]["effort_predicted"] == effort
