@@ -9,8 +9,6 @@ from tests.certificates.ballscrew import F_C, F_S, SLIDING, STIFFNESS, V_S, comp
 from bristle import friction
 from bristle.certificates import needed_damping, passive
 from bristle.core.variable import unit_of
-from bristle.engine import interpreted
-from bristle.engine.contact import Contact
 from bristle.files.user_model import load_code
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
@@ -90,52 +88,17 @@ def test_the_worse_direction_counts():
     assert not result.passed
 
 
-def stroke(contact, v, dt):
-    """Return the work [J] put into a contact at a velocity for a time."""
-    return contact.move(v * dt, abs(v))[0] * v * dt
+ACTIVE = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[1e7], nu_i=[1.0], sigma_2=8000.0)
 
 
-def work(model, strokes, rounds):
-    """Return the work [J] put into a contact in each round of strokes (velocity, duration)."""
-    contact = Contact(model)
-    with interpreted():
-        return [sum(stroke(contact, v, dt) for v, dt in strokes) for _ in range(rounds)]
+# From the elements of GMS and from the last turn of reformed Dahl more energy comes back than went in.
+@pytest.mark.parametrize("model", [ACTIVE, gms(), friction.reformed_dahl(s=1e7, f_p=20.0)])
+def test_friction_that_returns_more_energy_is_not_passive_for_any_viscosity(model):
+    assert (passive_of(model).applies, passive_of(model).passed, passive_of(model).threshold) == (True, False, math.inf)
 
 
-def test_gms_is_not_passive_for_any_viscosity():
-    k = 1e7
-
-    def strokes(F_C, F_S):
-        creep, fast = 1e-6, 0.1
-        half = [(creep, 1.0001 * (F_S + F_C) / k / creep), (fast, 1e-12 / fast), (1e-9, 0.1)]
-        return half + [(-v, dt) for v, dt in half]
-
-    active = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[k], nu_i=[1.0], sigma_2=8000.0)
-    each = work(active, strokes(20.0, 28.0), 5)[1:]
-    assert each == pytest.approx([-(28.0**2 - 20.0**2) / k] * 4, rel=0.01)
-    assert passive_of(active).threshold == math.inf
-    assert not passive_of(active).passed
-    equal = active.with_values(F_S=20.0)
-    assert min(work(equal, strokes(20.0, 20.0), 5)) > 0.0
-    assert passive_of(equal).passed
-    assert not passive_of(gms()).passed
-
-
-def test_reformed_dahl_returns_more_energy_than_it_took_without_limit():
-    model, creep = friction.reformed_dahl(s=1e7, f_p=20.0), 1e-6
-    contact = Contact(model)
-    each = []
-    for _ in range(4):
-        taken = 0.0
-        for _ in range(100):
-            taken += stroke(contact, creep, 0.01501) + stroke(contact, -creep, 1e-5)
-        while contact.state[0] > 1e-9:
-            taken += stroke(contact, -creep, 0.5 * contact.state[0] / 1e7 / creep)
-        each.append(taken)
-    assert max(each) < -4e-6
-    assert each[-1] == pytest.approx(each[0], rel=1e-3)
-    assert passive_of(model).applies
-    assert not passive_of(model).passed
+def test_gms_is_passive_without_a_stribeck_effect():
+    assert passive_of(ACTIVE.with_values(F_S=20.0)).passed
 
 
 def test_no_verdict_without_a_known_condition():

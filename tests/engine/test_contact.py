@@ -41,17 +41,14 @@ def test_reading_the_force_does_not_move_the_contact():
     assert contact.move(1e-6, 1e-3)[0] == pytest.approx(15.0, rel=0.1)
 
 
-def test_a_copy_of_a_contact_is_independent():
-    contact = Contact(SLIDERS)
+@pytest.mark.parametrize("model", [SLIDERS, LUGRE])
+def test_a_copy_of_a_contact_is_independent(model):
+    contact = Contact(model)
     contact.move(1e-6, 1e-3)
-    other = contact.copy()
+    before, other = contact.force(1e-3), contact.copy()
     other.move(-1e-6, 1e-3)
     assert (contact.x, other.x) == (1e-6, 0.0)
-    assert (contact.force(1e-3), other.force(-1e-3)) == pytest.approx((10.0, 0.0))
-    bristles = Contact(LUGRE)
-    twin = bristles.copy()
-    twin.move(1e-6, 1e-3)
-    assert bristles.state.tolist() == [0.0]
+    assert contact.force(1e-3) == before > other.force(1e-3)
 
 
 def motion_of(count=300, dt=1e-3):

@@ -65,14 +65,6 @@ def test_a_minor_loop_stays_open_and_the_outer_loop_is_lost():
     assert tips[-1] == pytest.approx(0.281, abs=5e-4)
 
 
-def test_loops_of_one_width_differ_in_height():
-    heights = []
-    for start in (0.5, 20.0):
-        top, bottom = ends(Contact(MODEL), start, start - 1.0)
-        heights.append(top - bottom)
-    assert heights[0] < 0.6 < heights[1]
-
-
 def test_a_force_at_its_limit_stays_finite_through_reversals_too_short_to_change_it():
     contact = Contact(MODEL)
     contact.move(-1e18, SPEED)
