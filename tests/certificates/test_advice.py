@@ -9,7 +9,7 @@ from tests.certificates.ballscrew import F_S, RIPPLE, composite, lugre, maxwell_
 from bristle import friction, hysteresis
 from bristle.certificates import certify
 from bristle.certificates.certificate import Certificate, as_friction, not_applicable
-from bristle.certificates.certify import Loop, check, closure, default_loop, dissipation, drift, fattest_loop, well_posed
+from bristle.certificates.certify import Loop, closure, default_loop, dissipation, drift, well_posed
 from bristle.certificates.passive import Damping, damping_of, needed_damping, passive
 from bristle.certificates.quasi_static import Holding, Path, holding_of
 from bristle.core.errors import InputError
@@ -136,14 +136,6 @@ def test_coulomb_keeps_all_work_and_a_spring_keeps_no_work():
     assert certify._share_kept(spring, np.zeros(11), 1.0) == 0.0
 
 
-def test_the_fattest_loop_is_where_a_stop_slips_widely():
-    # Of an amplitude far beyond its reach nearly all of the work stays.
-    loop = fattest_loop(as_friction(hysteresis.stop(r=1e-6)))
-    assert loop.share > 0.99
-    assert loop.reach >= 1e-3
-    assert not loop.is_magnetic
-
-
 def test_cycles_that_return_energy_are_stated_by_their_share(monkeypatch):
     model, holding, loop = friction.coulomb(F_C=1.0), Holding(-1.0, 1.0, 0.0), Loop(1e-3, 1.0, False)
     shares = iter([0.5, -0.125, *(0.1 for _ in range(1000))])
@@ -246,13 +238,6 @@ def test_the_side_with_the_smaller_margin_counts(monkeypatch):
     assert passive(uneven, False).threshold == 4.0
     sides = iter([Damping(5.0, 1.0), None])
     assert not passive(uneven, False).applies
-
-
-def test_a_check_takes_units_for_all_questions():
-    item = check(hysteresis.stop(r=1e-6), loop=("0.5 um", "0.1 um"))
-    assert item["closure"].value == pytest.approx(0.0, abs=1e-9)
-    with pytest.raises(InputError, match=r"loop\[0\]"):
-        check(hysteresis.stop(r=1e-6), loop=("5 N", "1 um"))
 
 
 def beta(value):

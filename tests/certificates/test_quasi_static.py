@@ -36,15 +36,6 @@ def test_a_force_that_grows_without_limit_is_never_passed(spring):
     assert (alone.backward, alone.forward) == pytest.approx((-1.0, 1.0), rel=1e-6)
 
 
-@pytest.mark.parametrize("spring", [0.0, 7e-7, 1.4e-6])
-def test_a_symmetric_contact_has_equal_or_infinite_limits(spring):
-    # The springs lie on both sides of what counts as growing for ever.
-    operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
-    fixed = holding_of(as_friction(operator))
-    assert fixed.backward == pytest.approx(-fixed.forward, rel=1e-9)
-    assert math.isinf(fixed.forward) == (spring > 1e-6)
-
-
 def test_a_force_is_reached_at_the_place_of_the_equations():
     model = composite("paper")
     path = Path(model, holding_of(model))

@@ -119,60 +119,67 @@ def test_a_sample_of_each_law(law, reference, before, effort, after):
     assert {name: getattr(state, name) for name in after} == pytest.approx(after)
 
 
-def test_an_adaptive_law_and_an_open_loop_begin_empty():
-    begun = LEARNING.component.start(0.05, 0.5, 2.0, DT, LEARNING.parameters)
-    assert begun == pytest.approx((0.01, 0.3, 0.01, *[0.0] * 13))
-    assert open_loop().component.start(0.0, 0.0, 0.0, DT, open_loop().parameters) == ()
+CASCADE = cascade(k_p=10.0, k_v=100.0, k_i=50.0, k_ff=1.0)
+DISTURBED = disturbance_observer(**SURFACE, g=20.0)
 
 
-def test_a_cascade_that_takes_over_has_the_previous_samples_and_effort():
-    law = cascade(k_p=10.0, k_v=100.0, k_i=50.0, k_ff=1.0)
-    component, p = law.component, law.parameters
-    begun = component.start(0.05, 0.5, 2.0, DT, p)
-    assert begun == pytest.approx((0.05 - 0.05 + 0.01, 0.05 - 0.1 + 0.04, 0.0, 0.0, 0.0))
-    resumed = component.resume(begun, ASKED, 0.05, 30.0, DT, p)
-    assert resumed.r_1 == pytest.approx(0.07 - 0.07 + 0.015)
-    assert resumed.r_2 == pytest.approx(0.07 - 0.14 + 0.06)
-    # Without an integral the law asks for 100 (0.2 + 0.55 - 0.4) + 5 N.
-    assert resumed.integral == pytest.approx(30.0 - 40.0)
-    assert component.resume(begun, ASKED, 0.05, math.nan, DT, p).integral == 0.0
-    bare = cascade(k_p=10.0, k_v=100.0)
-    assert component.resume(begun, ASKED, 0.05, 30.0, DT, bare.parameters).integral == 0.0
+@pytest.mark.parametrize(
+    ("law", "begun"),
+    [
+        (CASCADE, (0.05 - 0.05 + 0.01, 0.05 - 0.1 + 0.04, 0.0, 0.0, 0.0)),
+        (DISTURBED, (0.01, 0.3, 20.0 * 2.0 * 0.3, 4.0)),
+        (LEARNING, (0.01, 0.3, 0.01, *[0.0] * 13)),
+        (open_loop(), ()),
+    ],
+)
+def test_a_law_begins_with_the_motion_so_far(law, begun):
+    assert law.component.start(0.05, 0.5, 2.0, DT, law.parameters) == pytest.approx(begun)
 
 
-def test_super_twisting_that_takes_over_integrates_the_remaining_effort():
-    law = super_twisting(**SURFACE, k_1=3.0, k_2=20.0)
-    begun = law.component.initial_state(law.parameters)
-    resumed = law.component.resume(begun, ASKED, 0.05, 60.0, DT, law.parameters)
-    assert resumed.w == pytest.approx((60.0 - PULL - 2.0 * 3.0 * math.sqrt(0.4)) / 2.0)
-    assert law.component.resume(begun, ASKED, 0.05, math.nan, DT, law.parameters) == begun
-    for changes in ({"k_2": 0.0}, {"J": 0.0}):
-        without = law.with_values(**changes)
-        assert law.component.resume(begun, ASKED, 0.05, 60.0, DT, without.parameters) == begun
+@pytest.mark.parametrize(
+    ("law", "effort", "after"),
+    [
+        # Without an integral the law asks for 100 (0.2 + 0.55 - 0.4) + 5 N.
+        (CASCADE, 30.0, {"r_1": 0.07 - 0.07 + 0.015, "r_2": 0.07 - 0.14 + 0.06, "integral": 30.0 - 40.0}),
+        (CASCADE, math.nan, {"integral": 0.0}),
+        (CASCADE.with_values(k_i=0.0), 30.0, {"integral": 0.0}),
+        # From rest, the surface is 0.2 + 0.7 m/s.
+        (TWISTING, 60.0, {"w": (60.0 - 2.0 * (3.0 + 10.0 * 0.2 + 4.0 * 0.4) - 5.0 - 2.0 * 3.0 * math.sqrt(0.4)) / 2.0}),
+        (TWISTING, math.nan, {"w": 0.0}),
+        (TWISTING.with_values(k_2=0.0), 60.0, {"w": 0.0}),
+        (TWISTING.with_values(J=0.0), 60.0, {"w": 0.0}),
+        (DISTURBED, 12.0, {"z": 12.0 + 7.0 - 4.0, "feedback": 7.0}),
+        (DISTURBED, math.nan, {"z": 12.0, "feedback": 4.0}),
+    ],
+)
+def test_a_law_that_takes_over_continues_the_effort(law, effort, after):
+    motion = (0.0, 0.0, 0.0) if law.component is super_twisting else (0.05, 0.5, 2.0)
+    begun = law.component.start(*motion, DT, law.parameters)
+    resumed = law.component.resume(begun, ASKED, 0.05, effort, DT, law.parameters)
+    assert {name: getattr(resumed, name) for name in after} == pytest.approx(after)
 
 
 def test_a_disturbance_observer_feeds_back_the_unexplained_force():
-    law = disturbance_observer(**SURFACE, g=20.0)
-    effort, state = stepped(law, q=0.0, z=4.0, feedback=9.0)
+    effort, state = stepped(DISTURBED, q=0.0, z=4.0, feedback=9.0)
     # Toward the effort of the last sample and g J v = 20 N by 1 - exp(-2).
     z = 4.0 + (1.0 - math.exp(-2.0)) * (9.0 + 20.0 - 4.0)
-    assert state.z == pytest.approx(z)
-    assert effort == pytest.approx(PULL + z - 20.0)
-    assert state.feedback == pytest.approx(effort - 5.0)
-    begun = law.component.start(0.05, 0.5, 2.0, DT, law.parameters)
-    assert begun == pytest.approx((0.01, 0.3, 20.0 * 2.0 * 0.3, 4.0))
-    resumed = law.component.resume(begun, ASKED, 0.05, 12.0, DT, law.parameters)
-    assert (resumed.z, resumed.feedback) == pytest.approx((12.0 + 7.0 - 4.0, 7.0))
-    assert law.component.resume(begun, ASKED, 0.05, math.nan, DT, law.parameters) == begun
+    assert (effort, state.z, state.feedback) == pytest.approx((PULL + z - 20.0, z, PULL + z - 25.0))
 
 
-def test_a_velocity_is_a_filtered_difference_or_that_of_an_observer():
-    pole = math.exp(-2.0 * math.pi * 0.5)
-    assert observed(0.0, 0.3, 0.05, DT, FILTERED_DIFFERENCE, 5.0) == pytest.approx((0.05, 0.3 + (1.0 - pole) * 0.2))
-    assert observed(0.0, 0.3, 0.05, DT, FILTERED_DIFFERENCE, math.inf) == pytest.approx((0.05, 0.5))
-    ahead, surprise = 0.03, 0.02
-    expected = (ahead + (1.0 - pole**2) * surprise, 0.3 + (1.0 - pole) ** 2 * surprise / DT)
-    assert observed(0.0, 0.3, 0.05, DT, TRACKING_OBSERVER, 5.0) == pytest.approx(expected)
+POLE = math.exp(-2.0 * math.pi * 0.5)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "cutoff", "expected"),
+    [
+        (FILTERED_DIFFERENCE, 5.0, (0.05, 0.3 + (1.0 - POLE) * 0.2)),
+        (FILTERED_DIFFERENCE, math.inf, (0.05, 0.5)),
+        # 0.03 m ahead, and surprised by 0.02 m.
+        (TRACKING_OBSERVER, 5.0, (0.03 + (1.0 - POLE**2) * 0.02, 0.3 + (1.0 - POLE) ** 2 * 0.02 / DT)),
+    ],
+)
+def test_a_velocity_is_a_filtered_difference_or_that_of_an_observer(estimator, cutoff, expected):
+    assert observed(0.0, 0.3, 0.05, DT, estimator, cutoff) == pytest.approx(expected)
 
 
 def test_samples_before_lie_on_the_parabola_of_the_motion():

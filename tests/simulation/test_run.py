@@ -14,6 +14,7 @@ from bristle.engine.loop import sensed
 from bristle.files.variant import at_rest
 from bristle.simulation import run as module
 from bristle.simulation.run import learn, seeded, simulate, simulate_with
+from bristle.simulation.statistics import statistics_of
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -40,23 +41,18 @@ def ran(variant):
     return simulate(Experiment("bench", "translational", (variant,))).variants[variant.name]
 
 
-def test_errors_compare_the_reference_with_measured_and_true_position():
-    result = ran(loop(sensor=sensors.encoder(resolution=5e-3)))
+@pytest.mark.parametrize(("settle", "first"), [(0.0, 0), (0.1, 10)])
+def test_errors_compare_the_reference_with_both_positions_after_the_settling_time(settle, first):
+    run = Run(duration=40 * DT, sample_time=DT, substeps=1, settle=settle)
+    result = ran(loop(sensor=sensors.encoder(resolution=5e-3), run=run))
     assert result.time == pytest.approx(DT * np.arange(40))
     assert result.reference == pytest.approx(loop().reference.values["position"])
-    assert result.following_error.max == pytest.approx(np.max(result.reference - result.measured))
-    assert result.true_error.rms == pytest.approx(np.sqrt(np.mean((result.reference - result.position) ** 2)))
-    assert result.true_error.rms != result.following_error.rms
-    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(result.effort**2)), np.max(np.abs(result.effort))))
-    assert result.motion.max == np.max(result.position)
-
-
-def test_statistics_begin_after_the_settling_time():
-    result = ran(loop(run=Run(duration=40 * DT, sample_time=DT, substeps=1, settle=0.1)))
-    assert result.following_error.max == pytest.approx(np.max((result.reference - result.measured)[10:]))
-    assert result.true_error.min == pytest.approx(np.min((result.reference - result.position)[10:]))
-    assert result.effort_peak == pytest.approx(np.max(np.abs(result.effort[10:])))
-    assert result.motion.min == np.min(result.position[10:])
+    following, true = (statistics_of((result.reference - signal)[first:]) for signal in (result.measured, result.position))
+    assert (result.following_error, result.true_error) == (following, true)
+    assert following != true
+    effort = result.effort[first:]
+    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(effort**2)), np.max(np.abs(effort))))
+    assert result.motion == statistics_of(result.position[first:])
 
 
 def test_directions_are_those_of_the_reference():

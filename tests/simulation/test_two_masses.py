@@ -77,22 +77,16 @@ def test_a_stiff_screw_needs_the_feedforward_of_one_mass():
     assert motor_reference(stiff, position, acceleration, DT) == pytest.approx(position, abs=1e-6)
 
 
-def test_dry_friction_winds_the_screw_up_on_the_side_of_the_motion():
+def test_dry_friction_winds_the_screw_up_and_the_motor_crosses_the_gap_once_for_each_reversal_of_the_force():
     position, acceleration = strokes()
-    lead = motor_reference(Feedforward(plant=screw(), table=DRY), position, acceleration, DT) - position
+    gap, places, sides = 40e-6, [1000, 1950, 2999], np.array([1.0, 1.0, -1.0])
+    tight, loose = (
+        motor_reference(Feedforward(plant=screw(backlash=wide), table=DRY), position, acceleration, DT) - position for wide in (0.0, gap)
+    )
     # In the middle of a stroke the acceleration is zero, and the friction holds the screw wound up in the rest.
-    for place, side in ((1000, 1.0), (1950, 1.0), (2999, -1.0)):
-        assert lead[place] == pytest.approx(side * 200.0 / (K * ARM), rel=1e-3)
-
-
-def test_the_motor_crosses_the_gap_once_for_each_reversal_of_the_force():
-    position, acceleration = strokes()
-    gap = 40e-6
-    lead = motor_reference(Feedforward(plant=screw(backlash=gap), table=DRY), position, acceleration, DT) - position
-    tight = motor_reference(Feedforward(plant=screw(), table=DRY), position, acceleration, DT) - position
-    crossed = (lead - tight) * ARM / gap
-    assert crossed[1000] == pytest.approx(0.5, abs=1e-6)
-    assert crossed[2999] == pytest.approx(-0.5, abs=1e-6)
+    assert tight[places] == pytest.approx(sides * 200.0 / (K * ARM), rel=1e-3)
+    crossed = (loose - tight) * ARM / gap
+    assert crossed[places] == pytest.approx(0.5 * sides, abs=1e-6)
     assert np.count_nonzero(np.diff(np.sign(crossed[600:]))) == 1
 
 
