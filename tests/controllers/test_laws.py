@@ -8,7 +8,6 @@ import pytest
 from bristle import controllers, friction, response, sensors
 from bristle.controllers.feedforward import Shape
 from bristle.controllers.velocity import ESTIMATORS, observed
-from bristle.core.contracts import Reference
 from bristle.engine import Compensator, run_closed_loop
 from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
@@ -53,17 +52,6 @@ def test_a_law_that_takes_over_a_motion_causes_no_jolt(name, left):
     assert np.max(np.abs(trace.command)) < left
 
 
-@pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
-def test_a_law_that_takes_over_an_acceleration_continues_its_force(name):
-    dt, v, a = 1e-5, 0.05, 3.0
-    t = dt * np.arange(200)
-    desired = np.array([v * t + 0.5 * a * t**2, v + a * t, np.full(t.size, a), np.zeros(t.size)])
-    law = LAWS[name].with_values(cutoff=math.inf)
-    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v, acceleration=a)
-    # The velocity read is half a sample old.
-    assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
-
-
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_the_effort_is_within_its_limit(name):
     trace = drive(LAWS[name].with_values(limit=1.5), np.full(100, 0.2))
@@ -98,20 +86,6 @@ def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name
     plain = drive(law.with_values(**dict.fromkeys(part, 0.0)), reference).position
     assert whole.max() < 1.02 * plain.max()
     assert whole[-1] == pytest.approx(0.2, abs=2e-3)
-
-
-@pytest.mark.parametrize("estimator", ["filtered_difference", "tracking_observer"])
-def test_the_velocity_of_a_ramp_is_found_and_counts_are_smoothed(estimator):
-    law = controllers.sliding_mode(**GAINS, estimator=estimator, cutoff=20.0)
-    state = law.component.start(0.0, 0.0, 0.0, DT, law.parameters)
-    read = []
-    for k in range(1, 1500):
-        position = 1e-5 * math.floor(0.0123 * k * DT / 1e-5 + 0.5)
-        _, state = law.component.step(state, Reference(0.0, 0.0, 0.0), position, DT, law.parameters)
-        read.append(state.v)
-    late = np.array(read[500:])
-    assert late.mean() == pytest.approx(0.0123, rel=1e-2)
-    assert late.std() < 0.25 * (1e-5 / DT) / 2.0
 
 
 def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():

@@ -26,18 +26,23 @@ def variant(**changes):
     return Variant(**parts | changes)
 
 
-def test_a_run_counts_from_its_first_sample_once_without_lag_or_limit():
-    run = Run(2.0, 1e-3)
-    assert (run.settle, run.delay, run.current_lag, run.seeds, run.tolerance) == (0.0, 0, 0.0, 1, 0.0)
-    assert run.effort_limit == math.inf
-    assert run.substeps == 4
-    assert Run(2.0, 1e-3, tolerance=1e-9).substeps == 0
-    assert Run(2.0, 1e-3, substeps=10_000, seeds=1000, delay=64).seeds == 1000
-    feedforward = Feedforward()
-    assert (feedforward.mass, feedforward.gain, feedforward.offset, feedforward.asymmetry) == (0.0, 1.0, 0.0, 0.0)
-    assert (feedforward.limit, feedforward.rate_limit, feedforward.conditioning) == (math.inf, math.inf, 0.0)
-    assert (feedforward.along, feedforward.rest, feedforward.friction) == ("desired", "held", None)
-    assert Start(0.5) == Start(0.5, 0.0, 0.0, None)
+FED = {"mass": 0.0, "gain": 1.0, "offset": 0.0, "asymmetry": 0.0, "limit": math.inf, "rate_limit": math.inf, "conditioning": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("described", "values"),
+    [
+        (
+            Run(2.0, 1e-3),
+            {"settle": 0.0, "delay": 0, "current_lag": 0.0, "seeds": 1, "tolerance": 0.0, "effort_limit": math.inf, "substeps": 4},
+        ),
+        (Run(2.0, 1e-3, tolerance=1e-9), {"substeps": 0}),
+        (Feedforward(), FED | {"along": "desired", "rest": "held", "friction": None}),
+        (Start(0.5), {"velocity": 0.0, "acceleration": 0.0, "effort": None}),
+    ],
+)
+def test_by_default_a_run_counts_from_its_first_sample_once_without_lag_limit_or_feedforward(described, values):
+    assert {name: getattr(described, name) for name in values} == values
 
 
 EFFORT, LOOSE = Effort(np.zeros(100)), Run(0.1, 1e-3, tolerance=1e-9)

@@ -5,7 +5,6 @@ import pytest
 
 from bristle import friction
 from bristle.engine import force_along
-from bristle.engine.contact import Contact
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
@@ -45,12 +44,3 @@ def test_the_mean_force_is_exact_through_stick_and_slip():
     v = np.concatenate([np.full(256, 2e-3), np.full(256, -3e-3)])
     fine = force_along(MODEL, v, 1e-4).reshape(8, 64).mean(axis=1)
     np.testing.assert_allclose(force_along(MODEL, v[::64], 64e-4), fine, atol=1e-12)
-
-
-def test_a_presliding_minor_loop_closes_exactly():
-    contact = Contact(MODEL)
-    contact.move(3e-6, 1e-5, 30)
-    before = contact.force(1e-5)
-    contact.move(-1.5e-6, 1e-5, 30)
-    contact.move(1.5e-6, 1e-5, 30)
-    assert contact.force(1e-5) == pytest.approx(before, abs=1e-12)

@@ -1,11 +1,9 @@
-"""Maxwell slip: non-local memory, Masing's rule, and the limits of its parts."""
+"""Maxwell slip, which is a sum of stops: its mean forces, and the limits of its parts."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from bristle import friction, response
 from bristle.engine import force_along
@@ -18,35 +16,6 @@ MODEL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5, 1e5, 4e4], nu_i=[0.2, 0.3,
 def path(*turns, count=40):
     pieces = [np.linspace(a, b, count, endpoint=False) for a, b in pairwise(turns)]
     return np.concatenate([*pieces, [turns[-1]]])
-
-
-def end_force(x):
-    """Force at the end of a path: that of a last step at rest."""
-    return response(MODEL, np.append(x, x[-1]), 1e-3)[-1]
-
-
-def test_a_minor_loop_closes_exactly():
-    once = end_force(path(0, 3e-6))
-    back_and_forth = end_force(path(0, 3e-6, 1.5e-6, 3e-6))
-    assert abs(once - back_and_forth) < 1e-12
-
-
-@settings(max_examples=20, deadline=None)
-@given(st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6))
-def test_a_closed_loop_erases_its_inner_history(turns):
-    inside = [3e-6 + 1e-6 * (turn - 2.0) / 4.0 for turn in turns]
-    direct = end_force(path(0, 5e-6, -1e-6, 3e-6, 4e-6, count=8))
-    detour = end_force(path(0, 5e-6, -1e-6, 3e-6, *inside, 3e-6, 4e-6, count=8))
-    assert abs(direct - detour) < 1e-12
-
-
-def test_masing_the_loop_is_the_virgin_curve_doubled():
-    a = 4e-6
-    for d in (0.5e-6, 2e-6, 6e-6):
-        virgin = end_force(path(0, d / 2))
-        descending = end_force(path(0, a, a - d))
-        tip = end_force(path(0, a))
-        assert abs(tip - descending - 2 * virgin) < 1e-12
 
 
 def test_mean_force_is_exact_for_any_step():

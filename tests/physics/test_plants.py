@@ -83,18 +83,20 @@ def test_a_screw_is_half_its_backlash_and_its_lead_over_a_turn():
 
 
 def test_gravity_and_cogging_take_an_effort_at_each_place():
-    x = np.array([0.0, 0.1, -0.3])
+    x, place = np.array([0.0, 0.1, -0.3]), place_of(ARM)
     expected = 4.0 * np.sin(x) - np.cos(x) + 0.7 * np.cos(12.0 * np.pi * x) + 0.2 * np.sin(np.pi * x)
     assert effort_of_place(x, terms_of(ARM)) == pytest.approx(expected)
-    place = place_of(ARM)
+    assert effort_at(0.1, place) == pytest.approx(expected[1])
     assert (place.g_sin, place.g_cos) == (4.0, -1.0)
     assert place.waves == pytest.approx([12.0 * math.pi, math.pi])
-    assert terms_of(MASS) is None
-    assert place_of(MASS) is place_of(None) is NOWHERE
-    assert [effort_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [gravity_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [0.0] * 3
-    assert effort_at(0.1, place) == pytest.approx(expected[1])
-    assert ARM.values["motor_3_cos"] == 0.7
-    assert (ARM.values["motor_3_sin"], ARM.values["screw_1_cos"], ARM.values["screw_turn"]) == (0.0, 0.0, 2.0)
+    values = {"motor_3_cos": 0.7, "motor_3_sin": 0.0, "screw_1_cos": 0.0, "screw_turn": 2.0}
+    assert {name: ARM.values[name] for name in values} == values
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3, -2.0])
+def test_a_plant_without_terms_takes_no_effort_anywhere(x):
+    assert (terms_of(MASS), place_of(MASS), place_of(None)) == (None, NOWHERE, NOWHERE)
+    assert effort_at(x, NOWHERE) == gravity_at(x, NOWHERE) == 0.0
 
 
 @pytest.mark.parametrize(("name", "effort"), [("g_sin", 4.0 * math.sin(0.1)), ("g_cos", 4.0 * math.cos(0.1))])
@@ -143,12 +145,16 @@ def test_the_description_of_a_plant_names_its_terms():
     made = with_terms(inertia, gravity=True, cogging={"screw": [2, 1, 2]}, columns=["a"])
     assert made.name == "inertia+gravity+cogging+known"
     assert made.description.endswith(", with gravity of a link and cogging and known columns of a log")
-    assert made.variables["screw_1_cos"].description == "cogging once a turn of the screw, cosine"
-    assert made.variables["screw_2_sin"].description == "cogging 2 times a turn of the screw, sine"
-    assert made.variables["known_a"].description == "effort for a 1 in the known column a"
-    assert made.turners == ("screw",)
-    assert "screw_turn" not in made.defaults
-    assert made.defaults["g_sin"] == made.defaults["screw_2_sin"] == made.defaults["known_a"] == 0.0
+    assert {name: made.variables[name].description for name in ("screw_1_cos", "screw_2_sin", "known_a")} == {
+        "screw_1_cos": "cogging once a turn of the screw, cosine",
+        "screw_2_sin": "cogging 2 times a turn of the screw, sine",
+        "known_a": "effort for a 1 in the known column a",
+    }
+    assert (made.turners, "screw_turn" in made.defaults) == (("screw",), False)
+    assert {made.defaults[name] for name in ("g_sin", "screw_2_sin", "known_a")} == {0.0}
+
+
+def test_terms_leave_out_what_a_plant_has_not():
     assert with_terms(inertia) is inertia
     assert with_terms(pulled_inertia, gravity=True).inverse is None
     assert with_terms(ball_screw, gravity=True).rate is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.certificates.ballscrew import F_S, SLIDING, STIFFNESS, UM, composite, lugre
 
-from bristle import friction, hysteresis, response
+from bristle import friction, response
 from bristle.core import InputError, InputWarning
 from bristle.engine import force_along, interpreted
 from bristle.engine.contact import Contact
@@ -37,17 +37,6 @@ def test_the_deflection_stays_within_its_bound(kernel, bound, transition):
         farthest = max(farthest, abs(contact.state[0]))
         assert abs(contact.state[1]) <= F_S * (1.0 + 1e-12)
     assert farthest / UM <= bound + 1e-3
-
-
-def test_without_room_above_static_friction_the_deflection_grows_without_bound():
-    model = composite("paper", f_p=0.95 * F_S, validate=False)
-    contact = Contact(model)
-    deflections = []
-    for _ in range(2):
-        contact.move(10_000.0 * UM, 1.0 * UM, 20_000)
-        deflections.append(contact.state[0] / UM)
-    assert deflections[0] == pytest.approx(563.0, rel=0.01)
-    assert deflections[1] > 1.5 * deflections[0]
 
 
 @pytest.mark.parametrize(
@@ -84,18 +73,6 @@ def test_units_may_be_text_and_names_may_be_written_by_hand():
     assert model.kind == "rotational"
     assert model.parameters == composite("paper").parameters
     assert model.values["transition"] == "paper"
-
-
-def test_below_the_gate_the_force_is_that_of_the_operator_on_the_position():
-    generator = np.random.default_rng(6)
-    x = np.concatenate([[0.0], np.cumsum(generator.normal(size=400)) * 0.2 * UM])
-    x *= 3.0 * UM / np.max(np.abs(x))
-    operator = hysteresis.preisach(s=STIFFNESS, f_p=1.2 * F_S)
-    parts = 50  # of a step: so short that the mean over it is that of both ends
-    x = np.interp(np.arange(parts * (x.size - 1) + 1) / parts, np.arange(x.size), x)
-    ends = response(operator, x)
-    force = response(composite(sigma_1=0.0, sigma_2=0.0), x, 1e3)
-    np.testing.assert_allclose(force[1:], 0.5 * (ends[1:] + ends[:-1]), atol=1e-13)
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -4,16 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from bristle import controllers, friction
 from bristle.core.experiment import Feedforward
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_open_loop
 from bristle.plants import inertia
-from bristle.simulation import compensation_experiment, feedforward_effort, simulate, statistics_of
+from bristle.simulation import compensation_experiment, feedforward_effort, simulate
 
 DT = 1e-3
 CONTROLLER = controllers.cascade(k_p=60.0, k_v=3000.0)
@@ -23,15 +20,6 @@ TRUTH = friction.lugre(F_C=20.0, F_S=28.0, v_S=5e-3, sigma_0=5e6, sigma_1=1e3, s
 def motion(count=3000):
     t = DT * np.arange(count)
     return 5e-3 * (1.0 - np.cos(5.0 * t))
-
-
-@given(arrays(float, st.integers(1, 50), elements=st.floats(-1e3, 1e3)))
-def test_statistics_hold_together(signal):
-    s = statistics_of(signal)
-    assert s.min <= s.mean + 1e-9
-    assert s.mean <= s.max + 1e-9
-    assert s.peak_to_peak == s.max - s.min
-    assert s.rms**2 == pytest.approx(s.mean**2 + s.std**2, rel=1e-6, abs=1e-9)
 
 
 def test_feedforward_equals_the_effort_of_the_desired_motion():
