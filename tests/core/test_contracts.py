@@ -59,28 +59,34 @@ def test_values_that_make_no_model_are_refused_in_words(component, values, optio
         made(values, component=component, **options)
 
 
-def test_the_kind_of_axis_is_given_or_follows_from_units():
-    assert made().kind == "translational"
-    assert made(STRIBECK | {"F_C": "8 N*m"}).kind == "rotational"
-    assert made(kind="rotational").kind == "rotational"
-    assert make_model(hysteresis.play, {"r": 1.0}, kind="magnetic", validate=True).kind == "magnetic"
+@pytest.mark.parametrize(
+    ("model", "kind"),
+    [
+        (made(), "translational"),
+        (made(STRIBECK | {"F_C": "8 N*m"}), "rotational"),
+        (made(kind="rotational"), "rotational"),
+        (made().with_values(F_C=8.5), "translational"),
+        (make_model(hysteresis.play, {"r": 1.0}, kind="magnetic", validate=True), "magnetic"),
+    ],
+)
+def test_the_kind_of_axis_is_given_or_follows_from_units(model, kind):
+    assert model.kind == kind
 
 
-def test_without_a_check_ranges_and_relations_are_left():
-    assert made(STRIBECK | {"F_S": 7.0}, validate=False).values["F_S"] == 7.0
-    assert made(STRIBECK | {"F_S": 7.0}, related=False).values["F_S"] == 7.0
-    assert made(STRIBECK | {"F_C": -1.0}, validate=False).values["F_C"] == -1.0
+@pytest.mark.parametrize(
+    ("name", "value", "options"), [("F_S", 7.0, {"validate": False}), ("F_S", 7.0, {"related": False}), ("F_C", -1.0, {"validate": False})]
+)
+def test_without_a_check_ranges_and_relations_are_left(name, value, options):
+    assert made(STRIBECK | {name: value}, **options).values[name] == value
 
 
-def test_models_are_equal_where_component_kind_and_numbers_are():
-    model = made()
-    assert model == made()
-    assert hash(model) == hash(made())
-    assert model != made(STRIBECK | {"F_C": 8.5})
-    assert model != made(kind="rotational")
-    assert model != 3
-    assert model.with_values(F_C=8.5) == made(STRIBECK | {"F_C": 8.5})
-    assert model.with_values(F_C=8.5).kind == "translational"
+@pytest.mark.parametrize("other", [made(STRIBECK | {"F_C": 8.5}), made(kind="rotational"), 3])
+def test_models_are_equal_where_component_kind_and_numbers_are(other):
+    assert (made() == made(), hash(made()) == hash(made()), made() == other) == (True, True, False)
+
+
+def test_a_model_with_another_value_is_shown_with_it():
+    assert made().with_values(F_C=8.5) == made(STRIBECK | {"F_C": 8.5})
     assert repr(friction.coulomb(F_C=2.0)).startswith("coulomb(F_C=2 N")
 
 

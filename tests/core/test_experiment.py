@@ -26,6 +26,7 @@ def variant(**changes):
     return Variant(**parts | changes)
 
 
+PLAIN = {"settle": 0.0, "delay": 0, "current_lag": 0.0, "seeds": 1, "tolerance": 0.0, "effort_limit": math.inf}
 FED = {"mass": 0.0, "gain": 1.0, "offset": 0.0, "asymmetry": 0.0, "limit": math.inf, "rate_limit": math.inf, "conditioning": 0.0}
 
 

@@ -55,13 +55,17 @@ def test_a_channel_may_be_named_like_a_reserved_word_with_more():
     assert [Surrounding(f"{name}_2", HUMID, 0.5).name for name in RESERVED] == [f"{name}_2" for name in RESERVED]
 
 
-def test_required_channels_besides_the_motion_are_listed():
-    assert (HUMIDITY.field, HUMIDITY.is_own, HUMIDITY.is_recorded) == ("humidity", True, True)
-    load, position, transmitted = (OF_MOTION[name] for name in ("load", "position", "transmitted"))
-    assert (load.field, load.is_own, load.is_recorded) == ("load", False, True)
-    assert (position.field, position.is_own, position.is_recorded) == ("x", False, False)
-    assert (transmitted.is_own, transmitted.is_recorded) == (False, False)
-    assert position.usual == 0.0
+@pytest.mark.parametrize(
+    ("channel", "field", "is_own", "is_recorded"),
+    [
+        (HUMIDITY, "humidity", True, True),
+        (OF_MOTION["load"], "load", False, True),
+        (OF_MOTION["position"], "x", False, False),
+        (OF_MOTION["transmitted"], "transmitted", False, False),
+    ],
+)
+def test_required_channels_besides_the_motion_are_listed(channel, field, is_own, is_recorded):
+    assert (channel.field, channel.is_own, channel.is_recorded) == (field, is_own, is_recorded)
 
 
 def test_a_motion_has_each_requested_channel_once():
@@ -71,13 +75,19 @@ def test_a_motion_has_each_requested_channel_once():
     assert wider(1.0, 2.0).humidity == 0.5
 
 
+MOVING = motion_with([HUMIDITY])(3.0, 2.0, 1.5, 300.0, 7.0, 0.9)
+
+
 def test_only_a_moving_axis_transmits_effort():
-    motion = motion_with([HUMIDITY])(3.0, 2.0, 1.5, 300.0, 7.0, 0.9)
-    assert at_rest(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 0.0, 0.9)
-    assert on_side(-0.0, motion) == (0.0, 2.0, 1.5, 300.0, 7.0, 0.9)
-    assert reader_of(HUMIDITY)(motion) == 0.9
-    assert reader_of(HUMIDITY)(Motion(3.0, 2.0)) == 0.5
-    assert reader_of(OF_MOTION["position"])(motion) == 2.0
+    assert at_rest(-0.0, MOVING) == (0.0, 2.0, 1.5, 300.0, 0.0, 0.9)
+    assert on_side(-0.0, MOVING) == (0.0, 2.0, 1.5, 300.0, 7.0, 0.9)
+
+
+@pytest.mark.parametrize(
+    ("channel", "motion", "value"), [(HUMIDITY, MOVING, 0.9), (HUMIDITY, Motion(3.0, 2.0), 0.5), (OF_MOTION["position"], MOVING, 2.0)]
+)
+def test_a_channel_is_read_from_a_motion_or_has_its_usual_value(channel, motion, value):
+    assert reader_of(channel)(motion) == value
 
 
 def test_a_slot_lists_its_identified_parameters():

@@ -20,18 +20,23 @@ class Some(Thresholds):
     FIXED = 5.0
 
 
-def test_thresholds_are_those_that_are_given_and_else_at_their_defaults():
-    some = Some.of({"ratio": 3})
-    assert some.as_data() == {"share": 0.3, "ratio": 3.0}
+@pytest.mark.parametrize(
+    ("some", "data", "changed"),
+    [
+        (Some(), {"share": 0.3, "ratio": 2.0}, {}),
+        (Some.of({"ratio": 3}), {"share": 0.3, "ratio": 3.0}, {"ratio": 3.0}),
+        (Some.of({"share": 0.1, "ratio": 1.0}), {"share": 0.1, "ratio": 1.0}, {"share": 0.1, "ratio": 1.0}),
+        (Some.of({"share": 0.9}), {"share": 0.9, "ratio": 2.0}, {"share": 0.9}),
+        (Some.among({"share": 0.4, "other": 1.0}), {"share": 0.4, "ratio": 2.0}, {"share": 0.4}),
+    ],
+)
+def test_thresholds_are_those_that_are_given_and_else_at_their_defaults(some, data, changed):
+    assert (some.as_data(), some.changed) == (data, changed)
     assert isinstance(some.ratio, float)
-    assert some.changed == {"ratio": 3.0}
-    assert Some().changed == {}
-    assert Some.of({"share": 0.1, "ratio": 1.0}).share == 0.1
-    assert Some.of({"share": 0.9}).share == 0.9
-    assert Some.among({"share": 0.4, "other": 1.0}).changed == {"share": 0.4}
-    first, second = Some.described()
-    assert first == ("share", 0.3, "1", "of all", 0.1, 0.9, "")
-    assert second == ("ratio", 2.0, "s", "of two", 1.0, math.inf, "a book")
+
+
+def test_thresholds_are_described():
+    assert list(Some.described()) == [("share", 0.3, "1", "of all", 0.1, 0.9, ""), ("ratio", 2.0, "s", "of two", 1.0, math.inf, "a book")]
 
 
 @pytest.mark.parametrize(

@@ -28,11 +28,19 @@ def test_the_equations_of_a_contact_are_driven_by_its_velocity():
     assert rate.tolist() == pytest.approx([-0.2, z_dot])
 
 
-def test_friction_in_equations_sees_velocity_and_position():
-    assert contact_equations(friction.viscous(F_v=10.0))(np.array([0.0]), -2.0) == (-20.0, pytest.approx([-2.0]))
-    model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.5, p_2=0.0, a_1=3.0, a_2=0.0)
-    assert contact_equations(model)(np.array([0.4]), 2.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
-    assert axis_equations(PLANT, model)(np.array([0.4, 2.0]), 0.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
+PLACED = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.5, p_2=0.0, a_1=3.0, a_2=0.0)
+
+
+@pytest.mark.parametrize(
+    ("equations", "state", "force"),
+    [
+        (contact_equations(friction.viscous(F_v=10.0)), ([0.0], -2.0), -20.0),
+        (contact_equations(PLACED), ([0.4], 2.0), 20.0 * 1.2 + 3.0 * 0.4),
+        (axis_equations(PLANT, PLACED), ([0.4, 2.0], 0.0), 20.0 * 1.2 + 3.0 * 0.4),
+    ],
+)
+def test_friction_in_equations_sees_velocity_and_position(equations, state, force):
+    assert equations(np.array(state[0]), state[1])[0] == pytest.approx(force)
 
 
 def test_samples_of_an_axis_are_those_of_a_run():

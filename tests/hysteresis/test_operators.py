@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.architecture.kernel_subset import reachable_kernels, violations_of
 from tests.hysteresis.paths import OPERATORS, along, sized, walk
 
 from bristle import response
-from bristle.core.variable import variables_of
 from bristle.engine import interpreted
 from bristle.engine.path import after, output_along
 
@@ -38,15 +36,6 @@ def test_plain_python_and_compiled_give_the_same_bits(operator):
     compiled = response(operator, path)
     with interpreted():
         assert np.array_equal(response(operator, path), compiled)
-
-
-@every_operator
-def test_kernels_can_be_exported_and_variables_are_described(operator):
-    component = operator.component
-    reached = reachable_kernels(component.trial, component.commit)
-    assert [text for item in reached for text in violations_of(item)] == []
-    assert variables_of(component.Parameters)
-    variables_of(component.State)
 
 
 @every_operator

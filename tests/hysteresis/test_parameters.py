@@ -86,18 +86,18 @@ def test_virgin_curves_have_risen_so_far_over_the_length_of_their_tangent(shape,
     assert loading_curve(1e12, shape, exponent) == pytest.approx(1.0, abs=1e-5)
 
 
-def test_an_exponent_below_one_saturates_at_a_finite_travel():
-    # 1 - (1 - x / 2)^2 is there after a travel of 2.
-    assert [loading_curve(x, DAHL_MASING, 0.5) for x in (2.0, 3.0)] == [1.0, 1.0]
-    assert [loading_slope(x, DAHL_MASING, 0.5) for x in (2.0, 3.0)] == [0.0, 0.0]
+# 1 - (1 - x / 2)^2 is there after a travel of 2.
+@pytest.mark.parametrize("x", [2.0, 3.0])
+def test_an_exponent_below_one_saturates_at_a_finite_travel(x):
+    assert (loading_curve(x, DAHL_MASING, 0.5), loading_slope(x, DAHL_MASING, 0.5)) == (1.0, 0.0)
 
 
-def test_a_loop_tip_is_where_a_loop_of_the_reformed_model_closes():
+@pytest.mark.parametrize("k", [0.1, 1.0, 10.0])
+def test_a_loop_tip_is_where_a_loop_of_the_reformed_model_closes(k):
     # From -f_r with a slope of 1 toward 1: -f_r + p d / (p + d) = f_r, p = 1 + f_r, d = 2 k.
-    for k in (0.1, 1.0, 10.0):
-        tip = loop_tip(k)
-        assert -tip + (1.0 + tip) * 2.0 * k / (1.0 + tip + 2.0 * k) == pytest.approx(tip)
-        assert loop_tip_slope(k) == pytest.approx((loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6)
+    tip = loop_tip(k)
+    assert -tip + (1.0 + tip) * 2.0 * k / (1.0 + tip + 2.0 * k) == pytest.approx(tip)
+    assert loop_tip_slope(k) == pytest.approx((loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6)
     assert loop_tip(math.inf) == loop_tip(1e200) == pytest.approx(1.0)
     assert loop_tip_slope(1e200) == pytest.approx(0.0, abs=1e-100)
 

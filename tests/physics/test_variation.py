@@ -23,14 +23,13 @@ def moved(count=500, dt=4e-3):
     return np.diff(x, prepend=0.1) / dt, x, dt
 
 
-def test_variation_is_zero_in_the_middle_and_full_at_the_end():
-    plain, placed = find("coulomb_viscous"), find("coulomb_viscous+position")
-    values = {"F_C": 20.0, "F_v": 100.0}
-    for x, factor, beside in ((0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)):
-        v = np.array([0.3, -0.3])
-        present = x + 0.5e-9 * v
-        text = force_along(placed(**values, **PLACE), v, 1e-9, present)
-        assert text == pytest.approx(factor * force_along(plain(**values), v, 1e-9) + beside)
+@pytest.mark.parametrize(
+    ("x", "factor", "beside"), [(0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)]
+)
+def test_variation_is_zero_in_the_middle_and_full_at_the_end(x, factor, beside):
+    v, values = np.array([0.3, -0.3]), {"F_C": 20.0, "F_v": 100.0}
+    placed = force_along(find("coulomb_viscous+position")(**values, **PLACE), v, 1e-9, x + 0.5e-9 * v)
+    assert placed == pytest.approx(factor * force_along(find("coulomb_viscous")(**values), v, 1e-9) + beside)
 
 
 def test_the_force_of_a_screw_comes_once_a_turn():
@@ -41,16 +40,14 @@ def test_the_force_of_a_screw_comes_once_a_turn():
     assert force[500:] == pytest.approx(force[:-500], abs=1e-9)
 
 
-def test_load_and_temperature_are_first_order_factors():
+@pytest.mark.parametrize(
+    ("around", "factor"), [({}, 1.0), ({"load": 1.5}, 1.45), ({"load": 1.5, "temperature": 303.15}, 1.25), ({"temperature": 500.0}, 0.0)]
+)
+def test_load_and_temperature_are_first_order_factors_and_nothing_makes_friction_push(around, factor):
     model = find("lugre+load+temperature")(**LUGRE, k_L=0.9, k_T=-0.02)
     v, x, dt = moved()
-    plain = force_along(find("lugre")(**LUGRE), v, dt, x)
-    assert force_along(model, v, dt, x) == pytest.approx(plain)
-    assert force_along(model, v, dt, x, load=1.5) == pytest.approx(1.45 * plain)
-    warm = np.full(v.size, 303.15)
-    assert force_along(model, v, dt, x, load=1.5, temperature=warm) == pytest.approx(1.25 * plain)
-    # Nothing makes friction push.
-    assert np.all(force_along(model, v, dt, x, temperature=500.0) * plain >= 0.0)
+    force, plain = force_along(model, v, dt, x, **around), force_along(find("lugre")(**LUGRE), v, dt, x)
+    assert force == pytest.approx(factor * plain) if factor else np.all(force * plain >= 0.0)
 
 
 def test_a_body_still_sticks_where_friction_varies():

@@ -108,13 +108,13 @@ def axis_of(**changes):
 def test_a_loop_has_the_values_of_axis_and_log():
     log = log_of(cubic(), 3.0 + np.arange(100.0), injected=(Channel(np.full(100, 0.5), "N", "d"),))
     loop = closed_loop_of(log, axis_of(effort_limit=50.0), slice(20, 80))
-    assert (loop.count, loop.sample_time, loop.limit, loop.resolution, loop.lag) == (60, DT, 50.0, 1e-6, 1e-3)
-    assert loop.effort_before == 23.0
+    values = {"count": 60, "sample_time": DT, "limit": 50.0, "resolution": 1e-6, "lag": 1e-3, "effort_before": 23.0}
+    assert {name: getattr(loop, name) for name in values} == values
     assert loop.injected.tolist() == [0.5] * 60
     assert loop.desired[0] == pytest.approx(cubic()[20:80] + 0.01)
     assert loop.beginning.x == cubic()[20]
-    assert closed_loop_of(log, axis_of(resolution=None), slice(0, 100)).resolution == 0.0
-    assert closed_loop_of(log, axis_of(), slice(0, 100)).limit == math.inf
+    bare = closed_loop_of(log, axis_of(resolution=None), slice(0, 100))
+    assert (bare.resolution, bare.limit) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize(
