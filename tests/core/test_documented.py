@@ -63,11 +63,16 @@ def test_the_signature_matches_the_call(component):
     assert all(parameter.kind is parameter.KEYWORD_ONLY for parameter in parameters.values())
 
 
-def test_the_signature_has_units_and_defaults():
-    message = str(inspect.signature(friction.lugre))
-    assert "F_C: 'N or N*m', " in message
-    assert "sigma_1: 'N*s/m or N*m*s/rad' = 0.0" in message
-    assert "k_i: 'a list, N/m or N*m/rad'" in str(inspect.signature(friction.gms))
+@pytest.mark.parametrize(
+    ("component", "text"),
+    [
+        (friction.lugre, "F_C: 'N or N*m', "),
+        (friction.lugre, "sigma_1: 'N*s/m or N*m*s/rad' = 0.0"),
+        (friction.gms, "k_i: 'a list, N/m or N*m/rad'"),
+    ],
+)
+def test_the_signature_has_units_and_defaults(component, text):
+    assert text in str(inspect.signature(component))
 
 
 @pytest.mark.parametrize("component", [member for member in COMPONENTS if member.example], ids=lambda member: member.name)
@@ -86,12 +91,6 @@ def test_a_component_is_shown_in_a_line():
     assert repr(plants.inertia) == "<plant inertia(M)>"
     assert repr(friction.lugre) == "<friction lugre(F_C, F_S, v_S, sigma_0, sigma_1=0, sigma_2=0, v_d=inf)>"
     assert max(len(repr(component)) for component in COMPONENTS) < 300
-
-
-def test_slots_are_explained_after_their_model():
-    bare, varied = friction.lugre.equations, friction.find("lugre+position").equations
-    assert varied[: len(bare)] == bare
-    assert any("x" in line or "ξ" in line for line in varied[len(bare) :])
 
 
 OWN = r'''r"""Mine: a drag.

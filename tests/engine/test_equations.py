@@ -44,16 +44,14 @@ def test_friction_in_equations_sees_velocity_and_position(equations, state, forc
 
 
 def test_samples_of_an_axis_are_those_of_a_run():
-    model = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5])
+    model, state, rows = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5]), np.zeros(6), []
     effort = np.array([10.0, 40.0, 40.0, -30.0, -60.0])
     with interpreted():
-        trace = run_open_loop(PLANT, model, effort, 1e-3, steps=2)
-        step, state = axis_step(PLANT, model, 1e-3, 2), np.zeros(6)
-        rows = []
+        trace, step = run_open_loop(PLANT, model, effort, 1e-3, steps=2), axis_step(PLANT, model, 1e-3, 2)
         for u in effort:
-            rows.append(state[:2].copy())
+            before = state[:2].tolist()
             force, state = step(state, u)
-            rows[-1] = (*rows[-1], force)
+            rows.append((*before, force))
     assert np.array_equal(np.array(rows).T, [trace.position, trace.velocity, trace.friction])
     assert state[2:4] == pytest.approx(trace.memory)
 
@@ -89,13 +87,13 @@ def test_states_have_names_and_units_in_the_order_of_the_vector(model, plant, dt
     assert rest.tolist() == [0.0] * len(system.outputs)
 
 
-def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position():
+@pytest.mark.parametrize(("plant", "before", "after"), [(None, 1, 0), (PLANT, 2, 2)])
+def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position(plant, before, after):
     model = friction.preisach_lugre(**friction.preisach_lugre.example)
     contact = [*model.component.initial_state(model.parameters), *model.component.new_memory(model.parameters)]
-    for plant, before, after in ((None, 1, 0), (PLANT, 2, 2)):
-        with interpreted():
-            size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
-        assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
+    with interpreted():
+        size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
+    assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
 
 
 def test_signals_have_the_units_of_the_kind_of_axis():

@@ -60,17 +60,20 @@ def test_the_level_at_the_stated_pressure_is_that_of_the_model():
     assert slot.channel.variable.min == 0.0
 
 
-def test_pressure_raises_dry_friction_only():
-    model = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+PRESSED = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+
+
+@pytest.mark.parametrize(
+    ("model", "around", "level"),
+    [
+        (PRESSED, {"pressure": PRESSURE}, 80.0 * (1.0 + 0.02 * (PRESSURE / 1e5 - 10.0))),
+        (PRESSED, {}, 64.0),
+        (unvaried(PRESSED), {"pressure": PRESSURE}, 80.0),
+    ],
+)
+def test_pressure_raises_dry_friction_only(model, around, level):
     with interpreted():
-        force = force_along(model, V, 1e-3, pressure=PRESSURE)
-        unpressed = force_along(model, V, 1e-3)
-    level = 80.0 * (1.0 + 0.02 * (PRESSURE / 1e5 - 10.0))
-    assert force == pytest.approx(level * np.sign(V) + 300.0 * V)
-    assert unpressed == pytest.approx(64.0 * np.sign(V) + 300.0 * V)
-    with interpreted():
-        still = force_along(unvaried(model), V, 1e-3, pressure=PRESSURE)
-    assert still == pytest.approx(80.0 * np.sign(V) + 300.0 * V)
+        assert force_along(model, V, 1e-3, **around) == pytest.approx(level * np.sign(V) + 300.0 * V)
 
 
 def test_a_rotational_axis_may_have_a_pressure():

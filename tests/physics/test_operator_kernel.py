@@ -105,12 +105,10 @@ def test_a_closed_form_is_the_kernel_of_that_name(model):
 
 def test_a_model_over_an_operator_is_found_by_name_and_survives_pickling():
     operator = operator_named("reversal_table")
-    component = friction.find("preisach_contact+asymmetry")
-    model = component(kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0)
+    model = friction.find("preisach_contact+asymmetry")(kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0)
     assert model.name == "preisach_contact+reversal_table+asymmetry"
     assert friction.find(model.name) is model.component
-    assert pickle.loads(pickle.dumps(model)) == model
-    assert make_model(model.component, model.values, kind=model.kind, validate=True) == model
+    assert pickle.loads(pickle.dumps(model)) == make_model(model.component, model.values, kind=model.kind, validate=True) == model
     assert np.array_equal(model.kernel_E, operator.E)
     assert (model.sigma_2_neg, model.offset) == (3.0, 1.0)
 

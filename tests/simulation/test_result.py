@@ -148,17 +148,15 @@ def test_only_open_loops_are_told_by_their_position(variants, head):
 
 def test_an_experiment_is_plain_data_and_a_table():
     result = result_of(variant(), variant("other"), refused={"third": "why"})
-    data = result.to_dict()
-    assert (data["name"], data["kind"], data["refused"], list(data["variants"])) == (
-        "bench",
-        "translational",
-        {"third": "why"},
-        ["base", "other"],
-    )
-    frame = result.to_dataframe()
-    assert frame.columns[0] == "variant"
+    data, frame = result.to_dict(), result.to_dataframe()
+    assert {name: data[name] for name in ("name", "kind", "refused")} == {
+        "name": "bench",
+        "kind": "translational",
+        "refused": {"third": "why"},
+    }
+    assert list(data["variants"]) == ["base", "other"]
+    assert (frame.columns[0], frame.attrs["units"]["position"]) == ("variant", "m")
     assert frame["variant"].tolist() == ["base"] * 4 + ["other"] * 4
-    assert frame.attrs["units"]["position"] == "m"
     assert result_of().to_dataframe().empty
 
 
@@ -199,26 +197,23 @@ def test_a_prediction_has_a_card():
     assert remarks[-2:] == ["note: filtered", "warning: at_bound F_C"]
 
 
-def test_the_worst_reversal_has_the_widest_swing_of_the_error():
-    reference = np.abs(np.arange(1000.0) % 500.0 - 250.0)  # turns at 250, 500 and 750
-    error = np.zeros(1000)
-    error[255], error[495], error[505], error[760] = 1.0, -1.0, 1.0, 1.5
-    around = worst_reversal(reference, error)
-    # A twentieth of the samples, a third of them before the reversal.
-    assert around.stop - around.start == 50
-    assert around.start == pytest.approx(500 - 16, abs=1)
-    assert swing_at_worst_reversal(reference, error) == 2.0
+TURNING = np.abs(np.arange(1000.0) % 500.0 - 250.0)  # turns at 250, 500 and 750
+ERROR = np.zeros(1000)
+ERROR[[255, 495, 505, 760]] = 1.0, -1.0, 1.0, 1.5
+SHORT, LATE = np.abs(np.arange(100.0) - 50.0), np.abs(np.arange(100.0) - 98.0)
 
 
-def test_a_short_record_shows_forty_samples_around_a_reversal_or_all():
-    reference = np.abs(np.arange(100.0) - 50.0)
-    around = worst_reversal(reference, np.zeros(100))
-    assert around.stop - around.start == 40
-    assert worst_reversal(reference[40:60], np.zeros(20)) == slice(0, 20)
-    late = np.abs(np.arange(100.0) - 98.0)
-    assert worst_reversal(late, np.zeros(100)) == slice(60, 100)
-
-
-def test_a_reference_that_never_turns_has_no_reversal():
-    assert worst_reversal(np.arange(100.0), np.zeros(100)) is None
-    assert swing_at_worst_reversal(np.arange(100.0), np.zeros(100)) is None
+@pytest.mark.parametrize(
+    ("reference", "error", "around", "swing"),
+    [
+        # A twentieth of the samples, a third of them before the reversal; forty samples, or all of a short record.
+        (TURNING, ERROR, slice(484, 534), 2.0),
+        (SHORT, np.zeros(100), slice(37, 77), 0.0),
+        (SHORT[40:60], np.zeros(20), slice(0, 20), 0.0),
+        (LATE, np.zeros(100), slice(60, 100), 0.0),
+        (np.arange(100.0), np.zeros(100), None, None),  # never turns
+    ],
+)
+def test_the_worst_reversal_has_the_widest_swing_of_the_error(reference, error, around, swing):
+    assert worst_reversal(reference, error) == around
+    assert swing_at_worst_reversal(reference, error) == swing

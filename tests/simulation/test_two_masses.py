@@ -169,12 +169,11 @@ def test_the_table_follows_better_with_both_frictions_and_the_wind_up():
 
 
 def test_a_law_that_feeds_inertia_forward_does_not_feed_it_twice():
-    total, gains = J + M * ARM**2, {"lambda_": 50.0, "K_1": 50.0}
-    law = controllers.sliding_mode(kind="rotational", J=total, **gains)
-    rigid, wound = loops().variants
-    quick = [replace(loop, controller=law, friction=MOTOR, table=TABLE) for loop in (rigid, wound)]
-    fed = [Feedforward(friction=WHOLE.friction), Feedforward(plant=screw(), friction=MOTOR, table=TABLE)]
-    pair = tuple(replace(loop, feedforward=one) for loop, one in zip(quick, fed, strict=True))
+    law = controllers.sliding_mode(kind="rotational", J=J + M * ARM**2, lambda_=50.0, K_1=50.0)
+    fed = Feedforward(friction=WHOLE.friction), Feedforward(plant=screw(), friction=MOTOR, table=TABLE)
+    pair = tuple(
+        replace(loop, controller=law, friction=MOTOR, table=TABLE, feedforward=one) for loop, one in zip(loops().variants, fed, strict=True)
+    )
     before, after = simulate(Experiment("laws", "rotational", pair)).variants.values()
     assert after.true_error.rms < 0.25 * before.true_error.rms
 
