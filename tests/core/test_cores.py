@@ -5,11 +5,11 @@ from functools import partial
 
 import pytest
 import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
-from tests.identification.known_logs import sliding_log
+from tests.identification.known_logs import STATED, sliding_log
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from bristle.core import cores
-from bristle.core.cores import Abreast, abreast, core_count, cores_for_simulations
+from bristle.core.cores import Abreast, abreast, cores_for_simulations
 from bristle.identification import identify
 
 
@@ -49,7 +49,7 @@ def test_identification_keeps_to_it():
         raise EnoughError
 
     with pytest.raises(EnoughError):
-        identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0, progress=look)
+        identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=0, draws=0, progress=look)
     assert max(threads()) == 2
 
 
@@ -94,10 +94,6 @@ def test_overlapping_blocks_do_not_end_each_other(other, is_last):
     assert max(threads()) == 1
     last()
     assert max(threads()) == 2
-
-
-def test_there_is_a_core():
-    assert core_count() >= 1
 
 
 def test_a_fork_inside_a_block_starts_without_active_blocks():

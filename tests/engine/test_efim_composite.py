@@ -19,7 +19,7 @@ CONTACT["sigma_1"] = math.sqrt(CONTACT["s"] * J)
 OMEGA_0 = math.sqrt(CONTACT["s"] / J)
 
 CASES = {
-    "presliding": (lambda t, x: 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t), 0.4),
+    "presliding": (lambda t, x: 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t), 0.3),
     "break-away": (lambda t, x: 160.0 * np.sin(20.0 * np.pi * t), 0.3),
     "stick-slip": (lambda t, x: 20.0 * (200.0 * t - x), 0.25),
 }

@@ -59,7 +59,7 @@ def open_loops(model, count):
 def test_open_loop_derivatives_agree_with_differences_of_runs(name):
     with interpreted():
         base, *slots = name.split("+")
-        slope, differences = open_loops(model_of(base, tuple(slots)), {"dahl": 300, "preisach_lugre": 150}.get(name, 400))
+        slope, differences = open_loops(model_of(base, tuple(slots)), {"dahl": 300, "preisach_lugre": 80}.get(name, 350))
     assert np.isfinite(slope).all()
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
 
@@ -157,7 +157,7 @@ def test_each_block_of_directions_begins_with_the_given_memory():
 
 def test_compiled_loop_derivatives_agree_with_plain_python():
     model = lugre(F_C=8.0, F_S=10.0, v_S=0.02, sigma_0=1e5, sigma_1=100.0, sigma_2=20.0)
-    for loops in (lambda: open_loops(model, 300), lambda: closed_loops(model, count=60)):
+    for loops in (lambda: open_loops(model, 200), lambda: closed_loops(model, count=45)):
         compiled = loops()[0]
         with interpreted():
             plain = loops()[0]

@@ -87,16 +87,6 @@ def test_a_contact_of_any_stiffness_settles(sigma_0):
     assert settled(lugre(sigma_0=sigma_0), 1.0)[0].z == pytest.approx(20.0 / sigma_0)
 
 
-def test_after_a_decaying_sweep_the_memory_contains_the_sweep():
-    model = friction.preisach_contact(s=1e7, f_p=28.0)
-    state, memory = conditioned(model, 1e-5)
-    assert abs(force_along(model, [0.0], 1.0, state=state, memory=memory)[0]) < 0.5
-    assert np.count_nonzero(memory) > 10
-    assert np.max(np.abs(memory)) <= 28.0
-    turning = np.sort(np.abs(memory[: memory.size // 2][memory[: memory.size // 2] != 0.0]))
-    assert turning[-1] == pytest.approx(1e-5, rel=0.05)
-
-
 def test_a_sweep_ends_at_its_start():
     _, memory = conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e-6], nu_i=[1.0]), 1e-5)
     assert memory[0] == pytest.approx(0.0, abs=1e-15)

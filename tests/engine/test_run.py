@@ -106,20 +106,22 @@ def test_by_default_a_run_begins_at_rest_at_the_origin():
     assert linear.velocity == pytest.approx([0.0, 0.05, 0.05])
 
 
-def test_by_default_a_loop_has_no_delay_lag_or_limit():
+@pytest.mark.parametrize(
+    ("options", "effort"),
+    [
+        ({}, [1e9] * 6),
+        ({"delay": 2}, [0.0] * 2 + [1e9] * 4),
+        ({"delay": 2, "effort_before": 7.0}, [7.0] * 2 + [1e9] * 4),
+        ({"limit": 5.0, "delay": 1}, [0.0] + [5.0] * 5),
+    ],
+)
+def test_by_default_a_loop_has_no_delay_lag_or_limit(options, effort):
     reference = np.zeros((4, 6))
     reference[3] = 1e9  # fed forward
-    law = controllers.cascade(k_p=0.0, k_v=0.0)
-
-    def run(**options):
-        return run_closed_loop(*FREE, law, sensors.encoder(), reference, 1e-3, **options)
-
-    assert run().effort.tolist() == [1e9] * 6
-    assert run(delay=2).effort.tolist() == [0.0] * 2 + [1e9] * 4
-    assert run(delay=2, effort_before=7.0).effort.tolist() == [7.0] * 2 + [1e9] * 4
-    assert run(limit=5.0, delay=1).effort.tolist() == [0.0] + [5.0] * 5
+    loop = *FREE, controllers.cascade(k_p=0.0, k_v=0.0), sensors.encoder(), reference, 1e-3
+    assert run_closed_loop(*loop, **options).effort.tolist() == effort
     # Of the impulse of a sample a drive with a lag as long gives 1/e.
-    assert [run(**options).velocity[1] for options in ({}, {"lag": 1e-3})] == pytest.approx([5e5, 5e5 * math.exp(-1.0)])
+    assert [run_closed_loop(*loop, **lag).velocity[1] for lag in ({}, {"lag": 1e-3})] == pytest.approx([5e5, 5e5 * math.exp(-1.0)])
 
 
 @pytest.mark.parametrize(

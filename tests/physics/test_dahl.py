@@ -10,20 +10,6 @@ from bristle.friction.dahl import decayed
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
-def test_mean_force_is_second_order():
-    model = friction.dahl(sigma_0=2e5, F_C=1.3, exponent=2.0)
-    count = 4096
-    x = 1e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count)
-    v = np.diff(x) / 1e-3
-    reference = force_along(model, v, 1e-3)
-    errors = []
-    for division in (32, 16, 8):
-        coarse = force_along(model, v.reshape(-1, division).mean(axis=1), 1e-3 * division)
-        errors.append(np.sqrt(np.mean((coarse - reference.reshape(-1, division).mean(axis=1)) ** 2)))
-    assert errors[-1] < 1e-4 * 1.3
-    assert np.all(np.log2(np.array(errors[:-1]) / errors[1:]) > 1.95), errors
-
-
 def test_force_never_passes_coulomb():
     generator = np.random.default_rng(1)
     model = friction.dahl(sigma_0=2e5, F_C=1.3, exponent=0.7)

@@ -27,12 +27,6 @@ def test_in_sliding_it_follows_the_stribeck_curve(v):
     assert force_along(QUIET, [v], 1e-4, state=state, memory=memory) == pytest.approx(force_along(curve, [v], 1e-4))
 
 
-def test_the_mean_force_of_a_step_is_that_of_many_small_ones():
-    v, dt = 2e-4, 2e-2
-    whole = force_along(QUIET, [v], dt)[0]
-    assert whole == pytest.approx(force_along(QUIET, np.full(1000, v), dt / 1000).mean(), rel=1e-6)
-
-
 def test_micro_damping_belongs_to_the_elements_that_stick():
     damped = friction.maxwell_stribeck(**SIZES, sigma_1=1e3)
     slow, still = 1e-3, 1e-12

@@ -122,19 +122,6 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
 
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
-def test_a_short_step_of_the_composite_evaluates_its_curve_at_most_three_times(transition, n, monkeypatch):
-    requested = []
-    for name in ("branch_output", "branch_point"):
-        plain = getattr(deflection, name)
-        monkeypatch.setattr(deflection, name, lambda *a, plain=plain: requested.append(1) or plain(*a))
-    model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
-    v = 2e-4 * np.sin(np.linspace(0.0, 4.0, 400))
-    with interpreted():
-        force_along(model, v, 1e-5)
-    assert len(requested) <= {"paper": 2.2, "elastoplastic": 3.2, "leuven": 3.2}[transition] * v.size
-
-
-@pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
 def test_a_step_of_hardly_any_length_keeps_the_force(transition, n):
     model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
     for v in (1e-200, 1e-306, 1e-312, 5e-321):

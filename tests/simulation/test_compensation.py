@@ -118,15 +118,13 @@ def test_three_loops_have_no_motion_and_friction_feedforward():
 
 
 def test_the_loops_of_an_experiment_use_its_options():
-    unseen, known = np.full(100, 2.0), np.full(100, 3.0)
-    start = Start(0.1, 0.2)
+    unseen, known, start = np.full(100, 2.0), np.full(100, 3.0), Start(0.1, 0.2)
     result = experiment(resolution="1 um", effort_limit=50.0, lag=1e-3, disturbance=unseen, injected=known, start=start, name="bench")
     assert (result.name, result.kind) == ("bench", "translational")
+    run = {"duration": 1.0, "sample_time": 0.01, "settle": 0.05, "effort_limit": 50.0, "current_lag": 1e-3}
     for item in result.variants:
-        assert (item.run.duration, item.run.sample_time, item.run.settle) == pytest.approx((1.0, 0.01, 0.05))
-        assert (item.run.effort_limit, item.run.current_lag) == (50.0, 1e-3)
-        assert item.sensor.values["resolution"] == 1e-6
-        assert (item.disturbance[0], item.injected[0], item.start) == (2.0, 3.0, start)
+        assert {name: getattr(item.run, name) for name in run} == pytest.approx(run)
+        assert (item.sensor.values["resolution"], item.disturbance[0], item.injected[0], item.start) == (1e-6, 2.0, 3.0, start)
     plain = experiment().variants[0]
     assert (plain.run.effort_limit, plain.run.current_lag, plain.sensor.values["resolution"]) == (math.inf, 0.0, 0.0)
 
