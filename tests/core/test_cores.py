@@ -5,7 +5,7 @@ from functools import partial
 
 import pytest
 import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
-from tests.identification.known_logs import STATED, sliding_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from bristle.core import cores
@@ -48,8 +48,9 @@ def test_identification_keeps_to_it():
         assert set(threads()) == {1}
         raise EnoughError
 
+    motion = sines(duration=2.0)
     with pytest.raises(EnoughError):
-        identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=0, draws=0, progress=look)
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=0, progress=look)
     assert max(threads()) == 2
 
 
