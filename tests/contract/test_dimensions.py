@@ -18,8 +18,6 @@ from bristle.testing import check_model
 from bristle.testing.dimensions import one_dimension
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-
-
 # Values that lead along other ways through the kernels than those of the example.
 OTHER_WAYS = {
     "stribeck": [{"delta_S": 1.3}],
@@ -34,7 +32,7 @@ OTHER_WAYS = {
     + [{"kernel": kernel} for kernel in KERNELS],
 }
 CANNOT = {"bouc_wen_classic nu=1.7": "its exponent is on a force, counted in units of 1 N"}
-"""What cannot run on numbers with units, and why."""
+"""What is another model in other units, and why."""
 
 
 def friction_cases():

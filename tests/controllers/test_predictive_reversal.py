@@ -80,3 +80,8 @@ def test_the_force_of_a_start_from_rest_rises_from_zero():
     assert force[0] == 0.0
     assert np.all(force >= 0.0)
     assert force[-1] == pytest.approx(40.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("velocity", "side"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
+def test_a_law_that_takes_over_knows_the_side_of_the_motion(velocity, side):
+    assert still_law().component.start(0.2, velocity, 0.0, DT, still_law().parameters)[2:] == (0.2, side, side)
