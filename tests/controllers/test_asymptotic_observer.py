@@ -10,15 +10,17 @@ from bristle import controllers
 from bristle.core import InputError
 from bristle.core.contracts import Reference
 
+pytestmark = pytest.mark.usefixtures("compiled_axis")
+
 OBSERVER = {"g_1": 60.0, "g_2": 600.0, "F_C": 42.7, "sigma_0": 18e6, "band": 2e-7}
 LAW = controllers.asymptotic_observer(**GAINS, **OBSERVER)
-MOTION = harmonic([(4.0e-6, 0.5, 0.0), (2.5e-6, 1.22, 1.0)], 2.5)
+MOTION = harmonic([(4.0e-6, 0.5, 0.0), (2.5e-6, 1.22, 1.0)], 1.5)
 
 
 def force_error(law, axis):
     run = follow(law, axis, MOTION, seed=7)
     force = np.array([state.f_hat for state in run.states])
-    return float(np.std((force - run.friction)[2000:]) / np.std(run.friction[2000:])), run
+    return float(np.std((force - run.friction)[1200:]) / np.std(run.friction[1200:])), run
 
 
 @pytest.mark.fast_cases(1)
@@ -73,10 +75,10 @@ def test_the_slowest_pole_is_the_dominant_pole_at_every_stiffness():
 
 
 def test_no_change_of_the_stiffness_makes_the_errors_grow():
-    # The worst of 500 sequences of stiffness, switched at random times: a Lyapunov function that all of them share bounds it.
+    # The worst of 300 sequences of stiffness, switched at random times: a Lyapunov function that all of them share bounds it.
     matrices = [transition(0.0), transition(2.0 * 18e6)]
     generator, worst = np.random.default_rng(3), 0.0
-    for _ in range(500):
+    for _ in range(300):
         error = np.array([1.0, 0.0])
         for hold in generator.integers(1, 60, 30):
             error = np.linalg.matrix_power(matrices[generator.integers(2)], int(hold)) @ error

@@ -7,6 +7,8 @@ from benchmarks.independent import DT, GAINS, follow, sliders
 from bristle import controllers
 from bristle.core.contracts import Reference
 
+pytestmark = pytest.mark.usefixtures("compiled_axis")
+
 STRIBECK = {"F_C": 40.0, "F_S": 50.0, "v_S": 4e-4}
 
 

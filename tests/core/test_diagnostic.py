@@ -1,6 +1,7 @@
 """The best of a search that may be interrupted."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -37,16 +38,11 @@ def test_a_point_near_a_completed_descent_is_known(at, is_known):
     assert bool(best.is_known(np.array(at))) is is_known
 
 
-def test_short_work_that_a_person_interrupts_is_done_again():
-    calls = []
+@pytest.mark.parametrize(("interruptions", "expected"), [(0, (5, False)), (1, (5, True))])
+def test_short_work_that_a_person_interrupts_is_done_again(interruptions, expected):
+    assert to_the_end(Mock(side_effect=[*[KeyboardInterrupt] * interruptions, 5])) == expected
 
-    def work():
-        calls.append(1)
-        if len(calls) == 1:
-            raise KeyboardInterrupt
-        return len(calls)
 
-    assert to_the_end(work) == (2, True)
-    assert to_the_end(lambda: 5) == (5, False)
+def test_short_work_that_a_person_interrupts_twice_ends():
     with pytest.raises(KeyboardInterrupt):
-        to_the_end(lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+        to_the_end(Mock(side_effect=KeyboardInterrupt))
