@@ -13,7 +13,7 @@ from bristle.logs.curves import Curve, Curves
 
 @pytest.fixture(scope="module")
 def clean():
-    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=81, samples=121)
+    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=61, samples=91)
 
 
 def with_noise(curves, rng):
