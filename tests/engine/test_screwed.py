@@ -65,7 +65,7 @@ def test_a_stiff_screw_is_one_inertia_with_the_sum_of_both_frictions():
 def test_backlash_agrees_with_a_solver_of_differential_equations():
     k, d, gap = 1e7, 3e3, 2.5e-5 / ARM
     h = 2e-5
-    t = h * np.arange(8_500)
+    t = h * np.arange(6_500)
 
     def effort(at):
         return 0.1 * np.sin(2.0 * np.pi * 6.0 * at)
