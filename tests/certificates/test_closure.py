@@ -1,17 +1,16 @@
 """Closure of minor loops in the position."""
 
 import pytest
-from tests.certificates.ballscrew import F_S, UM, composite, gms, lugre, maxwell_slip
+from tests.certificates.ballscrew import UM, composite, gms, lugre, maxwell_slip
 
-from bristle.certificates import check
-from bristle.certificates.certify import default_loop
-from bristle.certificates.quasi_static import Path, holding_of
+from bristle.certificates.certify import closure
+from bristle.certificates.quasi_static import holding_of
 
 SMALL, LARGE = (3 * UM, 1.5 * UM), (6 * UM, 5 * UM)
 
 
-def closure_of(model, loop=None):
-    return check(model, loop=loop)["closure"]
+def closure_of(model, loop):
+    return closure(model, holding_of(model), loop)
 
 
 @pytest.mark.fast_cases(3)
@@ -41,18 +40,3 @@ def test_memory_in_the_position_closes(model, loop):
     result = closure_of(model, loop)
     assert abs(result.value) <= 1e-6
     assert result.passed
-
-
-def test_a_loop_and_its_mirror_image_miss_the_same_force():
-    present, mirrored = (closure_of(lugre(), (side * 3 * UM, side * 1.5 * UM)).value for side in (1.0, -1.0))
-    assert mirrored == pytest.approx(present, rel=1e-12)
-
-
-def test_the_default_loop_loads_to_its_share_and_returns_halfway():
-    model = composite()
-    holding = holding_of(model)
-    x1, x2 = default_loop(model, holding)
-    assert x2 == 0.5 * x1
-    path = Path(model, holding)
-    path.to_position(x1)
-    assert path.force == pytest.approx(0.85 * F_S, rel=1e-9)

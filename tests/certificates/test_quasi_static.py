@@ -36,20 +36,6 @@ def test_a_force_that_grows_without_limit_is_never_passed(spring):
     assert (alone.backward, alone.forward) == pytest.approx((-1.0, 1.0), rel=1e-6)
 
 
-@pytest.mark.parametrize("spring", [0.0, 7e-7, 1.4e-6])
-def test_a_symmetric_contact_has_equal_or_infinite_limits(spring):
-    # The springs lie on both sides of what counts as growing for ever.
-    operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
-    fixed = holding_of(as_friction(operator))
-    assert fixed.backward == pytest.approx(-fixed.forward, rel=1e-9)
-    assert math.isinf(fixed.forward) == (spring > 1e-6)
-
-
-def test_the_distance_is_that_of_half_the_force():
-    # A bristle of LuGre charges as 1 - exp(-sigma_0 x / F_S).
-    assert holding_of(lugre()).distance == pytest.approx(F_S / STIFFNESS * np.log(2.0), rel=0.12)
-
-
 def test_a_force_is_reached_at_the_place_of_the_equations():
     model = composite("paper")
     path = Path(model, holding_of(model))
@@ -79,32 +65,6 @@ def test_a_force_at_rest_above_the_previous_means_is_reached():
         assert path.force == pytest.approx(target, abs=1e-9)
 
 
-def test_a_force_within_the_range_at_rest_causes_no_motion():
-    model = friction.coulomb(F_C=2.0)
-    path = Path(model, holding_of(model))
-    assert path.to_force(1.0)
-    assert path.to_force(-1.5)
-    assert path.x == 0.0
-
-
-def test_a_force_beyond_break_away_is_not_reached():
-    model = lugre()
-    path = Path(model, holding_of(model))
-    assert not path.to_force(1.01 * F_S)
-
-
-def test_a_path_by_position_ends_where_it_should():
-    model = maxwell_slip()
-    path = Path(model, holding_of(model))
-    path.to_position(3 * UM)
-    x, force = path.trace
-    assert path.x == 3 * UM
-    assert x.shape == force.shape
-    # Mean forces of a piecewise linear contact lie on its curve, apart from the steps that contain a knee.
-    curve = [sum(min(k * at, nu * F_S) for k, nu in zip((20, 30, 30, 20), (0.1, 0.2, 0.3, 0.4), strict=True)) for at in x]
-    assert np.sort(np.abs(force - curve))[-6] < 1e-15
-
-
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
 def test_a_path_contains_its_curve_for_forces_of_any_size(scale):
     # Two elements: 20 N/m and 80 N/m up to their limits, 0.5 N and 0.5 N, and then the same from there on back.
@@ -125,3 +85,11 @@ def test_a_path_contains_its_curve_for_forces_of_any_size(scale):
     curve = np.minimum(np.outer(x[:out], k), limit).sum(axis=1)
     assert np.max(np.abs(force[:out] / scale - curve)) < 5e-3
     assert np.max(np.abs(np.diff(force[out:back] / scale) - 100.0 * np.diff(x[out:back]))) < 1e-9
+
+
+def test_a_force_within_the_range_at_rest_causes_no_motion_and_one_beyond_break_away_is_not_reached():
+    model = friction.coulomb(F_C=2.0)
+    path = Path(model, holding_of(model))
+    assert [path.to_force(force) for force in (1.0, -1.5)] == [True, True]
+    assert path.x == 0.0
+    assert not Path(lugre(), holding_of(lugre())).to_force(1.01 * F_S)

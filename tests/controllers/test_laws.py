@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from bristle import controllers, friction, sensors
-from bristle.controllers.feedforward import Shape, shaped
+from bristle import controllers, friction, response, sensors
+from bristle.controllers.feedforward import Shape
 from bristle.controllers.velocity import ESTIMATORS, observed
-from bristle.core.contracts import Reference
-from bristle.core.errors import InputError
-from bristle.engine import Compensator, interpreted, run_closed_loop
+from bristle.engine import Compensator, run_closed_loop
 from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DT = 1e-3
 GAINS = {"J": 2.0, "lambda_": 30.0, "K_1": 40.0}
@@ -52,69 +52,26 @@ def test_a_law_that_takes_over_a_motion_causes_no_jolt(name, left):
     assert np.max(np.abs(trace.command)) < left
 
 
-@pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
-def test_a_law_that_takes_over_an_acceleration_continues_its_force(name):
-    dt, v, a = 1e-5, 0.05, 3.0
-    t = dt * np.arange(200)
-    desired = np.array([v * t + 0.5 * a * t**2, v + a * t, np.full(t.size, a), np.zeros(t.size)])
-    law = LAWS[name].with_values(cutoff=math.inf)
-    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v, acceleration=a)
-    # The velocity read is half a sample old.
-    assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
-
-
-def test_an_observer_that_takes_over_an_acceleration_has_no_disturbance():
-    law, v, a, x = LAWS["disturbance_observer"].with_values(cutoff=math.inf), 0.05, 3.0, 60.0 * DT
-    state = law.component.start(0.0, v, a, DT, law.parameters)
-    # Along positions of which the difference is the velocity, the filter is out by the square of g T_s, and no more.
-    position = state.q + v * DT
-    effort, _ = law.component.step(state, Reference(position, v, a), position, DT, law.parameters)
-    assert effort == pytest.approx(2.0 * a, rel=0.6 * x**2)
-
-
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_the_effort_is_within_its_limit(name):
-    law = LAWS[name].with_values(limit=1.5)
-    trace = drive(law, 0.2 * np.ones(300))
+    trace = drive(LAWS[name].with_values(limit=1.5), np.full(100, 0.2))
     assert np.max(np.abs(trace.command)) == 1.5
-
-
-@pytest.mark.parametrize("name", sorted(LAWS))
-def test_plain_python_and_compiled_give_the_same_bits(name):
-    reference = 1e-3 * np.sin(20.0 * DT * np.arange(200))
-    fast = drive(LAWS[name], reference)
-    with interpreted():
-        slow = drive(LAWS[name], reference)
-    assert np.array_equal(fast.command, slow.command)
-
-
-def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative():
-    law = controllers.sliding_mode(**GAINS)
-    measured, r = 0.01, Reference(0.012, 0.1, 3.0, 0.25)
-    first, state = law.component.step(law.component.start(measured, 0.0, 0.0, DT, law.parameters), r, measured, DT, law.parameters)
-    doubled = controllers.sliding_mode(**GAINS | {"J": 4.0})
-    again, _ = doubled.component.step(
-        doubled.component.start(measured, 0.0, 0.0, DT, doubled.parameters), r, measured, DT, doubled.parameters
-    )
-    # What is fed forward is added as it is; everything else scales with the inertia.
-    assert again - 0.25 == pytest.approx(2.0 * (first - 0.25), rel=1e-12)
-    assert state.q == measured
 
 
 def test_the_root_term_stops_a_velocity_in_torricellis_time():
     # With k_1 alone dv/dt = -k_1 sqrt(|v|): at rest after 2 sqrt(v_0)/k_1, having gone 2 v_0^1.5/(3 k_1).
-    dt, v, k_1 = 1e-4, 0.09, 0.5
+    dt, v, k_1 = 5e-4, 0.09, 0.5
     law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
-    reference = np.zeros((4, 16000))
+    reference = np.zeros((4, 3200))
     trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v)
     end = 2.0 * math.sqrt(v) / k_1
     assert trace.time[np.argmax(trace.velocity < 1e-5 * v)] == pytest.approx(end, rel=1e-2)
-    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=1e-3)
-    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=1e-3)
+    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=5e-3)
+    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=5e-3)
 
 
 def test_the_observer_removes_the_error_of_a_constant_force():
-    steps = np.zeros(2000)
+    steps = np.zeros(1000)
     left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1] for g in (0.0, 60.0)}
     assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
     assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
@@ -123,26 +80,12 @@ def test_the_observer_removes_the_error_of_a_constant_force():
 @pytest.mark.parametrize(("name", "part"), [("disturbance_observer", {"g": 60.0}), ("super_twisting", {"k_2": 50.0})])
 def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, part):
     # Wound up, 0.1 s at the limit are as much as the limit itself.
-    reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
+    reference = np.concatenate((np.zeros(20), np.full(1480, 0.2)))
     law = LAWS[name].with_values(limit=5.0)
     whole = drive(law.with_values(**part), reference).position
     plain = drive(law.with_values(**dict.fromkeys(part, 0.0)), reference).position
     assert whole.max() < 1.02 * plain.max()
     assert whole[-1] == pytest.approx(0.2, abs=2e-3)
-
-
-@pytest.mark.parametrize("estimator", ["filtered_difference", "tracking_observer"])
-def test_the_velocity_of_a_ramp_is_found_and_counts_are_smoothed(estimator):
-    law = controllers.sliding_mode(**GAINS, estimator=estimator, cutoff=20.0)
-    state = law.component.start(0.0, 0.0, 0.0, DT, law.parameters)
-    read = []
-    for k in range(1, 1500):
-        position = 1e-5 * math.floor(0.0123 * k * DT / 1e-5 + 0.5)
-        _, state = law.component.step(state, Reference(0.0, 0.0, 0.0), position, DT, law.parameters)
-        read.append(state.v)
-    late = np.array(read[500:])
-    assert late.mean() == pytest.approx(0.0123, rel=1e-2)
-    assert late.std() < 0.25 * (1e-5 / DT) / 2.0
 
 
 def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
@@ -160,43 +103,17 @@ def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
 # --- what is fed forward ----------------------------------------------------------------------------------------
 
 
-def test_gain_asymmetry_and_offset_scale_and_shift():
-    shape = Shape(gain=0.5, offset=1.0, asymmetry=0.2)
-    assert shaped(10.0, 0.0, DT, shape) == pytest.approx(7.0)
-    assert shaped(-10.0, 0.0, DT, shape) == pytest.approx(-3.0)
-
-
-def test_amplitude_and_rate_are_limited():
-    shape = Shape(limit=4.0, rate_limit=1000.0)
-    before, result = 0.0, []
-    for _ in range(6):
-        before = shaped(10.0, before, DT, shape)
-        result.append(before)
-    assert result == pytest.approx([1.0, 2.0, 3.0, 4.0, 4.0, 4.0])
-
-
 def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
-    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
+    reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
     trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape(gain=0.8)))
-    from bristle import response
-
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
     # One mass: its motor is where it is itself.
     assert np.array_equal(trace.motor_position, trace.position)
     assert np.array_equal(trace.motor_velocity, trace.velocity)
 
 
-def test_feedforward_in_a_loop_is_limited_in_rate():
-    model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
-    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
-    shape = Shape(rate_limit=100.0)
-    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, shape))
-    assert np.max(np.abs(np.diff(trace.compensation))) == pytest.approx(100.0 * DT, rel=1e-9)
-    assert np.max(np.abs(trace.compensation)) == pytest.approx(2.0, rel=1e-3)
-
-
-@pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])
+@pytest.mark.parametrize("name", ["gms", pytest.param("maxwell_stribeck", marks=pytest.mark.slow)])
 def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     model = friction.MODELS[name](**friction.MODELS[name].example)
     reference = 3e-2 * np.sin(40.0 * DT * np.arange(900))
@@ -208,24 +125,7 @@ def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     np.testing.assert_array_equal(trace.compensation, along)
 
 
-@pytest.mark.parametrize(("signal", "values"), [("x", np.zeros(9)), ("transmitted", np.zeros(11))])
-def test_signals_along_a_path_have_its_length(signal, values):
-    signals = {"x": np.zeros(10)} | {signal: values}
-    with pytest.raises(InputError, match=signal):
-        compensation_along(friction.find("coulomb")(F_C=2.0), Shape(), np.zeros(10), DT, **signals)
-
-
 def test_feedforward_of_a_set_valued_model_at_rest_is_the_middle():
     contact = friction.find("coulomb")(F_C=2.0, offset=0.5)
     trace = drive(LAWS["sliding_mode"], np.zeros(50), compensator=Compensator(contact, Shape()))
     assert trace.compensation[0] == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("name", LAWS)
-def test_an_effort_given_with_the_reference_is_added_unchanged(name):
-    law = LAWS[name]
-
-    def effort(known):
-        return law.component.step(law.component.State(), Reference(1e-3, 0.02, 0.3, known), 0.0, DT, law.parameters)[0]
-
-    assert effort(0.4) - effort(0.0) == pytest.approx(0.4, rel=1e-9)

@@ -7,6 +7,8 @@ from benchmarks.independent import DT, GAINS, follow, sliders
 from bristle import controllers
 from bristle.core.contracts import Reference
 
+pytestmark = pytest.mark.usefixtures("compiled_axis")
+
 STRIBECK = {"F_C": 40.0, "F_S": 50.0, "v_S": 4e-4}
 
 
@@ -80,3 +82,8 @@ def test_the_force_of_a_start_from_rest_rises_from_zero():
     assert force[0] == 0.0
     assert np.all(force >= 0.0)
     assert force[-1] == pytest.approx(40.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("velocity", "side"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
+def test_a_law_that_takes_over_knows_the_side_of_the_motion(velocity, side):
+    assert still_law().component.start(0.2, velocity, 0.0, DT, still_law().parameters)[2:] == (0.2, side, side)

@@ -9,11 +9,9 @@ MANY = Card("much", ("Name", "Value"), tuple((f"row {i}", "1") for i in range(50
 
 def test_it_is_never_longer_than_a_screen():
     lines = MANY.text().splitlines()
-    assert len(lines) <= 30
-    assert lines[0] == "much"
+    assert (lines[0], len(lines) <= 30, MANY.html().count("<tr>") < 30) == ("much", True, True)
     assert "and 480 more rows" in MANY.text()
     assert "and 494 more remarks" in MANY.text()
-    assert MANY.html().count("<tr>") < 30
 
 
 def test_columns_are_aligned():

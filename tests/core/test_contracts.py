@@ -20,65 +20,74 @@ def made(values=None, component=friction.stribeck, **options):
 
 
 @pytest.mark.parametrize("path", ["", "friction"])
-def test_errors_include_the_path_of_the_model(path):
-    before = f"{path}." if path else ""
-    for values, place in (
-        (STRIBECK | {"F_X": 1.0}, f"{before}F_X"),
-        (STRIBECK | {"F_C": -1.0}, f"{before}F_C"),
-        (STRIBECK | {"F_C": np.nan}, f"{before}F_C"),
-        (STRIBECK | {"F_C": "8 kg"}, f"{before}F_C"),
-        ({"F_C": 8.0, "F_S": 11.0}, path or "stribeck"),
-        (STRIBECK | {"F_S": 7.0}, path or "stribeck"),
-    ):
-        with pytest.raises(InputError) as reported:
-            made(values, path=path)
-        assert reported.value.path == place
+@pytest.mark.parametrize(
+    ("changes", "options", "place"),
+    [
+        *(({name: value}, {}, ".F_C") for name, value in (("F_C", -1.0), ("F_C", np.nan), ("F_C", "8 kg"))),
+        ({"F_X": 1.0}, {}, ".F_X"),
+        ({"F_S": 7.0}, {}, ""),
+        ({}, {"kind": "magnetic"}, ".kind"),
+        ({}, {"validate": 1}, ".validate"),
+    ],
+)
+def test_errors_include_the_path_of_the_model(path, changes, options, place):
     with pytest.raises(InputError) as reported:
-        made(kind="magnetic", path=path)
-    assert (reported.value.path, reported.value.allowed) == (f"{before}kind", "translational or rotational")
-    with pytest.raises(InputError) as reported:
-        made(validate=1, path=path)
-    assert reported.value.path == f"{before}validate"
+        made(STRIBECK | changes, path=path, **options)
+    assert reported.value.path == (f"{path}{place}".lstrip(".") or "stribeck")
 
 
-def test_a_missing_parameter_is_described():
-    with pytest.raises(InputError, match=r"needs v_S.*Give v_S \(.*\[m/s\]"):
-        made({"F_C": 8.0, "F_S": 11.0})
-    with pytest.raises(InputError, match=r"\[rad/s\]"):
-        made({"F_C": 8.0, "F_S": 11.0}, kind="rotational")
+OPERATOR = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
+PREISACH = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "kernel": hysteresis.preisach(s=1e7, f_p=40.0, kind="translational")}
+UNEQUAL = {"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}
 
 
-def test_the_kind_of_axis_is_given_or_follows_from_units():
-    assert made().kind == "translational"
-    assert made(STRIBECK | {"F_C": "8 N*m"}).kind == "rotational"
-    assert made(kind="rotational").kind == "rotational"
-    assert make_model(hysteresis.play, {"r": 1.0}, kind="magnetic", validate=True).kind == "magnetic"
+@pytest.mark.parametrize(
+    ("component", "values", "options", "words"),
+    [
+        (friction.stribeck, {"F_C": 8.0, "F_S": 11.0}, {}, r"^stribeck: stribeck needs v_S.*Give v_S \(.*\[m/s\]"),
+        (friction.stribeck, {"F_C": 8.0, "F_S": 11.0}, {"kind": "rotational"}, r"\[rad/s\]"),
+        (friction.stribeck, STRIBECK, {"kind": "magnetic"}, "allowed translational or rotational"),
+        (friction.coulomb, {"F_C": 1.0, "kernel": OPERATOR}, {}, "the friction model has no kernel that an operator can replace"),
+        (friction.preisach_lugre, {"kernel": OPERATOR}, {"kind": "rotational"}, "is a translational operator, but this"),
+        (friction.preisach_lugre, PREISACH | {"s": 1e6}, {}, r"s: is already set by the operator; found 1000000\.0.*Remove s"),
+        (friction.maxwell_slip, UNEQUAL, {"validate": False}, "k_i"),
+        (friction.maxwell_slip, UNEQUAL, {"related": False}, "k_i"),
+    ],
+)
+def test_values_that_make_no_model_are_refused_in_words(component, values, options, words):
+    with pytest.raises(InputError, match=words):
+        made(values, component=component, **options)
 
 
-def test_without_a_check_ranges_and_relations_are_left():
-    assert made(STRIBECK | {"F_S": 7.0}, validate=False).values["F_S"] == 7.0
-    assert made(STRIBECK | {"F_S": 7.0}, related=False).values["F_S"] == 7.0
-    assert made(STRIBECK | {"F_C": -1.0}, validate=False).values["F_C"] == -1.0
+@pytest.mark.parametrize(
+    ("model", "kind"),
+    [
+        (made(), "translational"),
+        (made(STRIBECK | {"F_C": "8 N*m"}), "rotational"),
+        (made(kind="rotational"), "rotational"),
+        (made().with_values(F_C=8.5), "translational"),
+        (make_model(hysteresis.play, {"r": 1.0}, kind="magnetic", validate=True), "magnetic"),
+    ],
+)
+def test_the_kind_of_axis_is_given_or_follows_from_units(model, kind):
+    assert model.kind == kind
 
 
-def test_models_are_equal_where_component_kind_and_numbers_are():
-    model = made()
-    assert model == made()
-    assert hash(model) == hash(made())
-    assert model != made(STRIBECK | {"F_C": 8.5})
-    assert model != made(kind="rotational")
-    assert model != 3
-    assert model.with_values(F_C=8.5) == made(STRIBECK | {"F_C": 8.5})
-    assert model.with_values(F_C=8.5).kind == "translational"
+@pytest.mark.parametrize(
+    ("name", "value", "options"), [("F_S", 7.0, {"validate": False}), ("F_S", 7.0, {"related": False}), ("F_C", -1.0, {"validate": False})]
+)
+def test_without_a_check_ranges_and_relations_are_left(name, value, options):
+    assert made(STRIBECK | {name: value}, **options).values[name] == value
+
+
+@pytest.mark.parametrize("other", [made(STRIBECK | {"F_C": 8.5}), made(kind="rotational"), 3])
+def test_models_are_equal_where_component_kind_and_numbers_are(other):
+    assert (made() == made(), hash(made()) == hash(made()), made() == other) == (True, True, False)
+
+
+def test_a_model_with_another_value_is_shown_with_it():
+    assert made().with_values(F_C=8.5) == made(STRIBECK | {"F_C": 8.5})
     assert repr(friction.coulomb(F_C=2.0)).startswith("coulomb(F_C=2 N")
-
-
-def test_a_kernel_for_a_channel_provides_its_values():
-    operator = hysteresis.prandtl_ishlinskii(thresholds=[0.0, 1e-6], weights=[1e6, 1e6])
-    with pytest.raises(InputError, match="the friction model has no kernel that an operator can replace"):
-        made({"F_C": 1.0, "kernel": operator}, component=friction.coulomb)
-    with pytest.raises(InputError, match=r"is a translational operator, but this friction is rotational"):
-        made({"kernel": operator}, component=friction.preisach_lugre, kind="rotational")
 
 
 @pytest.mark.parametrize("component", [friction.gms, plants.inertia, sensors.encoder, friction.coulomb])
@@ -128,16 +137,6 @@ def test_default_examples_are_nominal_and_within_the_range():
     assert (values["few"], values["many"], values["usual"], values["listed"].tolist(), values["left"]) == (0.5, 3.0, 7.0, [4.0], 2.0)
 
 
-def test_structural_relations_are_checked_without_validation():
-    for options in ({"validate": False}, {"related": False}):
-        with pytest.raises(InputError, match="k_i"):
-            made({"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}, component=friction.maxwell_slip, **options)
-
-
-def test_values_of_the_operator_cannot_be_set_twice():
-    operator = hysteresis.preisach(s=1e7, f_p=40.0, kind="translational")
-    sliding = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3}
-    model = made(sliding | {"kernel": operator}, component=friction.preisach_lugre)
+def test_an_operator_gives_its_values_and_its_kind():
+    model = made(PREISACH, component=friction.preisach_lugre)
     assert (model.s, model.f_p, model.kind) == (1e7, 40.0, "translational")
-    with pytest.raises(InputError, match=r"s: is already set by the operator; found 1000000\.0.*Remove s"):
-        made(sliding | {"kernel": operator, "s": 1e6}, component=friction.preisach_lugre)

@@ -1,14 +1,15 @@
 """Cores are for simulations while models are identified, and for linear algebra again after that."""
 
 import threading
+from functools import partial
 
 import pytest
 import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
-from tests.identification.known_logs import sliding_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from bristle.core import cores
-from bristle.core.cores import Abreast, abreast, core_count, cores_for_simulations
+from bristle.core.cores import Abreast, abreast, cores_for_simulations
 from bristle.identification import identify
 
 
@@ -38,10 +39,18 @@ def test_linear_algebra_has_a_single_thread_inside_and_recovers_after_an_error()
     assert max(threads()) == 2
 
 
+class EnoughError(Exception):
+    """Enough is seen of an identification."""
+
+
 def test_identification_keeps_to_it():
-    seen = set()
-    identify(sliding_log(), "coulomb_viscous", blocks=0, draws=0, progress=lambda *_: seen.update(threads()))
-    assert seen == {1}
+    def look(*_):
+        assert set(threads()) == {1}
+        raise EnoughError
+
+    motion = sines(duration=2.0)
+    with pytest.raises(EnoughError):
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=0, progress=look)
     assert max(threads()) == 2
 
 
@@ -81,15 +90,11 @@ def test_overlapping_blocks_do_not_end_each_other(other, is_last):
     mine = cores_for_simulations()
     mine.__enter__()
     other.enter()
-    first, last = (mine.__exit__, other.leave) if is_last else (other.leave, mine.__exit__)
-    first(*[None] * 3) if is_last else first()
+    first, last = (partial(mine.__exit__, *[None] * 3), other.leave) if is_last else (other.leave, partial(mine.__exit__, *[None] * 3))
+    first()
     assert max(threads()) == 1
-    last() if is_last else last(*[None] * 3)
+    last()
     assert max(threads()) == 2
-
-
-def test_there_is_a_core():
-    assert core_count() >= 1
 
 
 def test_a_fork_inside_a_block_starts_without_active_blocks():
@@ -97,12 +102,10 @@ def test_a_fork_inside_a_block_starts_without_active_blocks():
     parent.__enter__()
     cores._leave_blocks()  # as after a fork
     parent.__exit__(None, None, None)
-    first, second = cores_for_simulations(), cores_for_simulations()
-    first.__enter__()
-    second.__enter__()
-    second.__exit__(None, None, None)
-    assert max(threads()) == 1
-    first.__exit__(None, None, None)
+    with cores_for_simulations():
+        with cores_for_simulations():
+            pass
+        assert max(threads()) == 1
     assert max(threads()) == 2
 
 

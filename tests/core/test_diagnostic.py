@@ -1,6 +1,7 @@
 """The best of a search that may be interrupted."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -21,31 +22,27 @@ def test_the_best_is_the_cheapest_point_and_its_numbers_stay():
 
 
 def test_the_cheapest_completed_descent_is_kept():
-    best = BestSoFar()
+    best, first = BestSoFar(), SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0]))
     assert not best.is_known(np.zeros(2))
-    first = SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0]))
-    best.take(first)
-    best.take(SimpleNamespace(cost=2.0, theta=np.zeros(2)))
-    best.take(SimpleNamespace(cost=5.0, theta=np.zeros(2)))
-    assert best.result is first
-    assert best.is_known(np.array([1.019, -1.019]))
-    assert not best.is_known(np.array([1.021, -1.0]))
-    assert not best.is_known(np.array([1.0, -0.979]))
-    cheaper = SimpleNamespace(cost=1.0, theta=np.zeros(2))
-    best.take(cheaper)
-    assert best.result is cheaper
+    for taken, kept in ((2.0, first), (5.0, first), (1.0, None)):
+        best.take(first)
+        other = SimpleNamespace(cost=taken, theta=np.zeros(2))
+        best.take(other)
+        assert best.result is (kept or other)
 
 
-def test_short_work_that_a_person_interrupts_is_done_again():
-    calls = []
+@pytest.mark.parametrize(("at", "is_known"), [([1.019, -1.019], True), ([1.021, -1.0], False), ([1.0, -0.979], False)])
+def test_a_point_near_a_completed_descent_is_known(at, is_known):
+    best = BestSoFar()
+    best.take(SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0])))
+    assert bool(best.is_known(np.array(at))) is is_known
 
-    def work():
-        calls.append(1)
-        if len(calls) == 1:
-            raise KeyboardInterrupt
-        return len(calls)
 
-    assert to_the_end(work) == (2, True)
-    assert to_the_end(lambda: 5) == (5, False)
+@pytest.mark.parametrize(("interruptions", "expected"), [(0, (5, False)), (1, (5, True))])
+def test_short_work_that_a_person_interrupts_is_done_again(interruptions, expected):
+    assert to_the_end(Mock(side_effect=[*[KeyboardInterrupt] * interruptions, 5])) == expected
+
+
+def test_short_work_that_a_person_interrupts_twice_ends():
     with pytest.raises(KeyboardInterrupt):
-        to_the_end(lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+        to_the_end(Mock(side_effect=KeyboardInterrupt))

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -25,58 +26,50 @@ def variant(**changes):
     return Variant(**parts | changes)
 
 
-def test_a_run_counts_from_its_first_sample_once_without_lag_or_limit():
-    run = Run(2.0, 1e-3)
-    assert (run.settle, run.delay, run.current_lag, run.seeds, run.tolerance) == (0.0, 0, 0.0, 1, 0.0)
-    assert run.effort_limit == math.inf
-    assert run.substeps == 4
-    assert Run(2.0, 1e-3, tolerance=1e-9).substeps == 0
-    assert Run(2.0, 1e-3, substeps=10_000, seeds=1000, delay=64).seeds == 1000
-    feedforward = Feedforward()
-    assert (feedforward.mass, feedforward.gain, feedforward.offset, feedforward.asymmetry) == (0.0, 1.0, 0.0, 0.0)
-    assert (feedforward.limit, feedforward.rate_limit, feedforward.conditioning) == (math.inf, math.inf, 0.0)
-    assert (feedforward.along, feedforward.rest, feedforward.friction) == ("desired", "held", None)
-    assert Start(0.5) == Start(0.5, 0.0, 0.0, None)
+PLAIN = {"settle": 0.0, "delay": 0, "current_lag": 0.0, "seeds": 1, "tolerance": 0.0, "effort_limit": math.inf}
+FED = {"mass": 0.0, "gain": 1.0, "offset": 0.0, "asymmetry": 0.0, "limit": math.inf, "rate_limit": math.inf, "conditioning": 0.0}
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    ("described", "values"),
     [
-        *({"seeds": 0}, {"seeds": 1001}, {"substeps": 10_001}, {"delay": 65}, {"delay": -1}, {"settle": -1e-3}, {"tolerance": -1e-9}),
-        *({"current_lag": -1e-3}, {"effort_limit": -1.0}, {"duration": 0.0}, {"sample_time": 0.0}, {"duration": 2e4}),
+        (
+            Run(2.0, 1e-3),
+            {"settle": 0.0, "delay": 0, "current_lag": 0.0, "seeds": 1, "tolerance": 0.0, "effort_limit": math.inf, "substeps": 4},
+        ),
+        (Run(2.0, 1e-3, tolerance=1e-9), {"substeps": 0}),
+        (Feedforward(), FED | {"along": "desired", "rest": "held", "friction": None}),
+        (Start(0.5), {"velocity": 0.0, "acceleration": 0.0, "effort": None}),
     ],
 )
-def test_a_run_out_of_range_is_refused_by_key(wrong):
-    (name,) = wrong
-    with pytest.raises(InputError) as reported:
-        Run(**{"duration": 2.0, "sample_time": 1e-3} | wrong)
-    assert reported.value.path == name
+def test_by_default_a_run_counts_from_its_first_sample_once_without_lag_limit_or_feedforward(described, values):
+    assert {name: getattr(described, name) for name in values} == values
 
 
-def test_the_documented_number_of_samples_is_allowed():
-    assert Run(1e4, 1e-3).duration == 1e4
-    with pytest.raises(InputError, match="up to 10000000 samples"):
-        Run(1.001e4, 1e-3)
+EFFORT, LOOSE = Effort(np.zeros(100)), Run(0.1, 1e-3, tolerance=1e-9)
+SCREW = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
 
 
-def test_steps_of_the_integration_are_a_quarter_of_a_millisecond_at_most_and_four_at_least():
-    assert [substeps_for(dt) for dt in (1e-4, 1e-3, 1.0001e-3, 2e-3, 2.1e-3)] == [4, 4, 5, 8, 9]
-    assert substeps_for(1e-3 * (1.0 + 1e-9)) == 4
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: Run(0.1, 1e-3, tolerance=1e-9, substeps=4), "determines the steps"),
+        (lambda: variant(run=LOOSE), "is only for open loops"),
+        (lambda: variant(run=replace(LOOSE, delay=1), effort=EFFORT), "cannot include the drive"),
+        (lambda: variant(run=replace(LOOSE, current_lag=1e-3), effort=EFFORT), "cannot include the drive"),
+        (lambda: variant(run=LOOSE, effort=EFFORT, plant=SCREW), r"run\.tolerance: needs a plant with one mass, but ball_screw"),
+        (lambda: Experiment("e", "translational", (variant(), variant())), "has two variants with the same name"),
+        (lambda: Run(1.001e4, 1e-3), "up to 10000000 samples"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
 
 
-def test_a_tolerance_needs_an_open_loop_without_a_drive():
-    effort = Effort(np.zeros(100))
-    loose = Run(0.1, 1e-3, tolerance=1e-9)
-    assert variant(run=loose, effort=effort).run is loose
-    with pytest.raises(InputError, match="determines the steps"):
-        Run(0.1, 1e-3, tolerance=1e-9, substeps=4)
-    for wrong, words in (
-        ({"run": loose}, "is only for open loops"),
-        ({"run": replace(loose, delay=1), "effort": effort}, "cannot include the drive"),
-        ({"run": replace(loose, current_lag=1e-3), "effort": effort}, "cannot include the drive"),
-    ):
-        with pytest.raises(InputError, match=words):
-            variant(**wrong)
+def test_a_tolerance_is_for_an_open_loop_of_one_mass_without_a_drive():
+    assert variant(run=LOOSE, effort=EFFORT).run is LOOSE
+    assert variant(plant=SCREW).plant is SCREW
 
 
 def test_the_first_samples_of_a_loop_have_the_disturbances_of_these():
@@ -87,37 +80,36 @@ def test_the_first_samples_of_a_loop_have_the_disturbances_of_these():
     assert variant().first(40).disturbance is None
 
 
-def test_loops_are_equal_if_all_samples_are_equal():
-    loop = variant(effort=Effort(np.arange(3.0)), disturbance=np.arange(5.0))
-    assert loop.is_like(variant(effort=Effort(np.arange(3.0), "again"), disturbance=np.arange(5.0)))
-    assert not loop.is_like(variant(effort=Effort(np.arange(3.0) + 1.0), disturbance=np.arange(5.0)))
-    assert not loop.is_like(variant(effort=Effort(np.arange(3.0)), disturbance=np.arange(6.0)))
-    assert not loop.is_like(variant(disturbance=np.arange(5.0)))
-    assert not variant().is_like(variant(plant=plants.inertia(M=3.0)))
-    assert not variant().is_like(variant(sensor_at="motor"))
+TWIN = {"effort": Effort(np.arange(3.0)), "disturbance": np.arange(5.0)}
 
 
-def test_names_of_variants_are_unique():
-    loop = variant()
-    assert Experiment("e", "translational", loop).variants == (loop,)
-    with pytest.raises(InputError, match="has two variants with the same name"):
-        Experiment("e", "translational", (loop, variant()))
-    assert len(Experiment("e", "translational", (loop, variant(name="other"))).variants) == 2
+@pytest.mark.parametrize(
+    ("changes", "others", "alike"),
+    [
+        (TWIN, {"effort": Effort(np.arange(3.0), "again"), "disturbance": np.arange(5.0)}, True),
+        (TWIN, TWIN | {"effort": Effort(np.arange(3.0) + 1.0)}, False),
+        (TWIN, TWIN | {"disturbance": np.arange(6.0)}, False),
+        (TWIN, TWIN | {"effort": None}, False),
+        ({}, {"plant": plants.inertia(M=3.0)}, False),
+        ({}, {"sensor_at": "motor"}, False),
+    ],
+)
+def test_loops_are_equal_if_all_samples_are_equal(changes, others, alike):
+    assert variant(**changes).is_like(variant(**others)) is alike
 
 
-def test_learning_counts_its_trials():
-    assert Learning(1, 2.0, 0.0, 20.0).trials == 1
-    for wrong in ({"trials": 0}, {"trials": 1001}, {"k_e": -1.0}, {"k_d": -1.0}, {"cutoff": 0.0}):
-        with pytest.raises(InputError):
-            Learning(**{"trials": 1, "k_e": 2.0, "k_d": 0.0, "cutoff": 20.0} | wrong)
+def test_variants_of_an_experiment_have_names_of_their_own():
+    loop, other = variant(), variant(name="other")
+    assert Experiment("e", "translational", (loop, other)).variants == (loop, other)
 
 
-def run_of(**given):
-    return Run(**{"duration": 1.0, "sample_time": 1e-3} | given)
+RUN_OF = partial(Run, duration=1.0, sample_time=1e-3)
+LEARNING_OF = partial(Learning, trials=1, k_e=1.0, k_d=0.0, cutoff=20.0)
 
 
-def learning_of(**given):
-    return Learning(**{"trials": 1, "k_e": 1.0, "k_d": 0.0, "cutoff": 20.0} | given)
+@pytest.mark.parametrize(("dt", "steps"), [(1e-4, 4), (1e-3, 4), (1.0001e-3, 5), (2e-3, 8), (2.1e-3, 9), (1e-3 * (1.0 + 1e-9), 4)])
+def test_steps_of_the_integration_are_a_quarter_of_a_millisecond_at_most_and_four_at_least(dt, steps):
+    assert substeps_for(dt) == steps
 
 
 @pytest.mark.parametrize(
@@ -125,13 +117,16 @@ def learning_of(**given):
     [
         (Feedforward, "asymmetry", (-1.0, 1.0), (-1.001, 1.001)),
         *((Feedforward, name, (0.0,), (-1e-9,)) for name in ("mass", "limit", "rate_limit", "conditioning")),
-        *((run_of, name, (0.0,), (-1e-9,)) for name in ("settle", "effort_limit", "current_lag")),
-        (run_of, "delay", (0, 64), (-1, 65)),
-        (run_of, "seeds", (1, 1000), (0, 1001)),
-        (run_of, "substeps", (1, 10_000), (-1, 10_001)),
-        (learning_of, "cutoff", (1e-3,), (0.9e-3,)),
-        (learning_of, "trials", (1, 1000), (0, 1001)),
-        *((learning_of, name, (0.0,), (-1e-9,)) for name in ("k_e", "k_d")),
+        *((RUN_OF, name, (0.0,), (-1e-9,)) for name in ("settle", "effort_limit", "current_lag")),
+        (RUN_OF, "tolerance", (0.0,), (-1e-9,)),
+        (RUN_OF, "duration", (1e4,), (0.0, 1.001e4)),
+        (RUN_OF, "sample_time", (1e-4,), (0.0,)),
+        (RUN_OF, "delay", (0, 64), (-1, 65)),
+        (RUN_OF, "seeds", (1, 1000), (0, 1001)),
+        (RUN_OF, "substeps", (1, 10_000), (-1, 10_001)),
+        (LEARNING_OF, "cutoff", (1e-3,), (0.9e-3,)),
+        (LEARNING_OF, "trials", (1, 1000), (0, 1001)),
+        *((LEARNING_OF, name, (0.0,), (-1e-9,)) for name in ("k_e", "k_d")),
     ],
 )
 def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, ends, beyond):
@@ -139,10 +134,3 @@ def test_a_number_of_a_loop_is_taken_at_its_ends_and_refused_beyond(made, name, 
     for value in beyond:
         with pytest.raises(InputError, match=name):
             made(**{name: value})
-
-
-def test_a_tolerance_needs_a_plant_with_a_single_mass():
-    screw = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
-    with pytest.raises(InputError, match=r"run\.tolerance: needs a plant with one mass, but ball_screw"):
-        variant(plant=screw, run=Run(0.1, 1e-3, tolerance=1e-9), effort=Effort(np.zeros(100)))
-    assert variant(plant=screw).plant is screw

@@ -93,12 +93,14 @@ def test_very_deep_nesting_is_cut_off():
     assert as_text(r"\sqrt" * 3000)
 
 
-def test_help_is_wrapped_at_88_characters():
-    (line, *_) = laid_out(paragraphs_of("ab " * 100)).splitlines()
-    assert len(line) == 86  # the next word would end behind the 88th
-    (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 44} c")).splitlines()
-    assert len(line) == 88
-    (line, *_) = laid_out(paragraphs_of(f"{'a' * 43} {'b' * 45} c")).splitlines()
-    assert len(line) == 43
-    (_, line) = laid_out(paragraphs_of(f"{'a' * 80} bbb-cccc")).splitlines()
-    assert line == "bbb-cccc"  # a word stays whole
+@pytest.mark.parametrize(
+    ("text", "length"),
+    [
+        ("ab " * 100, 86),  # the next word would end behind the 88th
+        (f"{'a' * 43} {'b' * 44} c", 88),
+        (f"{'a' * 43} {'b' * 45} c", 43),
+        (f"{'a' * 80} bbb-cccc", 80),  # a word stays whole
+    ],
+)
+def test_help_is_wrapped_at_88_characters(text, length):
+    assert len(laid_out(paragraphs_of(text)).splitlines()[0]) == length

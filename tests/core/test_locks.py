@@ -1,5 +1,6 @@
 """Processes that are forked while other threads are at work: nothing in them waits for what is not there."""
 
+import itertools
 import json
 import os
 import subprocess
@@ -98,19 +99,18 @@ def test_all_locks_are_free_in_a_fork():
     assert [name for name, fine in data.items() if not fine] == []
 
 
+class Counted:
+    """Something whose value is counted."""
+
+    calls = itertools.count(1)
+
+    @cached_property
+    def value(self):
+        """How often it was asked for."""
+        return next(self.calls)
+
+
 def test_a_property_is_computed_once_and_kept():
-    class Counted:
-        """Something whose value is counted."""
-
-        def __init__(self):
-            self.count = 0
-
-        @cached_property
-        def value(self):
-            """How often it was asked for."""
-            self.count += 1
-            return self.count
-
     item = Counted()
-    assert (item.value, item.value, item.count, vars(item)["value"]) == (1, 1, 1, 1)
+    assert (item.value, item.value, vars(item)["value"], next(item.calls)) == (1, 1, 1, 2)
     assert Counted.value.__doc__ == "How often it was asked for."

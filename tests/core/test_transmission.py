@@ -32,11 +32,17 @@ def test_travel_by_hand(train, measured, side, travel):
     assert train.travel(measured, side) == pytest.approx(travel, rel=1e-14)
 
 
-def test_effort_by_hand():
-    # 1 N*m on a screw of 5 mm lead lifts 1256.6 N; through a gear of 4:1 the motor needs a quarter of it.
-    assert Transmission("translational", lead=0.005).effort("rotational") == pytest.approx(1256.637, abs=1e-3)
-    assert Transmission("translational", 4.0, 0.005).effort("rotational", "motor") == pytest.approx(5026.548, abs=1e-3)
-    assert Transmission("rotational", 100.0).effort("rotational", "motor") == pytest.approx(100.0)
+@pytest.mark.parametrize(
+    ("train", "side", "effort"),
+    [
+        # 1 N*m on a screw of 5 mm lead lifts 1256.6 N; through a gear of 4:1 the motor needs a quarter of it.
+        (Transmission("translational", lead=0.005), "load", 1256.637),
+        (Transmission("translational", 4.0, 0.005), "motor", 5026.548),
+        (Transmission("rotational", 100.0), "motor", 100.0),
+    ],
+)
+def test_effort_by_hand(train, side, effort):
+    assert train.effort("rotational", side) == pytest.approx(effort, abs=1e-3)
 
 
 @given(

@@ -23,23 +23,19 @@ def test_the_kind_of_axis_decides_the_unit():
     assert Variable("force*time/length", "viscous").unit("rotational") == "N*m*s/rad"
 
 
-def test_an_unknown_excitation_is_refused_with_those_that_are_known():
-    text = r"excitation of 'a force': is not an excitation; found 'slide', allowed sliding, .* Did you mean 'sliding'"
-    with pytest.raises(InputError, match=text):
-        Variable("force", "a force", excitation="slide")
-
-
 @pytest.mark.parametrize(
-    ("low", "high", "said"),
-    [(-math.inf, math.inf, "any number in N"), (0.0, math.inf, ">= 0 N"), (-math.inf, 2.0, "<= 2 N"), (0.0, 2.0, "0 to 2 N")],
+    ("quantity", "low", "high", "said"),
+    [
+        ("force", -math.inf, math.inf, "any number in N"),
+        ("force", 0.0, math.inf, ">= 0 N"),
+        ("force", -math.inf, 2.0, "<= 2 N"),
+        ("force", 0.0, 2.0, "0 to 2 N"),
+        ("1", 0.0, 1.0, "0 to 1"),
+        ("1", -math.inf, math.inf, "any number"),
+    ],
 )
-def test_the_allowed_range_in_words(low, high, said):
-    assert Variable("force", "force", min=low, max=high).allowed() == said
-
-
-def test_the_range_of_a_plain_number_has_no_unit():
-    assert Variable("1", "share", min=0.0, max=1.0).allowed() == "0 to 1"
-    assert Variable("1", "share").allowed() == "any number"
+def test_the_allowed_range_in_words(quantity, low, high, said):
+    assert Variable(quantity, "a quantity", min=low, max=high).allowed() == said
 
 
 @pytest.mark.parametrize(("value", "place"), [(-1.0, "p.k"), (math.nan, "p.k"), ([1.0, -1.0], "p.k[1]")])
@@ -54,14 +50,6 @@ def test_fields_carry_their_variables_in_order():
     assert list(variables_of(Parameters)) == ["F_C", "k"]
     assert is_array(Parameters, "k")
     assert not is_array(Parameters, "F_C")
-
-
-def test_a_field_without_a_variable_is_named():
-    class Bare(NamedTuple):
-        F_C: float
-
-    with pytest.raises(TypeError, match=r"Bare\.F_C has no Variable"):
-        variables_of(Bare)
 
 
 class Chosen(NamedTuple):
@@ -88,29 +76,35 @@ def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():
     assert repr(model) == "chosen(shape=round, count=3, level=2 N)"
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"shape": "squar"}, "is not a valid choice.*round, square.*Did you mean 'square'"),
-        ({"shape": 0}, "is not a valid choice"),
-        ({"shape": ["round"]}, "is not a valid choice"),
-        ({"count": 2.5}, "whole number"),
-        ({"count": float("inf")}, "finite number"),
-        ({"count": 1e60}, "whole number"),
-        ({"count": 12}, "1 to 9"),
-    ],
-)
-def test_invalid_choices_and_fractions_are_refused(values, words):
-    with pytest.raises(InputError, match=words):
-        CHOSEN(**values)
-
-
 def test_an_advisory_relation_only_warns():
     with pytest.warns(InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"):
         CHOSEN(level=0.2)
     assert CHOSEN(level=0.2, validate=False).values["level"] == 0.2
 
 
-def test_a_variable_without_a_description_is_refused():
-    with pytest.raises(InputError, match=r"Variable\('Coulomb friction'\): lacks the quantity or the description"):
-        Variable("Coulomb friction")
+class Bare(NamedTuple):
+    F_C: float
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "words"),
+    [
+        (lambda: CHOSEN(shape="squar"), InputError, "is not a valid choice.*round, square.*Did you mean 'square'"),
+        (lambda: CHOSEN(shape=0), InputError, "is not a valid choice"),
+        (lambda: CHOSEN(shape=["round"]), InputError, "is not a valid choice"),
+        (lambda: CHOSEN(count=2.5), InputError, "whole number"),
+        (lambda: CHOSEN(count=math.inf), InputError, "finite number"),
+        (lambda: CHOSEN(count=1e60), InputError, "whole number"),
+        (lambda: CHOSEN(count=12), InputError, "1 to 9"),
+        (
+            lambda: Variable("force", "a force", excitation="slide"),
+            InputError,
+            r"excitation of 'a force': is not an excitation; found 'slide', allowed sliding, .* Did you mean 'sliding'",
+        ),
+        (lambda: Variable("Coulomb friction"), InputError, r"Variable\('Coulomb friction'\): lacks the quantity or the description"),
+        (lambda: variables_of(Bare), TypeError, r"Bare\.F_C has no Variable"),
+    ],
+)
+def test_invalid_choices_and_descriptions_are_refused(call, error, words):
+    with pytest.raises(error, match=words):
+        call()

@@ -1,5 +1,7 @@
 """Adaptive steps against solutions from event to event by another method, over three decades of the tolerance."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.engine.composite_reference import Composite
@@ -7,7 +9,7 @@ from tests.engine.test_efim_composite import CONTACT, EFFORT, SETTLED, J
 
 from bristle import friction, plants
 from bristle.core.status import Status
-from bristle.engine import interpreted, run_adaptive, run_open_loop
+from bristle.engine import interpreted, run_adaptive
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import example_of
 
@@ -91,17 +93,15 @@ def test_rounding_does_not_reverse_the_deflection_in_fast_sliding():
 
 
 def test_direction_dependent_parameters_and_offset_take_effect():
-    component = friction.find("preisach_lugre+asymmetry")
-    directional = {
-        f"{name}_{side}": share * CONTACT[name] for name in ("F_C", "F_S", "sigma_2") for side, share in (("pos", 1.0), ("neg", 0.8))
-    }
-    values = {key: value for key, value in CONTACT.items() if key not in ("F_C", "F_S", "sigma_2")}
-    model = component(**values, **directional, offset=7.0)
-    plant, u = plants.inertia(M=J), noisy_effort()[:80]
-    trace = run_adaptive(plant, model, u, 1e-3, tolerance=1e-3)
-    fine = run_open_loop(plant, model, u, 1e-3, steps=2000, hold="linear")
-    assert np.max(np.abs(trace.position - fine.position)) <= 2e-3
-    assert np.max(np.abs(trace.friction - fine.friction)) <= 0.01
+    # 10 N forward against 3 + 1 N for a second, then 10 N backward: against 3 + 1 N to the stop, and against 2 - 1 N from there.
+    model = friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=1.0)
+    effort = np.where(np.arange(31) < 10, 10.0, -10.0)
+    with interpreted():
+        trace = run_adaptive(plants.inertia(M=2.0), model, effort, 0.1, tolerance=1e-9, hold="zero")
+    stopping, back = 3.0 / 7.0, np.maximum(trace.time - 1.0 - 3.0 / 7.0, 0.0)
+    late = np.clip(trace.time - 1.0, 0.0, stopping)
+    forward = 1.5 * np.minimum(trace.time, 1.0) ** 2 + 3.0 * late - 3.5 * late**2
+    np.testing.assert_allclose(trace.position, forward - 2.25 * back**2, atol=1e-8)
 
 
 def test_a_full_memory_is_reported():
@@ -111,12 +111,12 @@ def test_a_full_memory_is_reported():
 
 
 def test_plain_python_is_identical_across_events():
-    model = example_of(friction.preisach_lugre)
     t = 1e-3 * np.arange(60)
     effort = 40.0 * np.sin(150.0 * t) + 5.0 * np.sin(611.0 * t)
-    compiled = run_adaptive(plants.inertia(M=2.0), model, effort, 1e-3, tolerance=1e-6)
+    run = partial(run_adaptive, plants.inertia(M=2.0), example_of(friction.preisach_lugre), effort, 1e-3, tolerance=1e-6)
+    compiled = run()
     with interpreted():
-        plain = run_adaptive(plants.inertia(M=2.0), model, effort, 1e-3, tolerance=1e-6)
+        plain = run()
     assert compiled.steps == plain.steps
     assert np.array_equal(compiled.position, plain.position)
     assert np.array_equal(compiled.friction, plain.friction)

@@ -2,6 +2,7 @@
 
 import os
 import time
+from pathlib import Path
 
 import pytest
 
@@ -29,30 +30,29 @@ def test_only_products_unused_for_a_month_are_removed(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users here")
-def test_a_folder_writable_by_others_is_rejected(tmp_path):
-    tmp_path.chmod(0o777)
+@pytest.mark.parametrize(("mode", "mode_after"), [(0o777, 0o700), (0o755, 0o755)])
+def test_a_folder_of_the_user_is_closed_to_writers(tmp_path, mode, mode_after):
+    tmp_path.chmod(mode)
     assert _is_own(tmp_path) is True
-    assert tmp_path.stat().st_mode & 0o777 == 0o700
-    tmp_path.chmod(0o755)
-    assert _is_own(tmp_path) is True
-    assert tmp_path.stat().st_mode & 0o777 == 0o755
-    file, link = tmp_path / "file", tmp_path / "link"
-    file.write_text("")
-    link.symlink_to(tmp_path)
-    assert not _is_own(file)
-    assert not _is_own(link)
+    assert tmp_path.stat().st_mode & 0o777 == mode_after
 
 
-def test_the_cache_uses_the_given_folder_or_is_off(monkeypatch, tmp_path):
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="no users here")
+@pytest.mark.parametrize("make", [Path.touch, lambda path: path.symlink_to(path.parent)])
+def test_a_file_or_a_link_is_no_folder_of_the_user(tmp_path, make):
+    make(tmp_path / "cache")
+    assert not _is_own(tmp_path / "cache")
+
+
+def test_the_cache_uses_the_given_folder(monkeypatch, tmp_path):
     monkeypatch.setenv("BRISTLE_CACHE_DIR", str(tmp_path))
     folder = cache_folder.__wrapped__()
-    assert folder.parent == tmp_path
-    assert folder.is_dir()
-    assert "numba" in folder.name
-    monkeypatch.setenv("BRISTLE_CACHE_DIR", "")
-    assert cache_folder.__wrapped__() is None
-    (tmp_path / "file").write_text("")
-    monkeypatch.setenv("BRISTLE_CACHE_DIR", str(tmp_path / "file"))
+    assert (folder.parent, folder.is_dir(), "numba" in folder.name) == (tmp_path, True, True)
+
+
+@pytest.mark.parametrize("value", ["", __file__])
+def test_the_cache_is_off_without_a_folder(monkeypatch, value):
+    monkeypatch.setenv("BRISTLE_CACHE_DIR", value)
     assert cache_folder.__wrapped__() is None
 
 

@@ -18,6 +18,9 @@ from bristle.testing import example_of
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 CASES = [(name, slots) for name in MODELS for slots in ((), SLOTS)]
 NAMES = ["-".join([name, *("slots" for _ in slots[:1])]) for name, slots in CASES]
+# Slots are the same around every model: around these three among the fast tests.
+SLOTTED = ("coulomb_viscous", "lugre", "maxwell_slip")
+FEW = [pytest.param(*case, marks=[pytest.mark.slow] * (case[1] != () and case[0] not in SLOTTED)) for case in CASES]
 DT = 1e-3
 EXPONENTS = ("exponent", "delta_S", "n", "nu")
 # Where `bristle.core.mathematics.power` takes a shortcut, complex steps see none of the exponent: 1.1 times it takes none.
@@ -41,11 +44,11 @@ def model_of(name, slots=(), is_off=True):
     return type(model)(model.component, off_shortcuts(model.parameters), model.kind) if is_off else model
 
 
-def nasty(seed=1, count=90):
+def nasty(seed=1, count=64):
     """Return velocities of a random walk over five decades, with rests on both sides, tiny and exact returns, long slides."""
     random = np.random.default_rng(seed)
     v = 10.0 ** random.uniform(-6.0, -0.5, count) * random.choice([-1.0, 1.0], count)
-    v[[20, 21, 40, 80, -1]] = 0.0, -0.0, -0.0, 0.0, 0.0
+    v[[20, 21, 40, 60, -1]] = 0.0, -0.0, -0.0, 0.0, 0.0
     v[5:8], v[30:36], v[50:58] = 0.03, -0.2, 1e-4 * random.standard_normal(8)
     v[10], v[12], v[36] = -v[9], -v[11] * (1.0 - 1e-9), 1e-9
     return v
@@ -63,10 +66,15 @@ def in_python(model, tangents, v, **beside):
         return force_with_derivatives(model, tangents, v, DT, np.cumsum(v) * DT, **beside)
 
 
+def path_of(name):
+    """Return velocities for a model; a step of a contact with turning points takes long."""
+    return nasty()[: 42 if name in ("preisach_lugre", "leuven") else None]
+
+
 @cache
 def both(name, slots):
     """Return force and derivatives to all parameters, and what complex steps give."""
-    model, v = model_of(name, slots), nasty()
+    model, v = model_of(name, slots), path_of(name)
     arguments, around = (model, directions_of(model), v), around_of(v.size)
     return in_python(*arguments, around=around), force_by_complex_steps(*arguments, DT, np.cumsum(v) * DT, around=around)
 
@@ -78,29 +86,24 @@ def agrees(derivatives, expected, tolerance=1e-8):
     assert np.all(np.abs(derivatives - expected) <= tolerance * largest)
 
 
-@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
+@pytest.mark.parametrize(("name", "slots"), FEW, ids=NAMES)
 def test_parameter_derivatives_agree_with_complex_steps(name, slots):
-    (_, derivatives), (_, expected) = both(name, slots)
+    (force, derivatives), (complex_force, expected) = both(name, slots)
     assert np.isfinite(derivatives).all()
     assert np.abs(expected).max() > 0.0
     agrees(derivatives, expected, 1e-11)
-
-
-@pytest.mark.parametrize(("name", "slots"), CASES, ids=NAMES)
-def test_the_force_with_derivatives_is_identical_to_the_force_alone(name, slots):
-    (force, _), (complex_force, _) = both(name, slots)
-    v = nasty()
+    # The force beside them has the bits of the force alone.
+    v = path_of(name)
     with interpreted():
-        expected = along(model_of(name, slots), v, DT, np.cumsum(v) * DT, **around_of(v.size))
-    assert force.tobytes() == complex_force.tobytes() == expected.tobytes()
+        alone = along(model_of(name, slots), v, DT, np.cumsum(v) * DT, **around_of(v.size))
+    assert force.tobytes() == complex_force.tobytes() == alone.tobytes()
 
 
-@pytest.mark.parametrize("name", ["lugre", "maxwell_slip", "preisach_lugre"])
+@pytest.mark.parametrize("name", ["lugre", *(pytest.param(name, marks=pytest.mark.slow) for name in ("maxwell_slip", "preisach_lugre"))])
 def test_compiled_derivatives_agree_with_plain_python(name):
-    model, v = model_of(name), nasty()
-    x = np.cumsum(v) * DT
+    model, v = model_of(name), path_of(name)
     (force, expected), _ = both(name, ())
-    compiled_force, derivatives = force_with_derivatives(model, directions_of(model), v, DT, x, around=around_of(v.size))
+    compiled_force, derivatives = force_with_derivatives(model, directions_of(model), v, DT, np.cumsum(v) * DT, around=around_of(v.size))
     assert compiled_force.tobytes() == force.tobytes()
     agrees(derivatives, expected, 1e-14)
 
@@ -126,6 +129,7 @@ def test_derivatives_are_continuous_at_shortcuts_of_a_power(name, field):
 
 CONTINUED = ["stribeck", "dahl", "lugre", "bouc_wen", "elastoplastic", "maxwell_stribeck"]  # laws that ask nothing about rest
 BRANCHING = ["maxwell_slip", "gms", "gap_slider", "reformed_dahl", "preisach_lugre", "leuven"]  # that take a branch of its own there
+LONGEST = ["bouc_wen", "elastoplastic", "leuven"]
 
 
 def moving(model, v):
@@ -142,10 +146,10 @@ def without_rest(v, least):
     return np.where(v == 0.0, np.copysign(least, v), v)
 
 
-@pytest.mark.parametrize("name", CONTINUED + BRANCHING)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONGEST)) for name in CONTINUED + BRANCHING])
 def test_motion_derivatives_agree_with_complex_steps(name):
     # At rest a relaxation is clamped so that no number is divided by 0: the complex step is that of the clamp.
-    model, v = model_of(name, SLOTS), nasty(2, 85) if name in BRANCHING else without_rest(nasty(2, 85), 1e-6)
+    model, v = model_of(name, SLOTS), nasty(2) if name in BRANCHING else without_rest(nasty(2), 1e-6)
     tangents, moved = moving(model, v)
     for mixed in (tangents, 0.0 * tangents):
         force, derivatives = in_python(model, mixed, v, motion_tangents=moved)
@@ -157,7 +161,7 @@ def test_motion_derivatives_agree_with_complex_steps(name):
 
 @pytest.mark.parametrize("name", CONTINUED)
 def test_motion_derivatives_at_rest_are_the_one_sided_limits(name):
-    model, v = model_of(name, SLOTS), nasty(2, 85)
+    model, v = model_of(name, SLOTS), nasty(2)
     tangents, moved = moving(model, v)
     _, derivatives = in_python(model, tangents, v, motion_tangents=moved)
     _, expected = in_python(model, tangents, without_rest(v, 1e-14), motion_tangents=moved)
@@ -167,7 +171,7 @@ def test_motion_derivatives_at_rest_are_the_one_sided_limits(name):
 @pytest.mark.parametrize("name", ["dahl", "lugre", "bouc_wen", "reformed_dahl", "elastoplastic", "gap_slider"])
 @pytest.mark.parametrize("slots", [(), SLOTS])
 def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
-    model, v = model_of(name, slots), nasty(4, 85) * 1e-3
+    model, v = model_of(name, slots), nasty(4) * 1e-3
     state = model.component.initial_state(model.parameters)
     size = pack(state).size
     tangents, state_tangents = np.zeros((pack(model.parameters).size, size)), np.eye(size)
@@ -178,17 +182,7 @@ def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
     agrees(derivatives, expected)
 
 
-def test_the_motion_begins_in_the_given_state():
-    model, v = model_of("lugre"), nasty()
-    state = model.component.State(*(2e-6 for _ in model.component.State._fields))
-    force, derivatives = in_python(model, directions_of(model), v, state=state)
-    complex_force, expected = force_by_complex_steps(model, directions_of(model), v, DT, np.cumsum(v) * DT, state=state)
-    assert force.tobytes() == complex_force.tobytes()
-    assert force.tobytes() != in_python(model, directions_of(model), v)[0].tobytes()
-    agrees(derivatives, expected)
-
-
-@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 17, 20])
+@pytest.mark.parametrize("count", [0, 1, 8, 9, 17])
 def test_many_directions_give_the_columns_of_each_alone(count):
     model, v = model_of("gms"), nasty()
     random = np.random.default_rng(6)
@@ -205,15 +199,6 @@ def test_many_directions_give_the_columns_of_each_alone(count):
         assert single[:, 0].tobytes() == derivatives[:, k].tobytes()
 
 
-def test_derivatives_add_up_over_directions():
-    model, v = model_of("leuven", SLOTS), nasty()
-    directions = directions_of(model)
-    weights = np.random.default_rng(7).uniform(-1.0, 1.0, directions.shape[1])
-    _, each = in_python(model, directions, v)
-    _, total = in_python(model, (directions @ weights)[:, None], v)
-    np.testing.assert_allclose(total[:, 0], each @ weights, rtol=1e-9, atol=1e-9 * np.abs(each).max())
-
-
 @pytest.mark.parametrize(("name", "slots"), [("lugre", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("gms", SLOTS)])
 def test_a_motion_continues_with_state_memory_and_tangents_of_its_first_half(name, slots):
     model, v = model_of(name, slots), nasty()
@@ -222,7 +207,7 @@ def test_a_motion_continues_with_state_memory_and_tangents_of_its_first_half(nam
     x, derivatives = np.cumsum(v) * DT, []
     with interpreted(), np.errstate(invalid="ignore"):
         run = TangentRun(model, directions)
-        for half in (slice(0, 41), slice(41, v.size)):
+        for half in (slice(0, 37), slice(37, v.size)):
             out = np.empty((v[half].size, DIRECTIONS))
             run.along(v[half], DT, x[half], {}, out)
             derivatives.append(out[:, : directions.shape[1]])

@@ -1,4 +1,4 @@
-"""EFIM on the composite against an independent, event-located solution; and where an explicit method is silently wrong.
+"""EFIM on the composite against an independent, event-located solution.
 
 Lengths in micrometres, forces in mN*m: a ball screw of 5 mm lead, 1e-4 kg m^2, 100 N*m/rad.
 """
@@ -19,7 +19,7 @@ CONTACT["sigma_1"] = math.sqrt(CONTACT["s"] * J)
 OMEGA_0 = math.sqrt(CONTACT["s"] / J)
 
 CASES = {
-    "presliding": (lambda t, x: 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t), 0.4),
+    "presliding": (lambda t, x: 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t), 0.3),
     "break-away": (lambda t, x: 160.0 * np.sin(20.0 * np.pi * t), 0.3),
     "stick-slip": (lambda t, x: 20.0 * (200.0 * t - x), 0.25),
 }
@@ -65,39 +65,10 @@ SPEED, SETTLED = 2e5, 199_990.8
 EFFORT = CONTACT["F_C"] + CONTACT["sigma_2"] * SPEED
 
 
-def runge_kutta(h, end):
-    """The classical method on mass and contact; at rest and virgin the deflection only grows, so it has one branch."""
-    p = CONTACT
-
-    def slope(y):
-        v, z = y
-        level = p["F_C"] + (p["F_S"] - p["F_C"]) * math.exp(-min((v / p["v_S"]) ** 2, 700.0))
-        f = p["s"] * p["f_p"] * z / (p["f_p"] + p["s"] * abs(z))
-        z_dot = v * (1.0 - math.copysign(1.0, v) * f / level)
-        return np.array([(EFFORT - f - p["sigma_1"] * z_dot - p["sigma_2"] * v) / J, z_dot])
-
-    y = np.zeros(2)
-    for _ in range(round(end / h)):
-        a = slope(y)
-        b = slope(y + 0.5 * h * a)
-        c = slope(y + 0.5 * h * b)
-        y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + slope(y + h * c))
-    return y[0]
-
-
 @pytest.mark.parametrize("kernel", ["dahl_masing", "tip_masing", "reformed_dahl_exact", "exp_masing"])
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
 def test_sliding_at_high_speed_neither_oscillates_nor_fills_the_memory(kernel, transition):
     body, contact = plants.inertia(M=J), model(transition, kernel=kernel)
-    runs = [run_open_loop(body, contact, np.full(count, EFFORT), 1e-3) for count in range(1, 502)]
+    runs = [run_open_loop(body, contact, np.full(count, EFFORT), 1e-3) for count in (1, 2, 3, 5, 10, 20, 50, 100, 200, 501)]
     assert runs[-1].velocity[-1] == pytest.approx(SETTLED, rel=1e-4)
     assert max(run.state.depth for run in runs) <= 1
-
-
-def test_an_explicit_method_at_the_same_step_is_finite_and_wrong():
-    assert runge_kutta(2e-6, 0.05) == pytest.approx(
-        run_open_loop(plants.inertia(M=J), model("paper"), np.full(5001, EFFORT), 1e-5).velocity[5000], rel=1e-4
-    )
-    coarse = runge_kutta(1e-3, 0.5)
-    assert math.isfinite(coarse)
-    assert abs(coarse - SETTLED) > 0.5 * SETTLED

@@ -28,48 +28,30 @@ def test_the_equations_of_a_contact_are_driven_by_its_velocity():
     assert rate.tolist() == pytest.approx([-0.2, z_dot])
 
 
-def test_friction_in_equations_sees_the_position():
-    model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.5, p_2=0.0, a_1=3.0, a_2=0.0)
-    assert contact_equations(model)(np.array([0.4]), 2.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
-    assert axis_equations(PLANT, model)(np.array([0.4, 2.0]), 0.0)[0] == pytest.approx(20.0 * 1.2 + 3.0 * 0.4)
-
-
-def test_a_viscous_film_is_a_differential_equation_without_a_rate():
-    assert contact_equations(friction.viscous(F_v=10.0))(np.array([0.0]), -2.0) == (-20.0, pytest.approx([-2.0]))
+PLACED = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.5, p_2=0.0, a_1=3.0, a_2=0.0)
 
 
 @pytest.mark.parametrize(
-    ("model", "message"),
+    ("equations", "state", "force"),
     [
-        (friction.coulomb(F_C=20.0), "has a force that jumps at rest, where the contact sticks"),
-        (friction.maxwell_slip(**friction.maxwell_slip.example), "changes its memory in jumps, at reversals or when an element slips"),
-        (friction.reformed_dahl(**friction.reformed_dahl.example), "has no `rate`.*A smooth model of your own can define `rate"),
+        (contact_equations(friction.viscous(F_v=10.0)), ([0.0], -2.0), -20.0),
+        (contact_equations(PLACED), ([0.4], 2.0), 20.0 * 1.2 + 3.0 * 0.4),
+        (axis_equations(PLANT, PLACED), ([0.4, 2.0], 0.0), 20.0 * 1.2 + 3.0 * 0.4),
     ],
 )
-def test_friction_that_is_not_a_differential_equation_is_refused_with_the_reason(model, message):
-    with pytest.raises(InputError, match=rf"friction: {message}"):
-        contact_equations(model)
-    with pytest.raises(InputError, match=r'Give dt, such as dt="0.5 ms"'):
-        axis_equations(PLANT, model)
-
-
-def test_a_plant_that_is_not_a_differential_equation_is_refused():
-    screw = plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
-    with pytest.raises(InputError, match=r"plant: has no rate.*found 'ball_screw'"):
-        axis_equations(screw, friction.viscous(kind="rotational", F_v=1e-3))
+def test_friction_in_equations_sees_velocity_and_position(equations, state, force):
+    assert equations(np.array(state[0]), state[1])[0] == pytest.approx(force)
 
 
 def test_samples_of_an_axis_are_those_of_a_run():
-    model = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5])
+    model, state, rows = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5]), np.zeros(6), []
     effort = np.array([10.0, 40.0, 40.0, -30.0, -60.0])
     with interpreted():
-        trace = run_open_loop(PLANT, model, effort, 1e-3, steps=2)
-        step, state = axis_step(PLANT, model, 1e-3, 2), np.zeros(6)
-        rows = []
+        trace, step = run_open_loop(PLANT, model, effort, 1e-3, steps=2), axis_step(PLANT, model, 1e-3, 2)
         for u in effort:
-            rows.append(state[:2].copy())
+            before = state[:2].tolist()
             force, state = step(state, u)
-            rows[-1] = (*rows[-1], force)
+            rows.append((*before, force))
     assert np.array_equal(np.array(rows).T, [trace.position, trace.velocity, trace.friction])
     assert state[2:4] == pytest.approx(trace.memory)
 
@@ -105,19 +87,13 @@ def test_states_have_names_and_units_in_the_order_of_the_vector(model, plant, dt
     assert rest.tolist() == [0.0] * len(system.outputs)
 
 
-def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position():
+@pytest.mark.parametrize(("plant", "before", "after"), [(None, 1, 0), (PLANT, 2, 2)])
+def test_the_state_of_a_virgin_contact_follows_the_plant_or_the_position(plant, before, after):
     model = friction.preisach_lugre(**friction.preisach_lugre.example)
     contact = [*model.component.initial_state(model.parameters), *model.component.new_memory(model.parameters)]
-    for plant, before, after in ((None, 1, 0), (PLANT, 2, 2)):
-        with interpreted():
-            size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
-        assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
-
-
-@pytest.mark.parametrize(("plant", "dt"), [(None, 1e-3), (PLANT, None)])
-def test_steps_in_a_sample_need_a_sample_time_and_a_plant(plant, dt):
-    with pytest.raises(InputError, match="steps: needs a sampled axis"):
-        system_of(DAHL, plant, dt, 2, None, asked_by="here")
+    with interpreted():
+        size = len(system_of(model, plant, 1e-3, 1, None, asked_by="here").states)
+    assert _virgin(model, plant, size).tolist() == [*[0.0] * before, *contact, *[0.0] * after]
 
 
 def test_signals_have_the_units_of_the_kind_of_axis():
@@ -125,3 +101,24 @@ def test_signals_have_the_units_of_the_kind_of_axis():
         alone, moved = (system_of(DAHL, plant, None, 1, None, asked_by="here") for plant in (None, PLANT))
     assert (alone.inputs, alone.outputs) == ({"velocity": "m/s"}, {"friction": "N"})
     assert (moved.inputs, moved.outputs) == ({"effort": "N"}, {"position": "m", "velocity": "m/s", "friction": "N"})
+
+
+COULOMB, SCREW = friction.coulomb(F_C=20.0), plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
+SLIDERS, REFORMED = (friction.MODELS[name](**friction.MODELS[name].example) for name in ("maxwell_slip", "reformed_dahl"))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: contact_equations(COULOMB), "friction: has a force that jumps at rest, where the contact sticks"),
+        (lambda: contact_equations(SLIDERS), "friction: changes its memory in jumps, at reversals or when an element slips"),
+        (lambda: contact_equations(REFORMED), "friction: has no `rate`.*A smooth model of your own can define `rate"),
+        *((lambda model=model: axis_equations(PLANT, model), r'Give dt, such as dt="0.5 ms"') for model in (COULOMB, SLIDERS, REFORMED)),
+        (lambda: axis_equations(SCREW, friction.viscous(kind="rotational", F_v=1e-3)), r"plant: has no rate.*found 'ball_screw'"),
+        (lambda: system_of(DAHL, None, 1e-3, 2, None, asked_by="here"), "steps: needs a sampled axis"),
+        (lambda: system_of(DAHL, PLANT, None, 2, None, asked_by="here"), "steps: needs a sampled axis"),
+    ],
+)
+def test_what_is_no_differential_equation_is_refused_with_the_reason(call, words):
+    with pytest.raises(InputError, match=words):
+        call()

@@ -8,7 +8,7 @@ import pytest
 from bristle import friction
 from bristle.engine import interpreted, lanes, run_batch
 from bristle.engine.efim import evaluate
-from bristle.engine.lanes import ASIDE, CARRIED, ITERATE, LANES, OPEN, PORT, SOLVED, SPAN, SUMS, Iterate, Rows, first_guess, next_iterate
+from bristle.engine.lanes import ASIDE, LANES, OPEN, SOLVED, Iterate, first_guess, next_iterate
 from bristle.plants import inertia
 
 FREE = Iterate(2.0, 1.0, 0.0, 0.0, -math.inf, math.inf, OPEN)
@@ -47,21 +47,6 @@ def test_a_solved_lane_keeps_its_velocity():
 def test_an_exceptional_lane_is_marked_for_a_separate_step(iterate, residual):
     assert next_iterate(iterate, residual, solved=False) == iterate._replace(status=ASIDE)
     assert next_iterate(iterate._replace(status=ASIDE), 0.1, solved=True).status == ASIDE
-
-
-def test_parts_of_a_block_are_consecutive():
-    rows = Rows(2, 3, 4, 5)
-    sizes = [len(structure[1]) for structure in (SPAN, CARRIED, PORT, ITERATE)]
-    assert (rows.body, rows.friction, rows.state, rows.body_next, rows.state_next, rows.span) == (2, 5, 9, 14, 17, 22)
-    begins = [22, *(22 + np.cumsum(sizes)).tolist()]
-    assert [rows.span, rows.carried, rows.port, rows.iterate, rows.force] == begins
-    assert rows.status == rows.iterate + 6
-    assert (rows.sums, rows.failures_so_far, rows.lost_at, rows.count) == (
-        rows.force + 1,
-        rows.force + 3,
-        rows.force + 4,
-        rows.force + 1 + len(SUMS[1]),
-    )
 
 
 def test_load_dependent_friction_in_lanes_is_identical_to_serial_runs():

@@ -9,50 +9,53 @@ from bristle import friction, hysteresis
 from bristle.controllers.feedforward import Shape
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
-from bristle.engine import force_along, interpreted, response, settled
+from bristle.engine import force_along, response, settled
 from bristle.engine.motion import along, compensation_along, conditioned, in_turns, presliding_distance
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 PLAIN = Shape(1.0, 0.0, 0.0, math.inf, math.inf)
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def lugre(**changes):
     return friction.lugre(**{"F_C": 20.0, "F_S": 20.0, "v_S": 1.0, "sigma_0": 1e6, "sigma_1": 0.0, "sigma_2": 0.0} | changes)
 
 
-def test_the_default_position_is_the_integral_of_the_velocity():
-    model = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0)
-    # In the middles of the steps the position is 0.1, 0.2 and 0.1.
-    assert force_along(model, [2.0, 0.0, -2.0], 0.1) == pytest.approx([20.3, 0.6, -19.7])
-    assert force_along(model, [2.0, 0.0, -2.0], 0.1, [0.5, 0.5, 0.5]) == pytest.approx([21.2, 1.5, -18.2])
+PLACED = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0)
+WARM = friction.find("coulomb+load+temperature")(F_C=20.0, k_L=0.5, k_T=-0.01)
+GEARED = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=100.0, c_T=0.1)
+FILM = friction.find("viscous+transmitted")(F_v=100.0, c_T=0.1)
+RIPPLED = friction.find("coulomb+ripple")(F_C=20.0, pitch=0.4, h_c1=0.0, h_s1=5.0, h_c2=0.0, h_s2=0.0)
+LUGRE = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
 
 
-def test_surroundings_are_a_number_or_an_array_over_steps():
-    model = friction.find("coulomb+load+temperature")(F_C=20.0, k_L=0.5, k_T=-0.01)
-    v = [1.0, 1.0]
-    assert force_along(model, v, 0.1, load=3.0) == pytest.approx([40.0, 40.0])
-    assert force_along(model, v, 0.1, load=[1.0, 2.0], temperature=303.15) == pytest.approx([18.0, 28.0])
-    with pytest.raises(InputError, match="load: has the wrong length"):
-        force_along(model, v, 0.1, load=[1.0])
-    with pytest.raises(InputError, match=r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'"):
-        force_along(model, v, 0.1, laod=2.0)
+@pytest.mark.parametrize(
+    ("model", "v", "around", "force"),
+    [
+        # By default the position is the integral of the velocity: in the middles of the steps 0.1, 0.2 and 0.1.
+        (PLACED, [2.0, 0.0, -2.0], {}, [20.3, 0.6, -19.7]),
+        (PLACED, [2.0, 0.0, -2.0], {"x": [0.5, 0.5, 0.5]}, [21.2, 1.5, -18.2]),
+        # Surroundings are a number, or any sequence of one for each step.
+        (WARM, [1.0, 1.0], {"load": 3.0}, [40.0, 40.0]),
+        (WARM, [1.0, 1.0], {"load": [1.0, 2.0], "temperature": 303.15}, [18.0, 28.0]),
+        (WARM, [1.0, 1.0], {"load": (1, 3)}, [20.0, 40.0]),
+        (LUGRE, [0.0], {"state": LUGRE.component.State(5e-6)}, [5.0]),
+        # An effort of either sign raises dry friction, and no viscous part.
+        (GEARED, [0.1, -0.1], {}, [30.0, -30.0]),
+        (GEARED, [0.1, -0.1], {"transmitted": 50.0}, [35.0, -35.0]),
+        (FILM, [0.1], {"transmitted": 50.0}, [10.0]),
+        # A step from 0 to 0.2, and one back from 0.4 to 0.2: their middles are a quarter and three quarters of a turn.
+        (RIPPLED, [2.0, -2.0], {"x": [0.2, 0.2]}, [25.0, -15.0]),
+    ],
+)
+def test_the_force_of_a_step_depends_on_its_middle_its_start_and_what_surrounds_it(model, v, around, force):
+    assert force_along(model, v, 0.1, **around) == pytest.approx(force)
 
 
-def test_state_and_memory_set_the_start():
-    model = lugre()
-    assert force_along(model, [0.0], 1.0, state=model.component.State(5e-6)) == pytest.approx([5.0])
-    sliders = friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5])
+def test_a_memory_sets_the_start_and_is_not_changed():
     memory = np.array([2.0, 3.0])
-    stretched = force_along(sliders, [0.0], 1.0, memory=memory)[0]
-    assert stretched != 0.0
+    assert force_along(friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5]), [0.0], 1.0, memory=memory)[0] != 0.0
     assert memory.tolist() == [2.0, 3.0]
-    with pytest.raises(InputError, match="state: belongs to a different model"):
-        force_along(model, [0.0], 1.0, state=(1.0, 2.0))
 
 
 def test_turns_have_separate_parameters_and_surroundings():
@@ -63,14 +66,12 @@ def test_turns_have_separate_parameters_and_surroundings():
     assert result == pytest.approx([20.0, 40.0, 30.0, 60.0, 30.0, 80.0])
 
 
-def test_a_compensator_along_a_motion_receives_position_and_transmitted_effort():
+@pytest.mark.parametrize(
+    ("around", "force"), [({}, [20.0, 20.0]), ({"transmitted": 50.0}, [25.0, 25.0]), ({"transmitted": np.array([0.0, 50.0])}, [20.0, 25.0])]
+)
+def test_a_compensator_along_a_motion_receives_position_and_transmitted_effort(around, force):
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
-    v, x = np.array([1.0, 1.0]), np.array([0.1, 0.2])
-    assert compensation_along(model, PLAIN, v, 0.1, x) == pytest.approx([20.0, 20.0])
-    assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=50.0) == pytest.approx([25.0, 25.0])
-    assert compensation_along(model, PLAIN, v, 0.1, x, transmitted=np.array([0.0, 50.0])) == pytest.approx([20.0, 25.0])
-    with pytest.raises(InputError, match="x: has the wrong length"):
-        compensation_along(model, PLAIN, v, 0.1, x[:1])
+    assert compensation_along(model, PLAIN, np.ones(2), 0.1, np.array([0.1, 0.2]), **around) == pytest.approx(force)
 
 
 @pytest.mark.parametrize("v", [1e-3, -0.2])
@@ -84,16 +85,6 @@ def test_a_contact_after_sliding_has_its_full_deflection(v):
 @pytest.mark.parametrize("sigma_0", [1e2, 1e10])
 def test_a_contact_of_any_stiffness_settles(sigma_0):
     assert settled(lugre(sigma_0=sigma_0), 1.0)[0].z == pytest.approx(20.0 / sigma_0)
-
-
-def test_after_a_decaying_sweep_the_memory_contains_the_sweep():
-    model = friction.preisach_contact(s=1e7, f_p=28.0)
-    state, memory = conditioned(model, 1e-5)
-    assert abs(force_along(model, [0.0], 1.0, state=state, memory=memory)[0]) < 0.5
-    assert np.count_nonzero(memory) > 10
-    assert np.max(np.abs(memory)) <= 28.0
-    turning = np.sort(np.abs(memory[: memory.size // 2][memory[: memory.size // 2] != 0.0]))
-    assert turning[-1] == pytest.approx(1e-5, rel=0.05)
 
 
 def test_a_sweep_ends_at_its_start():
@@ -119,34 +110,10 @@ def test_a_response_begins_at_the_first_sample_without_a_force():
     assert response(model, [1.0, 1.5, 1.0], 0.1).tolist() == pytest.approx([0.0, 50.0, -50.0])
 
 
-def test_operators_take_a_history_and_friction_takes_a_time_step():
-    stop = hysteresis.stop(r=1.0)
-    assert response(stop, [0.5], history=[3.0]).tolist() == [-1.0]
-    assert response(stop, [0.5]).tolist() == [0.5]
-    with pytest.raises(InputError, match=r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"):
-        response(stop, [0.5], 0.1)
-    with pytest.raises(InputError, match=r"history: applies only to hysteresis operators.*Prepend the earlier motion to x"):
-        response(friction.coulomb(F_C=1.0), [0.0, 1.0], 0.1, history=[1.0])
-    with pytest.raises(InputError, match="dt: is needed for a friction model"):
-        response(friction.coulomb(F_C=1.0), [0.0, 1.0])
-
-
-def test_overflow_is_allowed_in_a_search_but_not_for_a_user():
+def test_overflow_is_allowed_in_a_search():
     model = friction.viscous(F_v=1e100)
     with np.errstate(over="ignore"):
         assert along(model, [1e300], 1.0)[0] == math.inf
-        with pytest.raises(InputError, match="the output of viscous is not finite at sample 1 of a finite motion"):
-            force_along(model, [0.0, 1e300], 1.0)
-
-
-def test_surroundings_accept_any_sequence_of_numbers():
-    model = friction.find("coulomb+load")(F_C=20.0, k_L=0.5)
-    v = [1.0, 1.0]
-    assert along(model, v, 0.1, load=[1.0, 3.0]).tolist() == pytest.approx([20.0, 40.0])
-    assert along(model, v, 0.1, load=(1, 3)).tolist() == pytest.approx([20.0, 40.0])
-    for wrong in (["1", "3"], np.ma.array([1.0, 3.0], mask=[True, False])):
-        with pytest.raises(InputError):
-            along(model, v, 0.1, load=wrong)
 
 
 @pytest.mark.parametrize(("amplitude", "largest"), [(1e-5, 1e-5), (3e-6, 3e-6)])
@@ -159,8 +126,41 @@ def test_a_sweep_has_twelve_turns_that_decay_evenly(amplitude, largest):
     assert turned.size >= 22
 
 
-def test_a_contact_without_an_amplitude_stays_virgin():
-    state, memory = conditioned(lugre(), 0.0)
-    assert (state.z, memory.size) == (0.0, 0)
-    with pytest.raises(InputError, match="amplitude"):
-        conditioned(lugre(), -1e-9)
+def test_operators_take_a_history():
+    assert response(hysteresis.stop(r=1.0), [0.5], history=[3.0]).tolist() == [-1.0]
+    assert response(hysteresis.stop(r=1.0), [0.5]).tolist() == [0.5]
+
+
+LOADED, COULOMB = friction.find("coulomb+load")(F_C=20.0, k_L=0.5), friction.coulomb(F_C=1.0)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: force_along(LOADED, [1.0, 1.0], 0.1, load=[1.0]), "load: has the wrong length"),
+        (
+            lambda: force_along(LOADED, [1.0, 1.0], 0.1, laod=2.0),
+            r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'",
+        ),
+        (lambda: along(LOADED, [1.0, 1.0], 0.1, load=["1", "3"]), None),
+        (lambda: along(LOADED, [1.0, 1.0], 0.1, load=np.ma.array([1.0, 3.0], mask=[True, False])), None),
+        (lambda: force_along(lugre(), [0.0], 1.0, state=(1.0, 2.0)), "state: belongs to a different model"),
+        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(1)), "x: has the wrong length"),
+        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(2), transmitted=np.zeros(3)), "transmitted"),
+        (lambda: response(hysteresis.stop(r=1.0), [0.5], 0.1), r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"),
+        (
+            lambda: response(COULOMB, [0.0, 1.0], 0.1, history=[1.0]),
+            r"history: applies only to hysteresis operators.*Prepend the earlier motion to x",
+        ),
+        (lambda: response(COULOMB, [0.0, 1.0]), "dt: is needed for a friction model"),
+        (
+            lambda: force_along(friction.viscous(F_v=1e100), [0.0, 1e300], 1.0),
+            "the output of viscous is not finite at sample 1 of a finite motion",
+        ),
+        (lambda: conditioned(lugre(), -1e-9), "amplitude"),
+    ],
+)
+def test_invalid_motions_are_refused_by_name(call, words):
+    with pytest.raises(InputError, match=words):
+        call()

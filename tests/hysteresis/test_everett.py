@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import RegularGridInterpolator
 from tests.hysteresis.paths import along, of, walk
 
 from bristle import hysteresis, response
 from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
-from bristle.core.errors import InputError
-from bristle.hysteresis.everett import KERNELS, loading_curve, loading_inverse, log1p
+from bristle.hysteresis.everett import KERNELS, loading_curve, loading_inverse
 
 inputs = st.floats(-20.0, 20.0)
 
@@ -28,7 +26,7 @@ every_measure = pytest.mark.parametrize("q", MEASURES.values(), ids=MEASURES)
 
 
 @every_measure
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(one=inputs, other=inputs)
 def test_the_measure_is_zero_without_area_and_grows_with_the_triangle(q, one, other):
     alpha, beta = max(one, other), min(one, other)
@@ -41,7 +39,7 @@ def test_the_measure_is_zero_without_area_and_grows_with_the_triangle(q, one, ot
 def test_slopes_are_derivatives(q):
     generator = np.random.default_rng(3)
     h = 1e-6
-    for _ in range(300):
+    for _ in range(100):
         beta, alpha = np.sort(generator.uniform(-10.0, 10.0, 2)).tolist()
         if alpha - beta < 1e-3 or abs(alpha + beta) < 1e-3 or abs(alpha - beta - 4.0) < 1e-3:
             continue
@@ -54,7 +52,7 @@ def test_slopes_are_derivatives(q):
 
 
 @every_measure
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(z=st.floats(0.0, 20.0))
 def test_the_virgin_curve_and_the_branch_from_its_mirror_meet(q, z):
     # Only so can a branch merge with the virgin curve on the other side.
@@ -67,11 +65,6 @@ def test_the_inverse_curve_undoes_the_loading_curve(shape, exponent):
     for x in np.geomspace(1e-12, 1.9, 60).tolist():
         assert abs(loading_inverse(loading_curve(x, shape, exponent), shape, exponent) - x) <= 1e-14 * (1.0 + x)
     assert np.isnan(loading_inverse(1.0, shape, exponent))
-
-
-@given(st.floats(-0.99, 1e6))
-def test_log1p_is_that_of_the_library(x):
-    assert abs(log1p(x) - np.log1p(x)) <= 4e-16 * abs(np.log1p(x))
 
 
 # --- tables -----------------------------------------------------------------------------------------------------
@@ -87,19 +80,6 @@ def test_a_table_of_a_hundred_nodes_is_accurate_to_second_order(kernel, error):
         errors.append(np.max(np.abs(response(table, path) - response(exact, path))))
     assert errors[1] <= error
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
-
-
-def test_the_same_table_on_alpha_and_beta_would_be_far_worse():
-    q, nodes = MEASURES["dahl_masing"], np.linspace(-4.0, 4.0, 101)
-    square = np.array([[everett(a, b, q) if a >= b else 0.0 for b in nodes.tolist()] for a in nodes.tolist()])
-    plain = RegularGridInterpolator((nodes, nodes), square)
-    ours = measure(hysteresis.tabulated(lambda a, b: everett(a, b, q), 4.0))
-    pairs = np.sort(np.random.default_rng(8).uniform(-4.0, 4.0, (5000, 2)))[:, ::-1]
-    exact = np.array([everett(a, b, q) for a, b in pairs.tolist()])
-    error = np.max(np.abs([everett(a, b, ours) - e for (a, b), e in zip(pairs.tolist(), exact, strict=True)]))
-    # The output changes by twice the Everett function.
-    assert 2.0 * error < 3e-4
-    assert 0.015 < 2.0 * np.max(np.abs(plain(pairs) - exact)) < 0.03
 
 
 def lopsided(q, alpha, beta):
@@ -147,21 +127,3 @@ def test_outside_its_table_the_output_stays():
     assert f[4] < f[3]
     q = measure(table)
     assert virgin_slope(2.0, q) == everett_slope(2.0, 0.0, 1.0, q) == everett_slope(0.0, -2.0, -1.0, q) == 0.0
-
-
-def test_a_bad_table_is_refused():
-    def E(alpha, beta):
-        return alpha - beta
-
-    with pytest.raises(InputError, match="rows: must be odd"):
-        hysteresis.tabulated(E, 1.0, rows=4)
-    with pytest.raises(InputError, match="columns"):
-        hysteresis.tabulated(E, 1.0, columns=2)
-    with pytest.raises(InputError, match="odd number of rows"):
-        hysteresis.everett_table(extent=1.0, E=np.zeros(8), upper=np.zeros(4))
-    with pytest.raises(InputError, match="E = 0 at alpha = beta"):
-        hysteresis.everett_table(extent=1.0, E=np.ones(9), upper=np.zeros(3))
-    with pytest.raises(InputError, match="at least 2"):
-        hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0])])
-    with pytest.raises(InputError, match=r"curves\[1\]: must fall throughout"):
-        hysteresis.from_reversal_curves([([1.0, 0.0], [1.0, 0.0]), ([0.0, 1.0], [1.0, 0.0])])

@@ -5,7 +5,6 @@ import pytest
 from tests.hysteresis.paths import of
 
 from bristle import hysteresis, response
-from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS
 
 every_kernel = pytest.mark.parametrize("kernel", KERNELS)
@@ -40,10 +39,3 @@ def test_a_sweep_erases_the_earlier_history(kernel):
     fresh = response(of(kernel), x, history=sweep)
     used = response(of(kernel), x, history=[2.0, -1.5, 0.7, -2.9, *sweep])
     assert np.max(np.abs(fresh - used)) <= 1e-14
-
-
-def test_a_sweep_needs_an_amplitude_and_a_reversal():
-    with pytest.raises(InputError, match="amplitude"):
-        hysteresis.conditioned(0.0)
-    with pytest.raises(InputError, match="reversals"):
-        hysteresis.conditioned(1.0, 0)

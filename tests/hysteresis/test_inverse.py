@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from tests.hysteresis.paths import along, of, walk
 
 from bristle import hysteresis, response
-from bristle.core.errors import InputError
 from bristle.hysteresis.everett import KERNELS
 
 THIRTEEN = [0.0, 3.0, -2.0, 2.4, -1.0, 1.1, 0.3, 0.9, -0.5, 2.0, -3.5, 1.0, -3.0, 0.5, 3.9]
@@ -23,7 +22,7 @@ def test_stops_and_their_inverse_over_thirteen_reversals():
     assert np.max(np.abs(response(STOPS, response(inverse, force)) - force)) <= 1e-12
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.01, 5.0), st.floats(-0.4, 3.0)), min_size=1, max_size=6),
     st.lists(st.floats(-8.0, 8.0), min_size=1, max_size=20),
@@ -48,19 +47,6 @@ def test_preisach_and_its_inverse_over_thirteen_reversals(kernel):
 def test_every_exponent_has_its_inverse(exponent):
     path, operator = along(THIRTEEN, 30), of("dahl_masing", exponent=exponent)
     assert np.max(np.abs(response(hysteresis.inverse_of(operator), response(operator, path)) - path)) <= 1e-12
-
-
-def test_a_force_at_saturation_has_no_displacement():
-    inverse = hysteresis.inverse_of(of("dahl_masing"))
-    for force in (1.0, -1.5):
-        with pytest.raises(InputError, match="model: the output of inverse_preisach is not finite at sample 1"):
-            response(inverse, [0.5, force])
-    with pytest.raises(InputError, match="rises everywhere"):
-        hysteresis.inverse_of(hysteresis.prandtl_ishlinskii(thresholds=[1.0], weights=[1.0]))
-    with pytest.raises(InputError, match="rises everywhere"):
-        hysteresis.inverse_of(hysteresis.prandtl_ishlinskii(thresholds=[1.0], weights=[-2.0], spring=1.0))
-    with pytest.raises(InputError, match="has no inverse in bristle"):
-        hysteresis.inverse_of(hysteresis.play(r=1.0))
 
 
 def test_an_inverse_has_the_units_of_an_inverse():

@@ -1,4 +1,4 @@
-"""Parameters of hysteresis operators: bounds, what holds where nothing is said, examples, and numbers by hand."""
+"""Parameters of hysteresis operators: their examples in a loop by hand, and their curves."""
 
 import math
 
@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from bristle import response
-from bristle.core import InputError
 from bristle.hysteresis import (
-    OPERATORS,
     everett_table,
     inverse_of,
     inverse_prandtl_ishlinskii,
-    inverse_preisach,
     play,
     prandtl_ishlinskii,
-    preisach,
     preisach_grid,
     relay_grid,
     reversal_table,
@@ -29,7 +25,6 @@ from bristle.hysteresis.everett import (
     TIP_MASING,
     ClosedForm,
     loading_curve,
-    loading_inverse,
     loading_slope,
     loop_tip,
     loop_tip_slope,
@@ -39,51 +34,6 @@ from bristle.hysteresis.everett import (
     virgin,
     virgin_slope,
 )
-
-ANY = (-math.inf, math.inf)
-BOUNDS = {
-    "s": (1e-12, math.inf),
-    "f_p": (1e-12, math.inf),
-    "exponent": (0.1, 5.0),
-    "capacity": (4.0, math.inf),
-    "tolerance": (0.0, 1.0),
-    "r": (0.0, math.inf),
-    "thresholds": (0.0, math.inf),
-    "extent": (1e-12, math.inf),
-    "side": (-1.0, 1.0),
-}
-NOMINAL = {(preisach, "s"): 1e6, (inverse_preisach, "s"): 1e6, (prandtl_ishlinskii, "weights"): 1e6, (everett_table, "extent"): 1e-5}
-
-
-@pytest.mark.parametrize("operator", OPERATORS.values(), ids=list(OPERATORS))
-def test_parameters_are_allowed_up_to_their_bounds(operator):
-    for name, variable in operator.variables.items():
-        if not variable.choices:
-            assert (variable.min, variable.max) == BOUNDS.get(name, ANY), name
-            assert variable.nominal == NOMINAL.get((operator, name), 1.0), name
-
-
-def test_omitted_parameters_have_the_usual_default():
-    stack = {"capacity": 256, "tolerance": 1e-12}
-    assert {operator.name: dict(operator.defaults) for operator in OPERATORS.values()} == {
-        "play": {},
-        "stop": {},
-        "prandtl_ishlinskii": {"spring": 0.0},
-        "inverse_prandtl_ishlinskii": {"compliance": 0.0},
-        "preisach": {"kernel": "dahl_masing", "exponent": 2.0} | stack,
-        "inverse_preisach": {"kernel": "dahl_masing", "exponent": 2.0} | stack,
-        "everett_table": stack,
-        "reversal_table": {"side": 1.0, "offset": 0.0} | stack,
-        "preisach_grid": {"offset": 0.0} | stack,
-        "relay_grid": {},
-    }
-
-
-def test_examples_are_of_micrometres_and_newtons():
-    assert dict(play.example) == dict(stop.example) == {"r": 1e-6}
-    assert dict(preisach.example) == {"s": 1.25e7, "f_p": 150.0, "kernel": "reformed_dahl_exact"}
-    assert dict(inverse_preisach.example) == dict(preisach.example) | {"kernel": "dahl_masing"}
-    assert dict(prandtl_ishlinskii.example) == {"thresholds": (1e-6, 2e-6, 5e-6), "weights": (6e6, 3e6, 1e6), "spring": 1e5}
 
 
 @pytest.mark.parametrize(
@@ -117,14 +67,6 @@ def test_the_inverse_of_the_example_of_stops_has_kinks_at_its_forces():
     assert inverse.values["thresholds"].tolist() == pytest.approx([10.0, 14.0])
     assert inverse.values["weights"].tolist() == pytest.approx([0.25e-6 - 0.1e-6, 1e-6 - 0.25e-6])
     assert inverse.values["compliance"] == pytest.approx(1e-7)
-    with pytest.raises(
-        InputError,
-        match=r"prandtl_ishlinskii: must have an output that rises everywhere; found 0.*allowed slope > 0. Add a parallel spring",
-    ):
-        inverse_of(prandtl_ishlinskii(thresholds=[1e-6], weights=[6e6]))
-
-
-CURVES = [(DAHL_MASING, 2.0), (DAHL_MASING, 1.0), (DAHL_MASING, 3.0), (DAHL_MASING, 0.5), (TIP_MASING, 2.0), (EXP_MASING, 2.0)]
 
 
 @pytest.mark.parametrize(
@@ -144,28 +86,18 @@ def test_virgin_curves_have_risen_so_far_over_the_length_of_their_tangent(shape,
     assert loading_curve(1e12, shape, exponent) == pytest.approx(1.0, abs=1e-5)
 
 
-@pytest.mark.parametrize(("shape", "exponent"), CURVES)
-def test_slopes_and_inverses_are_those_of_the_curves(shape, exponent):
-    for x in (0.0, 0.3, 1.1, 1.9):
-        h = 1e-6
-        rise = (loading_curve(x + h, shape, exponent) - loading_curve(max(x - h, 0.0), shape, exponent)) / (h + min(x, h))
-        assert loading_slope(x, shape, exponent) == pytest.approx(rise, rel=1e-5)
-        assert loading_inverse(loading_curve(x, shape, exponent), shape, exponent) == pytest.approx(x)
-    assert math.isnan(loading_inverse(1.0, shape, exponent))
+# 1 - (1 - x / 2)^2 is there after a travel of 2.
+@pytest.mark.parametrize("x", [2.0, 3.0])
+def test_an_exponent_below_one_saturates_at_a_finite_travel(x):
+    assert (loading_curve(x, DAHL_MASING, 0.5), loading_slope(x, DAHL_MASING, 0.5)) == (1.0, 0.0)
 
 
-def test_an_exponent_below_one_saturates_at_a_finite_travel():
-    # 1 - (1 - x / 2)^2 is there after a travel of 2.
-    assert [loading_curve(x, DAHL_MASING, 0.5) for x in (2.0, 3.0)] == [1.0, 1.0]
-    assert [loading_slope(x, DAHL_MASING, 0.5) for x in (2.0, 3.0)] == [0.0, 0.0]
-
-
-def test_a_loop_tip_is_where_a_loop_of_the_reformed_model_closes():
+@pytest.mark.parametrize("k", [0.1, 1.0, 10.0])
+def test_a_loop_tip_is_where_a_loop_of_the_reformed_model_closes(k):
     # From -f_r with a slope of 1 toward 1: -f_r + p d / (p + d) = f_r, p = 1 + f_r, d = 2 k.
-    for k in (0.1, 1.0, 10.0):
-        tip = loop_tip(k)
-        assert -tip + (1.0 + tip) * 2.0 * k / (1.0 + tip + 2.0 * k) == pytest.approx(tip)
-        assert loop_tip_slope(k) == pytest.approx((loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6)
+    tip = loop_tip(k)
+    assert -tip + (1.0 + tip) * 2.0 * k / (1.0 + tip + 2.0 * k) == pytest.approx(tip)
+    assert loop_tip_slope(k) == pytest.approx((loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6)
     assert loop_tip(math.inf) == loop_tip(1e200) == pytest.approx(1.0)
     assert loop_tip_slope(1e200) == pytest.approx(0.0, abs=1e-100)
 
@@ -193,37 +125,11 @@ def test_the_exact_kernel_gives_the_loop_of_the_reformed_model():
     assert virgin(x, q) == pytest.approx(20.0 * loop_tip(1.0))
 
 
-def test_tables_of_the_wrong_size_are_refused():
-    with pytest.raises(InputError, match="E with an odd number of rows"):
-        everett_table(extent=1.0, E=[0.0] * 6, upper=[0.0] * 3)
-    with pytest.raises(InputError, match="E with an odd number of rows"):
-        everett_table(extent=1.0, E=[0.0] * 10, upper=[0.0] * 2)
-    with pytest.raises(InputError, match="E = 0 at alpha = beta"):
-        everett_table(extent=1.0, E=[1.0, *[0.0] * 8], upper=[0.0] * 3)
-    with pytest.raises(InputError, match="low < high"):
-        preisach_grid(low=1.0, high=1.0, E=[1.0])
-    with pytest.raises(InputError, match="values of E for n cells"):
-        preisach_grid(low=0.0, high=1.0, E=[1.0, 1.0])
-    with pytest.raises(InputError, match="levels that rise"):
-        relay_grid(levels=[0.0, 0.0, 1.0], weights=[1.0, 1.0, 1.0])
-    with pytest.raises(InputError, match="weights for n cells"):
-        relay_grid(levels=[0.0, 1.0], weights=[1.0, 1.0])
-    with pytest.raises(InputError, match="reversals that rise"):
-        reversal_table(reversals=[0.0, 0.0, 1.0], ends=[1.0] * 3, E=[0.0] * 6, E_top=[0.0] * 3)
-    with pytest.raises(InputError, match="thresholds and weights of the same length"):
-        prandtl_ishlinskii(thresholds=[], weights=[])
-
-
 def test_virgin_relays_are_up_below_the_line_of_demagnetisation():
     made = relay_grid(levels=[-2.0, -1.0, 0.0, 1.0, 2.0], weights=np.ones(10))
     # Of (alpha, beta) in the middles of the cells those with a sum below zero are up, on the line half of each.
     assert made.component.new_memory(made.parameters).tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, -1.0, 0.0, -1.0, -1.0, -1.0]
 
 
-@pytest.mark.parametrize(
-    ("rows", "columns", "word"), [(1, 3, "rows: out of range"), (4, 3, "rows: must be odd.*Take 5"), (3, 2, "columns: out of range")]
-)
-def test_a_table_has_at_least_three_rows_and_columns(rows, columns, word):
-    with pytest.raises(InputError, match=word):
-        tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=rows, columns=columns)
+def test_a_table_has_three_rows_and_columns_at_least():
     assert tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=3, columns=3).values["upper"].size == 3

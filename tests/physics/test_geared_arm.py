@@ -1,4 +1,4 @@
-"""Friction by load and speed: numbers of a geared arm (Menagerie pull request 317), with two laws. The load is assumed."""
+"""Friction by load and speed: numbers of a geared arm (Menagerie pull request 317), with a law of gears. The load is assumed."""
 
 from functools import partial
 
@@ -9,10 +9,13 @@ from scipy.optimize import least_squares
 from bristle.engine.motion import along
 from bristle.friction import find
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 SPEEDS = (0.06, 0.115, 0.275)  # [rad/s], in the middle of 0.04 to 0.08, 0.08 to 0.15, 0.15 to 0.4
-LOADS = (9.5, 12.0)  # [N*m], assumed: the source states "more than 9"
+LOAD = 9.5  # [N*m], assumed: the source states "more than 9"
 PUBLISHED = np.array([2.85, 2.1, 1.4, 0.7, 0.65])  # [N*m]: break-away (2.4 to 3.3), sliding at these speeds, sliding without load
-STATIC = ("stribeck+transmitted", ("F_C", "F_S", "v_S", "F_v", "c_T"), [0.2, 0.6, 0.1, 0.01, 0.05])
+
+
 GEAR = ("efficiency", ("mu_avg", "mu_fall", "v_S", "sigma_2", "F_idle"), [0.01, 0.2, 0.1, 0.01, 0.5])
 PURE = ("efficiency", ("mu_avg", "sigma_2"), [0.2, 0.01])
 
@@ -36,24 +39,6 @@ def fitted(law, load, published=PUBLISHED):
     return given(found)
 
 
-@pytest.mark.parametrize("load", LOADS)
-@pytest.mark.parametrize("law", [STATIC, GEAR], ids=lambda law: law[0])
-def test_load_and_speed_together_give_the_published_numbers(law, load):
-    break_away, slow, middle, fast, unloaded = fitted(law, load)
-    assert 2.4 <= break_away <= 3.3
-    assert break_away / slow == pytest.approx(2.85 / 2.1, rel=0.2)
-    assert (middle / slow, fast / slow) == pytest.approx((1.4 / 2.1, 0.7 / 2.1), rel=0.2)
-    assert unloaded == pytest.approx(0.65, rel=0.2)
-
-
 def test_the_numbers_of_the_page_on_arms():
-    assert fitted(GEAR, LOADS[0]) == pytest.approx([2.74, 2.21, 1.37, 0.70, 0.65], abs=0.006)
-    assert fitted(PURE, LOADS[0], PUBLISHED[:4]) == pytest.approx([1.02, 1.02, 1.02, 1.02, 0.0], abs=0.006)
-
-
-@pytest.mark.parametrize("load", LOADS)
-def test_the_law_without_a_fall_has_one_level_and_no_friction_without_load(load):
-    break_away, slow, middle, fast, unloaded = fitted(PURE, load, PUBLISHED[:4])
-    assert break_away <= slow <= middle <= fast <= 1.1 * break_away
-    assert not 2.4 <= break_away <= 3.3
-    assert abs(unloaded) < 0.01 * 0.65
+    assert fitted(GEAR, LOAD) == pytest.approx([2.74, 2.21, 1.37, 0.70, 0.65], abs=0.006)
+    assert fitted(PURE, LOAD, PUBLISHED[:4]) == pytest.approx([1.02, 1.02, 1.02, 1.02, 0.0], abs=0.006)

@@ -5,15 +5,7 @@ import math
 import pytest
 
 from bristle import friction
-from bristle.engine import force_along, interpreted
 from bristle.friction.level import Rise, has_level, risen, rises_with_effort, share_at, viscous_of
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
-
 
 RIPPLE = Rise(pitch=0.2, h_c1=3.0, h_s1=4.0, h_c2=1.0, h_s2=2.0, level=10.0)
 
@@ -27,40 +19,36 @@ def test_a_ripple_varies_once_and_twice_a_turn_as_a_share_of_the_level(turn, lev
     assert share_at(0.2 * turn, 0.0, RIPPLE._replace(level=20.0)) == pytest.approx(0.05 * level)
 
 
-@pytest.mark.parametrize("effort", [30.0, -30.0])
-def test_an_effort_of_either_sign_raises_the_level(effort):
-    assert share_at(0.3, effort, Rise(c_T=0.1, level=20.0)) == pytest.approx(0.15)
+@pytest.mark.parametrize(
+    ("effort", "rise", "share"),
+    [
+        *((effort, Rise(c_T=0.1, level=20.0), 0.15) for effort in (30.0, -30.0)),
+        *((0.0, Rise(h_c1=ripple, level=10.0), -0.99) for ripple in (-9.9, -50.0)),  # a level keeps a hundredth of its value
+    ],
+)
+def test_an_effort_of_either_sign_raises_the_level_and_no_ripple_takes_it_away(effort, rise, share):
+    assert share_at(0.0, effort, rise) == pytest.approx(share)
 
 
-def test_a_level_keeps_a_hundredth_of_its_value():
-    assert share_at(0.0, 0.0, Rise(h_c1=-9.9, level=10.0)) == pytest.approx(-0.99)
-    assert share_at(0.0, 0.0, Rise(h_c1=-50.0, level=10.0)) == pytest.approx(-0.99)
+@pytest.mark.parametrize(
+    ("name", "level", "viscous", "rises"),
+    [
+        ("viscous", False, "F_v", False),
+        ("coulomb", True, "", False),
+        ("coulomb_viscous", True, "F_v", False),
+        ("lugre", True, "sigma_2", False),
+        ("coulomb+transmitted", True, "", True),
+        ("coulomb+ripple", True, "", False),
+        ("coulomb+load", True, "", False),
+    ],
+)
+def test_dry_and_viscous_parts_and_what_rises_with_the_effort_are_recognised(name, level, viscous, rises):
+    base = friction.MODELS[name.partition("+")[0]]
+    assert (has_level(base), viscous_of(base)) == (level, viscous)
+    assert rises_with_effort(friction.find(name)(**friction.find(name).example)) is rises
 
 
-def test_the_viscous_part_is_unchanged_in_both_directions():
-    model = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=100.0, c_T=0.1)
-    v = [0.1, -0.1]
-    assert force_along(model, v, 1e-3).tolist() == pytest.approx([30.0, -30.0])
-    assert force_along(model, v, 1e-3, transmitted=50.0).tolist() == pytest.approx([35.0, -35.0])
-
-
-def test_a_ripple_is_that_of_the_middle_of_the_step():
-    model = friction.find("coulomb+ripple")(F_C=20.0, pitch=0.4, h_c1=0.0, h_s1=5.0, h_c2=0.0, h_s2=0.0)
-    # A step from 0 to 0.2, and one back from 0.4 to 0.2: their middles are a quarter and three quarters of a turn.
-    assert force_along(model, [2.0, -2.0], 0.1, [0.2, 0.2]).tolist() == pytest.approx([25.0, -15.0])
-
-
-def test_a_model_without_a_level_is_unchanged():
-    model = friction.find("viscous+transmitted")(F_v=100.0, c_T=0.1)
-    assert force_along(model, [0.1], 1e-3, transmitted=50.0).tolist() == pytest.approx([10.0])
-    assert [has_level(friction.MODELS[name]) for name in ("viscous", "coulomb", "lugre")] == [False, True, True]
-    assert [viscous_of(friction.MODELS[name]) for name in ("coulomb", "coulomb_viscous", "lugre")] == ["", "F_v", "sigma_2"]
-
-
-def test_models_that_rise_with_the_effort_are_recognised():
-    risen_models = [friction.find(f"coulomb+{slot}") for slot in ("transmitted", "ripple", "load")]
-    assert [rises_with_effort(model(**model.example)) for model in risen_models] == [True, False, False]
-    assert not rises_with_effort(friction.coulomb(F_C=1.0))
+def test_slots_of_the_level_combine_in_one_order():
     assert risen(friction.coulomb, ()) is risen(friction.coulomb, ("load",)) is friction.coulomb
     both = risen(friction.coulomb, ("ripple", "transmitted"))
     assert both.name == "coulomb+transmitted+ripple"

@@ -1,56 +1,28 @@
-"""Maxwell slip: non-local memory, Masing's rule, and the limits of its parts."""
+"""Maxwell slip, which is a sum of stops: its mean forces, and the limits of its parts."""
 
 from itertools import pairwise
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+import pytest
 
 from bristle import friction, response
-from bristle.engine import force_along, interpreted
+from bristle.engine import force_along
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 MODEL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5, 1e5, 4e4], nu_i=[0.2, 0.3, 0.3, 0.2])
 
 
-def path(*turns, count=400):
+def path(*turns, count=40):
     pieces = [np.linspace(a, b, count, endpoint=False) for a, b in pairwise(turns)]
     return np.concatenate([*pieces, [turns[-1]]])
 
 
-def end_force(x):
-    """Force at the end of a path: that of a last step at rest."""
-    return response(MODEL, np.append(x, x[-1]), 1e-3)[-1]
-
-
-def test_a_minor_loop_closes_exactly():
-    once = end_force(path(0, 3e-6))
-    back_and_forth = end_force(path(0, 3e-6, 1.5e-6, 3e-6))
-    assert abs(once - back_and_forth) < 1e-12
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6))
-def test_a_closed_loop_erases_its_inner_history(turns):
-    inside = [3e-6 + 1e-6 * (turn - 2.0) / 4.0 for turn in turns]
-    direct = end_force(path(0, 5e-6, -1e-6, 3e-6, 4e-6, count=100))
-    detour = end_force(path(0, 5e-6, -1e-6, 3e-6, *inside, 3e-6, 4e-6, count=100))
-    assert abs(direct - detour) < 1e-12
-
-
-def test_masing_the_loop_is_the_virgin_curve_doubled():
-    a = 4e-6
-    for d in (0.5e-6, 2e-6, 6e-6):
-        virgin = end_force(path(0, d / 2))
-        descending = end_force(path(0, a, a - d))
-        tip = end_force(path(0, a))
-        assert abs(tip - descending - 2 * virgin) < 1e-12
-
-
 def test_mean_force_is_exact_for_any_step():
-    fine, coarse = 4096, 4
+    fine, coarse = 1024, 4
     v = np.full(fine, 2e-3)
-    mean_fine = force_along(MODEL, v, 1e-6).reshape(coarse, -1).mean(axis=1)
-    np.testing.assert_allclose(force_along(MODEL, v[:coarse], 1e-6 * fine / coarse), mean_fine, rtol=1e-9)
+    mean_fine = force_along(MODEL, v, 4e-6).reshape(coarse, -1).mean(axis=1)
+    np.testing.assert_allclose(force_along(MODEL, v[:coarse], 4e-6 * fine / coarse), mean_fine, rtol=1e-9)
 
 
 def test_rate_independence():
@@ -61,9 +33,9 @@ def test_rate_independence():
 
 def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
     model = friction.find("maxwell_slip+asymmetry")(F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1)
-    x = path(0, 60e-6, -60e-6, 60e-6, count=6000)
+    x = path(0, 60e-6, -60e-6, 60e-6, count=1500)
     force = response(model, x, 1e-3)
-    assert np.max(np.abs(np.diff(force[2:]))) < 0.02
+    assert np.max(np.abs(np.diff(force[2:]))) < 0.05
     assert abs(force.max() - 1.3) < 1e-9
     assert abs(force.min() + 0.7) < 1e-9
 
@@ -71,5 +43,5 @@ def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
 def test_an_element_without_stiffness_has_no_force():
     v = np.array([1e-3, 2e-3, -1e-3, 0.0])
     with_it = friction.maxwell_slip(F_C=1.0, k_i=[1e6, 0.0], nu_i=[1.0, 0.0], validate=False)
-    with interpreted():  # a division of 0 by 0 would warn
-        assert np.array_equal(force_along(with_it, v, 1e-3), force_along(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), v, 1e-3))
+    # A division of 0 by 0 would warn.
+    assert np.array_equal(force_along(with_it, v, 1e-3), force_along(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), v, 1e-3))

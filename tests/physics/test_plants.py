@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError
-from bristle.plants import PLANTS, ball_screw, find, inertia, oscillator, pulled_inertia, with_terms
+from bristle.plants import ball_screw, find, inertia, oscillator, pulled_inertia, with_terms
 from bristle.plants.terms import NOWHERE, effort_at, effort_of_columns, effort_of_place, gravity_at, place_of, terms_in, terms_of
 
 MASS = inertia(M=2.0)
@@ -18,45 +18,37 @@ ARM = find("inertia+gravity+cogging", ["motor_3_cos", "screw_1_sin"])(
 PLACES = {"inertia": MASS, "oscillator": SPRUNG, "pulled_inertia": PULLED, "arm": ARM}
 
 
-def state_of(plant, *values):
-    return plant.component.State(*values)
+STARTS = {name: plant.component.State(0.1, 0.4, *([0.3] if plant is PULLED else [])) for name, plant in PLACES.items()}
 
 
-@pytest.mark.parametrize("plant", PLACES.values(), ids=list(PLACES))
-def test_a_port_has_the_mean_velocity_of_the_step(plant):
-    state, p = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else [])), plant.parameters
-    a, b = plant.component.port(state, 7.0, 0.05, p)
-    for force in (0.0, 3.0, -20.0):
-        x, moved = plant.component.step(state, 7.0, force, 0.05, p)
-        assert x == moved.x
-        assert moved.x == pytest.approx(0.1 + 0.05 * (a + b * force))
-        assert 0.5 * (0.4 + moved.v) == pytest.approx(a + b * force)
+@pytest.mark.parametrize("name", PLACES)
+def test_a_step_and_its_port_are_those_of_the_rate(name):
+    plant, state, p = PLACES[name].component, STARTS[name], PLACES[name].parameters
+    a, b = plant.port(state, 7.0, 0.05, p)
     assert b < 0.0
-
-
-@pytest.mark.parametrize("plant", PLACES.values(), ids=list(PLACES))
-def test_a_short_step_is_the_rate(plant):
-    state, p, h = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else [])), plant.parameters, 1e-7
-    _, moved = plant.component.step(state, 7.0, 2.0, h, p)
-    rate = plant.component.rate(state, 7.0, 2.0, p)
-    assert [(after - before) / h for after, before in zip(moved, state, strict=True)] == pytest.approx(list(rate), rel=1e-4)
+    for force in (0.0, 3.0, -20.0):
+        x, moved = plant.step(state, 7.0, force, 0.05, p)
+        assert x == moved.x == pytest.approx(0.1 + 0.05 * (a + b * force))
+        assert 0.5 * (0.4 + moved.v) == pytest.approx(a + b * force)
+    _, moved = plant.step(state, 7.0, 2.0, 1e-7, p)
+    rate = [(after - before) / 1e-7 for after, before in zip(moved, state, strict=True)]
+    assert rate == pytest.approx(list(plant.rate(state, 7.0, 2.0, p)), rel=1e-4)
+    # At rest a body stays where it is while the far end of its spring moves.
+    assert plant.rest(state, 7.0, 0.2, p) == (0.1, 0.0, *(x + 0.1 for x in state[2:]))
 
 
 @pytest.mark.parametrize(
-    ("plant", "acceleration"),
+    ("name", "acceleration"),
     [
-        (MASS, (7.0 - 2.0) / 2.0),
-        (SPRUNG, (7.0 - 2.0 - 3.0 * 0.4 - 10.0 * 0.1) / 2.0),
-        (PULLED, (7.0 - 2.0 + 10.0 * 0.2) / 2.0),
-        (ARM, (7.0 - 2.0 - 4.0 * math.sin(0.1) + math.cos(0.1) - 0.7 * math.cos(1.2 * math.pi) - 0.2 * math.sin(0.1 * math.pi)) / 2.0),
+        ("inertia", (7.0 - 2.0) / 2.0),
+        ("oscillator", (7.0 - 2.0 - 3.0 * 0.4 - 10.0 * 0.1) / 2.0),
+        ("pulled_inertia", (7.0 - 2.0 + 10.0 * 0.2) / 2.0),
+        ("arm", (5.0 - 4.0 * math.sin(0.1) + math.cos(0.1) - 0.7 * math.cos(1.2 * math.pi) - 0.2 * math.sin(0.1 * math.pi)) / 2.0),
     ],
 )
-def test_acceleration_is_the_remaining_effort_over_the_mass(plant, acceleration):
-    state = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else []))
-    rate = plant.component.rate(state, 7.0, 2.0, plant.parameters)
-    assert rate[:2] == pytest.approx((0.4, acceleration))
-    if plant is PULLED:
-        assert rate.x_e == 0.5
+def test_acceleration_is_the_remaining_effort_over_the_mass(name, acceleration):
+    rate = PLACES[name].component.rate(STARTS[name], 7.0, 2.0, PLACES[name].parameters)
+    assert rate == pytest.approx((0.4, acceleration, *([0.5] if name == "pulled_inertia" else [])))
 
 
 @pytest.mark.parametrize("plant", [MASS, SPRUNG, ARM])
@@ -64,13 +56,7 @@ def test_the_effort_of_a_motion_gives_that_motion(plant):
     x, v, a = np.array([0.1, -0.2]), np.array([0.4, 0.3]), np.array([1.5, -2.0])
     effort = plant.component.inverse(x, v, a, plant.parameters)
     for k in range(2):
-        assert plant.component.rate(state_of(plant, x[k], v[k]), effort[k], 0.0, plant.parameters).v == pytest.approx(a[k])
-
-
-@pytest.mark.parametrize("plant", PLACES.values(), ids=list(PLACES))
-def test_a_body_at_rest_stays_while_the_far_end_of_its_spring_moves(plant):
-    state = state_of(plant, 0.1, 0.4, *([0.3] if plant is PULLED else []))
-    assert plant.component.rest(state, 7.0, 0.2, plant.parameters) == (0.1, 0.0, *([0.4] if plant is PULLED else []))
+        assert plant.component.rate(plant.component.State(x[k], v[k]), effort[k], 0.0, plant.parameters).v == pytest.approx(a[k])
 
 
 @pytest.mark.parametrize("values", [{"spring_1": 40.0}, {"spring_2": 7.0, "spring": "cubic"}, {"spring_3": -3.0, "spring": "cubic"}])
@@ -94,47 +80,29 @@ def test_a_screw_is_half_its_backlash_and_its_lead_over_a_turn():
     made = ball_screw(J=1e-4, M=20.0, lead="5 mm", k=1e8, d=2e3, backlash="20 um")
     assert made.component.screw(made.parameters) == pytest.approx((20.0, 1e8, 2e3, 1e-5, 5e-3 / (2.0 * math.pi)))
     assert ball_screw.port(ball_screw.State(0.0, 1.0), 3.0, 0.1, made.parameters) == pytest.approx((1.0 + 0.05 / 1e-4 * 3.0, -0.05 / 1e-4))
-    assert dict(ball_screw.example) == {"J": 1e-4, "M": 20.0, "lead": 5e-3, "k": 1e8, "d": 2e3, "backlash": 0.0}
-    assert dict(ball_screw.defaults) == {"d": 0.0, "backlash": 0.0}
-
-
-BOUNDS = {
-    "inertia": {"M": 1e-15},
-    "oscillator": {"M": 1e-15, "c": 0.0, "k": 0.0},
-    "pulled_inertia": {"M": 1e-15, "k": 0.0, "v_e": -math.inf},
-    "ball_screw": {"J": 1e-15, "M": 1e-9, "lead": 1e-6, "k": 1.0, "d": 0.0, "backlash": 0.0},
-}
-NOMINAL = {("ball_screw", "M"): 10.0, ("ball_screw", "lead"): 5e-3, ("ball_screw", "k"): 1e8}
-
-
-@pytest.mark.parametrize("name", PLANTS)
-def test_masses_and_stiffnesses_have_bounds(name):
-    variables = PLANTS[name].variables
-    assert {key: variable.min for key, variable in variables.items()} == BOUNDS[name]
-    assert {key: variable.max for key, variable in variables.items()} == dict.fromkeys(BOUNDS[name], math.inf)
-    assert all(variable.nominal == NOMINAL.get((name, key), 1.0) for key, variable in variables.items())
-    assert tuple(PLANTS[name].State()) == (0.0,) * len(PLANTS[name].State())
 
 
 def test_gravity_and_cogging_take_an_effort_at_each_place():
-    x = np.array([0.0, 0.1, -0.3])
+    x, place = np.array([0.0, 0.1, -0.3]), place_of(ARM)
     expected = 4.0 * np.sin(x) - np.cos(x) + 0.7 * np.cos(12.0 * np.pi * x) + 0.2 * np.sin(np.pi * x)
     assert effort_of_place(x, terms_of(ARM)) == pytest.approx(expected)
-    place = place_of(ARM)
+    assert effort_at(0.1, place) == pytest.approx(expected[1])
     assert (place.g_sin, place.g_cos) == (4.0, -1.0)
     assert place.waves == pytest.approx([12.0 * math.pi, math.pi])
-    assert terms_of(MASS) is None
-    assert place_of(MASS) is place_of(None) is NOWHERE
-    assert [effort_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [gravity_at(at, NOWHERE) for at in (0.0, 0.3, -2.0)] == [0.0] * 3
-    assert effort_at(0.1, place) == pytest.approx(expected[1])
-    assert ARM.values["motor_3_cos"] == 0.7
-    assert (ARM.values["motor_3_sin"], ARM.values["screw_1_cos"], ARM.values["screw_turn"]) == (0.0, 0.0, 2.0)
+    values = {"motor_3_cos": 0.7, "motor_3_sin": 0.0, "screw_1_cos": 0.0, "screw_turn": 2.0}
+    assert {name: ARM.values[name] for name in values} == values
 
 
-def test_gravity_of_one_part_alone_counts():
-    for name, effort in (("g_sin", 4.0 * math.sin(0.1)), ("g_cos", 4.0 * math.cos(0.1))):
-        arm = find("inertia+gravity")(kind="rotational", M=2.0, **{name: 4.0})
-        assert arm.component.rate(inertia.State(0.1, 0.0), 0.0, 0.0, arm.parameters).v == pytest.approx(-0.5 * effort)
+@pytest.mark.parametrize("x", [0.0, 0.3, -2.0])
+def test_a_plant_without_terms_takes_no_effort_anywhere(x):
+    assert (terms_of(MASS), place_of(MASS), place_of(None)) == (None, NOWHERE, NOWHERE)
+    assert effort_at(x, NOWHERE) == gravity_at(x, NOWHERE) == 0.0
+
+
+@pytest.mark.parametrize(("name", "effort"), [("g_sin", 4.0 * math.sin(0.1)), ("g_cos", 4.0 * math.cos(0.1))])
+def test_gravity_of_one_part_alone_counts(name, effort):
+    arm = find("inertia+gravity")(kind="rotational", M=2.0, **{name: 4.0})
+    assert arm.component.rate(inertia.State(0.1, 0.0), 0.0, 0.0, arm.parameters).v == pytest.approx(-0.5 * effort)
 
 
 def test_terms_act_half_way_ahead_of_a_step():
@@ -155,27 +123,38 @@ def test_known_columns_contribute_to_the_effort():
     assert made.values["known_wind"] == 3.0
 
 
-def test_the_names_of_parameters_determine_the_terms():
-    assert terms_in(["M", "g_cos", "motor_6_cos", "motor_6_sin", "screw_1_sin", "known_a", "known_a", "motor_0_cos"]) == {
-        "gravity": True,
-        "cogging": {"motor": {6}, "screw": {1}},
-        "columns": ["a"],
-        "spring": None,
-    }
-    assert terms_in(["M", "g_sin"])["gravity"] is True
-    assert terms_in(["M"]) == {"gravity": False, "cogging": {"motor": set(), "screw": set()}, "columns": [], "spring": None}
+NONE = {"gravity": False, "cogging": {"motor": set(), "screw": set()}, "columns": [], "spring": None}
+
+
+@pytest.mark.parametrize(
+    ("names", "terms"),
+    [
+        (
+            ["M", "g_cos", "motor_6_cos", "motor_6_sin", "screw_1_sin", "known_a", "known_a", "motor_0_cos"],
+            {"gravity": True, "cogging": {"motor": {6}, "screw": {1}}, "columns": ["a"]},
+        ),
+        (["M", "g_sin"], {"gravity": True}),
+        (["M"], {}),
+    ],
+)
+def test_the_names_of_parameters_determine_the_terms(names, terms):
+    assert terms_in(names) == NONE | terms
 
 
 def test_the_description_of_a_plant_names_its_terms():
     made = with_terms(inertia, gravity=True, cogging={"screw": [2, 1, 2]}, columns=["a"])
     assert made.name == "inertia+gravity+cogging+known"
     assert made.description.endswith(", with gravity of a link and cogging and known columns of a log")
-    assert made.variables["screw_1_cos"].description == "cogging once a turn of the screw, cosine"
-    assert made.variables["screw_2_sin"].description == "cogging 2 times a turn of the screw, sine"
-    assert made.variables["known_a"].description == "effort for a 1 in the known column a"
-    assert made.turners == ("screw",)
-    assert "screw_turn" not in made.defaults
-    assert made.defaults["g_sin"] == made.defaults["screw_2_sin"] == made.defaults["known_a"] == 0.0
+    assert {name: made.variables[name].description for name in ("screw_1_cos", "screw_2_sin", "known_a")} == {
+        "screw_1_cos": "cogging once a turn of the screw, cosine",
+        "screw_2_sin": "cogging 2 times a turn of the screw, sine",
+        "known_a": "effort for a 1 in the known column a",
+    }
+    assert (made.turners, "screw_turn" in made.defaults) == (("screw",), False)
+    assert {made.defaults[name] for name in ("g_sin", "screw_2_sin", "known_a")} == {0.0}
+
+
+def test_terms_leave_out_what_a_plant_has_not():
     assert with_terms(inertia) is inertia
     assert with_terms(pulled_inertia, gravity=True).inverse is None
     assert with_terms(ball_screw, gravity=True).rate is None
@@ -198,8 +177,3 @@ def test_the_description_of_a_plant_names_its_terms():
 def test_an_unknown_plant_is_refused_with_the_known_plants(name, keys, words):
     with pytest.raises(InputError, match=words):
         find(name, keys)
-
-
-def test_unnamed_terms_are_left_out():
-    assert find("inertia") is inertia
-    assert find("inertia+gravity", ["g_sin", "motor_6_cos", "known_a"]).name == "inertia+gravity"

@@ -2,6 +2,7 @@
 
 import itertools
 import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -53,10 +54,11 @@ def walk(seed, count=1200):
     return np.array(result[:count])
 
 
-@pytest.mark.fast_cases(8)
-@pytest.mark.parametrize("model", [*examples()])
+@pytest.mark.parametrize(
+    "model", [case if case.id == "lugre" else pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in examples()]
+)
 def test_the_force_changes_only_in_the_last_place_with_the_velocity(model):
-    for seed in range(100):
+    for seed in range(40):
         v = walk(seed, 600)
         up = np.random.default_rng(seed).random(v.size) < 0.5
         twin = np.where(v == 0.0, v, np.nextafter(v, np.where(up, np.inf, -np.inf)))
@@ -64,27 +66,26 @@ def test_the_force_changes_only_in_the_last_place_with_the_velocity(model):
         assert np.max(np.abs(force - other)) < 1e-9 * np.max(np.abs(force)), seed
 
 
-@pytest.mark.parametrize("model", [*examples()])
-def test_a_first_step_of_any_length_is_the_mean_of_its_parts(model):
-    for distance in (1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4):
-        parts = 500
-        fine = np.mean(force_along(model, np.full(parts, distance / DT), DT / parts))
-        assert force_along(model, np.array([distance / DT]), DT)[0] == pytest.approx(fine, rel=0.012), distance
+def forces(model, v, dt):
+    """Composites are compiled, for other tests need that too; the kernels of any other model run as they stand."""
+    with nullcontext() if hasattr(model.parameters, "transition") else interpreted():
+        return force_along(model, v, dt)
 
 
 @pytest.mark.parametrize("model", [*examples()])
-def test_a_long_step_back_from_sliding_is_the_mean_of_its_parts(model):
+def test_a_long_step_is_the_mean_of_its_parts(model):
     if "scatter" in model.values:
         model = model.with_values(scatter=0.0)  # a reversal draws another limit for the steps after it
-    fast = np.full(40, 2e-3)
-    for distance in (-1e-6, -5e-6, -2e-5, -1e-4, -5e-4):
-        parts = 500
-        coarse = force_along(model, np.append(fast, distance / DT), DT)[-1]
-        v = np.append(np.repeat(fast, parts), np.full(parts, distance / DT))
-        fine = np.mean(force_along(model, v, DT / parts)[-parts:])
-        # A gate that opens where an operator of exponent 5 hardly rises any more is the worst case by far.
-        share = 0.05 if model.values.get("exponent") == 5.0 else 0.02
-        assert coarse == pytest.approx(fine, abs=share * 28.0), distance
+    parts, fast = 100, np.full(10, 2e-3)
+    for distance in (2e-6, 2e-5, 2e-4):
+        fine = np.mean(forces(model, np.full(parts, distance / DT), DT / parts))
+        assert forces(model, np.array([distance / DT]), DT)[0] == pytest.approx(fine, rel=0.012), distance
+    # Back from sliding. A gate that opens where an operator of exponent 5 hardly rises any more is the worst case by far.
+    share = 0.05 if model.values.get("exponent") == 5.0 else 0.02
+    for distance in (-5e-6, -1e-4):
+        v = np.append(fast, distance / DT)
+        fine = np.mean(forces(model, np.repeat(v, parts), DT / parts)[-parts:])
+        assert forces(model, v, DT)[-1] == pytest.approx(fine, abs=share * 28.0), distance
 
 
 @pytest.mark.slow
@@ -121,19 +122,6 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
 
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
-def test_a_short_step_of_the_composite_evaluates_its_curve_at_most_three_times(transition, n, monkeypatch):
-    requested = []
-    for name in ("branch_output", "branch_point"):
-        plain = getattr(deflection, name)
-        monkeypatch.setattr(deflection, name, lambda *a, plain=plain: requested.append(1) or plain(*a))
-    model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
-    v = 2e-4 * np.sin(np.linspace(0.0, 20.0, 2000))
-    with interpreted():
-        force_along(model, v, 1e-5)
-    assert len(requested) <= {"paper": 2.2, "elastoplastic": 3.2, "leuven": 3.2}[transition] * v.size
-
-
-@pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
 def test_a_step_of_hardly_any_length_keeps_the_force(transition, n):
     model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
     for v in (1e-200, 1e-306, 1e-312, 5e-321):
@@ -145,7 +133,7 @@ def test_a_step_of_hardly_any_length_keeps_the_force(transition, n):
 @pytest.mark.parametrize("kernel", range(4))
 def test_no_step_passes_sliding_when_a_loop_is_wiped_out_just_below(kernel):
     q = ClosedForm(kernel, 1e7, 33.6)
-    for missing, dx in itertools.product(np.geomspace(1e-11, 1e-8, 100).tolist(), (1e-5, 1e-3)):
+    for missing, dx in itertools.product(np.geomspace(1e-11, 1e-8, 25).tolist(), (1e-5, 1e-3)):
         stack, memory, forces = Stack(), np.zeros(stack_size(8)), []
         for u in (5e-6, 2.9e-6):
             f, move = stack_trial(stack, memory, u, 0.0, q)

@@ -1,13 +1,13 @@
 """Desired motions: within their limits, where they should end, and velocity the derivative of position."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bristle import references
 from bristle.core import InputError
 from bristle.references import chirp, circle, recorded, s_curve, sine, triangle, varied_sine
 from bristle.references.fade import fade
@@ -76,25 +76,19 @@ def test_a_move_takes_the_shortest_possible_time(limits, shortest):
     assert duration(s_curve(distance=0.1, **limits)) == pytest.approx(shortest, rel=1e-9)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("ratio", [1.0, 0.8, 1.25])
-def test_triangles_turn_at_their_turning_points(ratio):
-    model = triangle(amplitude=2.0, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
-    t = np.linspace(0.0, duration(model), 200_001)
-    x, v, _ = sampled(model, t)
+def test_triangles_turn_at_their_turning_points(ratio, side):
+    model = triangle(amplitude=2.0 * side, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
+    x, v, _ = sampled(model, np.linspace(0.0, duration(model), 50_001))
     turns = np.flatnonzero(np.sign(v[1:-1]) * np.sign(v[2:]) < 0) + 1
-    assert x[turns] == pytest.approx([2.0 * (-ratio) ** k for k in range(6)], abs=1e-6)
+    assert x[turns] == pytest.approx([2.0 * side * (-ratio) ** k for k in range(6)], abs=1e-5)
     assert x[-1] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_triangle_may_begin_backward():
-    forward, backward = (triangle(amplitude=a, velocity=1.0, acceleration=10.0) for a in (2.0, -2.0))
-    t = np.linspace(0.0, duration(forward), 1001)
-    assert sampled(backward, t)[0] == pytest.approx(-sampled(forward, t)[0])
 
 
 def test_a_chirp_passes_every_frequency_at_its_time():
     model = chirp(amplitude=1.0, f_0=2.0, f_1=32.0, duration=8.0)
-    t = np.linspace(0.0, 8.0, 800_001)
+    t = np.linspace(0.0, 8.0, 80_001)
     x, _, _ = sampled(model, t)
     crossings = t[1:][np.sign(x[1:]) != np.sign(x[:-1])]
     halves = np.diff(crossings)
@@ -103,15 +97,6 @@ def test_a_chirp_passes_every_frequency_at_its_time():
         inside = halves[(crossings[1:] > 2.0 * octave) & (crossings[1:] < 2.0 * octave + 2.0)]
         assert 0.5 / inside[1] == pytest.approx(2.0 * 2.0**octave, rel=0.25)
         assert 0.5 / inside[-2] == pytest.approx(4.0 * 2.0**octave, rel=0.25)
-
-
-def test_a_ramp_longer_than_the_chirp_is_refused():
-    with pytest.raises(InputError, match="Shorten the ramp"):
-        chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.6)
-
-
-def test_all_references_are_known_by_name():
-    assert set(references.REFERENCES) == {"recorded", "sine", "varied_sine", "s_curve", "triangle", "chirp", "circle"}
 
 
 def test_a_sine_grows_to_its_amplitude_about_its_centre():
@@ -157,8 +142,6 @@ def test_a_recorded_motion_has_central_differences_and_rests_after_its_end():
     assert x == pytest.approx([0.0, 1.0, 2.5, 4.0, 16.0, 16.0])
     assert v == pytest.approx([1.0, 2.0, 3.0, 4.0, 7.0, 0.0])
     assert a == pytest.approx([1.0, 1.5, 1.75, 2.0, 1.0, 0.0])
-    with pytest.raises(InputError, match="at least 3 positions"):
-        recorded(position=[0.0, 1.0], sample_time=1.0)
 
 
 def test_a_chirp_is_at_rest_at_both_ends_and_outside():
@@ -170,12 +153,6 @@ def test_a_chirp_is_at_rest_at_both_ends_and_outside():
     plain = chirp(amplitude=1.0, f_0=2.0, f_1=2.0, duration=1.0)
     assert sampled(plain, np.array([0.125, 0.25, 0.375]))[0] == pytest.approx([1.0, 0.0, -1.0])
     assert sampled(plain, np.array([0.0, 0.5]))[1].tolist() == pytest.approx([0.0, 4.0 * np.pi])
-
-
-def test_a_ramp_may_take_half_of_a_chirp():
-    chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.5)
-    with pytest.raises(InputError, match="Shorten the ramp"):
-        chirp(amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0, ramp=0.51)
 
 
 def test_a_leg_has_seven_phases_of_constant_jerk():
@@ -207,45 +184,17 @@ def test_legs_follow_each_other_and_a_leg_of_no_length_takes_no_time():
     assert v == pytest.approx([0.0, 1.0, -1.0, -1.0, 0.0], abs=1e-5)
 
 
-def test_examples_are_motions_of_a_stage():
-    examples = {model.name: dict(model.example) for model in (triangle, s_curve, chirp)}
-    assert examples["triangle"] == {"amplitude": 7e-6, "velocity": 1e-5, "acceleration": 1e-3, "cycle_count": 2}
-    assert examples["s_curve"] == {"distance": 0.1, "velocity": 0.2, "acceleration": 2.0, "jerk": 50.0}
-    # Twenty times the frequency in five seconds, faded in and out over a tenth of it.
-    assert examples["chirp"] == {"amplitude": 1e-6, "f_0": 5.0, "f_1": 100.0, "duration": 5.0, "ramp": 0.5}
-
-
-CORNERS = dict.fromkeys(("velocity", "acceleration", "jerk"), (1e-12, math.inf))
+CHIRP = partial(chirp, amplitude=1.0, f_0=1.0, f_1=2.0, duration=1.0)
 
 
 @pytest.mark.parametrize(
-    ("model", "bounds"),
+    ("call", "words"),
     [
-        (chirp, {"f_0": (1e-9, math.inf), "f_1": (1e-9, math.inf), "duration": (1e-9, math.inf), "ramp": (0.0, math.inf)}),
-        (circle, {"radius": (1e-12, math.inf), "feed": (1e-12, math.inf)}),
-        (sine, {"frequency": (1e-9, math.inf), "ramp": (0.0, math.inf)}),
-        (varied_sine, {"frequency": (1e-9, math.inf), "duration": (1e-9, math.inf)}),
-        (s_curve, CORNERS),
-        (
-            triangle,
-            dict.fromkeys(("velocity", "acceleration", "jerk"), (1e-12, math.inf)) | {"cycle_count": (1.0, 1e6), "ratio": (1e-3, 1e3)},
-        ),
-        (recorded, {"sample_time": (1e-9, math.inf)}),
+        *((lambda ramp=ramp: CHIRP(ramp=ramp), "Shorten the ramp") for ramp in (0.6, 0.51)),
+        (lambda: recorded(position=[0.0, 1.0], sample_time=1.0), "at least 3 positions"),
     ],
 )
-def test_parameters_of_a_motion_have_bounds(model, bounds):
-    free = -math.inf, math.inf
-    reported = {name: (variable.min, variable.max) for name, variable in model.variables.items() if not variable.choices}
-    assert {name: pair for name, pair in reported.items() if pair != free} == bounds
-
-
-def test_omitted_parameters_of_a_motion_are_absent():
-    defaults = {model.name: dict(model.defaults) for model in (chirp, sine, varied_sine, s_curve, triangle, circle)}
-    assert defaults == {
-        "chirp": {"ramp": 0.0},
-        "sine": {"offset": 0.0, "ramp": 0.0},
-        "varied_sine": {"offset": 0.0},
-        "s_curve": {"jerk": math.inf},
-        "triangle": {"jerk": math.inf, "cycle_count": 1, "ratio": 1.0},
-        "circle": {"axis": "x", "offset": 0.0},
-    }
+def test_a_ramp_takes_half_of_a_chirp_at_most_and_a_record_three_positions_at_least(call, words):
+    assert CHIRP(ramp=0.5).values["ramp"] == 0.5
+    with pytest.raises(InputError, match=words):
+        call()

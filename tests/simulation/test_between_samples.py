@@ -9,11 +9,12 @@ import pytest
 from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.core.status import Status
-from bristle.engine import interpreted
 from bristle.friction import viscous
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia, oscillator
 from bristle.simulation.recorded.open_loop import closes, finer, open_loop_of, period_of
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 RATE, SIZE = 750.0, 1500
 
@@ -55,11 +56,7 @@ def test_equal_periods_are_found(count):
     assert period_of(sweep(t)) is None
 
 
-def test_a_constant_has_no_period():
-    assert period_of(np.full(100, 3.0)) is None
-
-
-@pytest.mark.fast_cases(15)
+@pytest.mark.fast_cases(4)
 @pytest.mark.parametrize("seed", range(20))
 def test_one_period_closes_and_a_part_of_one_does_not(seed):
     period = multisine(SAMPLES, seed)
@@ -118,40 +115,26 @@ def test_a_record_whose_effort_and_position_close_is_a_period():
     assert open_loop_of(record(sweep(SAMPLES), wave), Axis(), slice(0, SIZE)).periodic is False
 
 
-def test_an_open_loop_needs_a_recorded_effort():
-    with pytest.raises(InputError, match="log: has no effort to apply"):
-        open_loop_of(replace(record([1.0, 2.0, 3.0]), effort=None), Axis(), slice(0, 3))
-
-
-def test_the_initial_condition_is_reported():
-    once = open_loop_of(record(np.arange(9.0)), Axis(periodic=False), slice(0, 9))
-    assert (once.diagnostic.code, dict(once.diagnostic.numbers)) == ("start_of_contact", {})
-    repeated = open_loop_of(record(np.tile([1.0, -2.0, 3.0, 0.5], 4)), Axis(), slice(0, 16))
-    assert dict(repeated.diagnostic.numbers) == {"periods": 4.0}
-
-
 PLANT, FILM = inertia(M=2.0), viscous(F_v=50.0)
 
 
 def test_a_motion_from_rest_has_a_position_at_each_sample():
-    loop = open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30))
-    t = 1e-2 * np.arange(30)
-    with interpreted():
-        position, status = loop.position(PLANT, FILM)
-        pushed, _ = loop.position(PLANT, FILM, np.full(30, 4.0))
+    loop, t = open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30)), 1e-2 * np.arange(30)
+    position, status = loop.position(PLANT, FILM)
     # 2 v' = 10 - 50 v
     assert position == pytest.approx(0.2 * (t - 0.04 * (1.0 - np.exp(-25.0 * t))), abs=1e-5)
-    assert pushed == pytest.approx(0.6 * position)
+    assert loop.position(PLANT, FILM, np.full(30, 4.0))[0] == pytest.approx(0.6 * position)
     assert status is Status.OK
 
 
-def test_a_motion_that_is_lost_has_no_position_from_there_on():
-    loop = open_loop_of(record(np.full(30, 1e120)), Axis(periodic=False), slice(0, 30))
-    with interpreted():
-        position, status = loop.position(PLANT, FILM)
-    assert status is Status.NOT_FINITE
-    assert (position.size, position[0]) == (30, 0.0)
-    assert np.isnan(position[1:]).all()
+@pytest.mark.parametrize(
+    ("effort", "axis", "steps", "known"),
+    [(np.full(30, 1e120), Axis(periodic=False), (), 1), (np.tile([1e120, -1e120], 15), Axis(), (2,), 0)],
+)
+def test_a_motion_that_is_lost_has_no_position_from_there_on_or_as_a_whole_if_it_repeats(effort, axis, steps, known):
+    position, status = open_loop_of(record(effort), axis, slice(0, 30), *steps).position(PLANT, FILM)
+    assert (status, position.size) == (Status.NOT_FINITE, 30)
+    assert np.flatnonzero(np.isfinite(position)).tolist() == list(range(known))
 
 
 def test_a_motion_that_repeats_is_run_until_it_does():
@@ -159,43 +142,13 @@ def test_a_motion_that_repeats_is_run_until_it_does():
     # On a spring: the start is forgotten.
     spring = oscillator(M=2.0, c=0.0, k=400.0)
     loop = open_loop_of(record(np.tile(wave, 3)), Axis(), slice(0, 30), 4)
-    with interpreted():
-        position, status = loop.position(spring, FILM)
+    position, status = loop.position(spring, FILM)
     assert (loop.effort.size, position.size, status) == (40, 30, Status.OK)
     assert position[10:20] == pytest.approx(position[:10])
     omega = 20.0 * np.pi
     amplitude = 10.0 / abs(400.0 - 2.0 * omega**2 + 50.0j * omega)
     assert np.ptp(position[:10]) == pytest.approx(2.0 * amplitude, rel=0.1)
     assert abs(np.mean(position[:10])) < 0.1 * amplitude
-
-
-def test_a_motion_that_repeats_is_lost_as_a_whole():
-    loop = open_loop_of(record(np.tile([1e120, -1e120], 10)), Axis(), slice(0, 20), 2)
-    with interpreted():
-        position, status = loop.position(PLANT, FILM)
-    assert status is Status.NOT_FINITE
-    assert np.isnan(position).all()
-
-
-@pytest.mark.parametrize("effort", [[1.0, 2.0, 1.0], [1.0, 1.0, 1.0, 1.0], [1.0, 2.0, 3.0, 4.0, 5.0]])
-def test_a_record_that_is_too_short_or_never_repeats_has_no_period(effort):
-    assert period_of(np.array(effort)) is None
-
-
-def test_the_shortest_period_has_two_samples_and_the_longest_half_the_record():
-    assert period_of(np.array([1.0, 2.0, 1.0, 2.0])) == 2
-    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0])) == 3
-    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-6])) is None
-    assert period_of(np.array([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-9])) == 3
-
-
-def test_a_record_that_is_short_or_still_does_not_close():
-    wave = np.sin(2.0 * np.pi * np.arange(200) / 50.0)
-    assert closes(wave)
-    assert closes(wave[:192]) is False
-    assert not closes(np.sin(2.0 * np.pi * np.arange(191) / 191.0))
-    assert closes(np.sin(2.0 * np.pi * np.arange(192) / 192.0))
-    assert not closes(np.ones(400))
 
 
 @pytest.mark.parametrize(("settles_after", "leads"), [(0, [1]), (1, [1, 2]), (3, [1, 2, 4]), (99, [1, 2, 4, 8, 16])])
@@ -219,3 +172,52 @@ def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixte
 def test_an_offset_of_a_record_does_not_change_its_period(size):
     values = np.tile([1.0, -2.0, 3.0, 0.5], 4)[:size]
     assert period_of(values + 1e4) == period_of(values) == (4 if size % 4 == 0 else None)
+
+
+@pytest.mark.parametrize(
+    ("effort", "size"),
+    [
+        (np.full(100, 3.0), None),  # a constant
+        ([1.0, 2.0, 1.0], None),
+        ([1.0, 1.0, 1.0, 1.0], None),
+        ([1.0, 2.0, 3.0, 4.0, 5.0], None),
+        ([1.0, 2.0, 1.0, 2.0], 2),  # the shortest
+        ([1.0, 2.0, 5.0, 1.0, 2.0, 5.0], 3),  # the longest, half of the record
+        ([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-6], None),
+        ([1.0, 2.0, 5.0, 1.0, 2.0, 5.0 + 1e-9], 3),
+    ],
+)
+def test_a_period_is_found_if_it_repeats(effort, size):
+    assert period_of(np.array(effort)) == size
+
+
+WAVE = np.sin(2.0 * np.pi * np.arange(200) / 50.0)
+
+
+@pytest.mark.parametrize(
+    ("record", "does"),
+    [
+        (WAVE, True),
+        (WAVE[:192], False),
+        (np.sin(2.0 * np.pi * np.arange(191) / 191.0), False),
+        (np.sin(2.0 * np.pi * np.arange(192) / 192.0), True),
+        (np.ones(400), False),
+    ],
+)
+def test_a_record_that_is_short_or_still_does_not_close(record, does):
+    assert bool(closes(record)) is does
+
+
+def test_an_open_loop_needs_a_recorded_effort():
+    with pytest.raises(InputError, match="log: has no effort to apply"):
+        open_loop_of(replace(record([1.0, 2.0, 3.0]), effort=None), Axis(), slice(0, 3))
+
+
+@pytest.mark.parametrize(
+    ("effort", "axis", "periods"),
+    [(np.arange(9.0), Axis(periodic=False), {}), (np.tile([1.0, -2.0, 3.0, 0.5], 4), Axis(), {"periods": 4.0})],
+)
+def test_the_initial_condition_is_reported(effort, axis, periods):
+    diagnostic = open_loop_of(record(effort), axis, slice(0, len(effort))).diagnostic
+    assert dict(diagnostic.numbers) == periods
+    assert periods or diagnostic.code == "start_of_contact"

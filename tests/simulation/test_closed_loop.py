@@ -11,7 +11,7 @@ from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
-from bristle.engine import interpreted, run_open_loop
+from bristle.engine import run_open_loop
 from bristle.engine.loop_derivatives import Sensitive
 from bristle.logs.log import Channel, Log
 from bristle.sensors import encoder
@@ -25,15 +25,11 @@ from bristle.simulation.recorded.closed_loop import (
     resumed_effort_at,
 )
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 DT = 1e-2
 LAW = controllers.cascade(k_p=10.0, k_v=100.0, k_i=1e3)
 PLANT, FILM = plants.inertia(M=2.0), friction.viscous(F_v=5.0)
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def log_of(position, effort=None, **changes):
@@ -75,10 +71,9 @@ def test_a_motion_is_looked_at_over_as_few_samples_as_a_hundred_counts_take():
 
 
 @pytest.mark.parametrize("resolution", [None, 0.0, 1e-2])
-def test_a_motion_of_few_counts_is_looked_at_over_twenty_samples_to_either_side(resolution):
-    assert beginning_of(log_of(straight((20, 20))), 100, resolution).v == pytest.approx(0.5)
-    assert beginning_of(log_of(straight((20, 19))), 100, resolution).v != pytest.approx(0.5)
-    assert beginning_of(log_of(straight((19, 20))), 100, resolution).v != pytest.approx(0.5)
+@pytest.mark.parametrize(("reach", "is_enough"), [((20, 20), True), ((20, 19), False), ((19, 20), False)])
+def test_a_motion_of_few_counts_is_looked_at_over_twenty_samples_to_either_side(resolution, reach, is_enough):
+    assert (beginning_of(log_of(straight(reach)), 100, resolution).v == pytest.approx(0.5)) is is_enough
 
 
 @pytest.mark.parametrize(("counts", "moves"), [(1, False), (2, True)])
@@ -88,7 +83,8 @@ def test_a_position_that_flickers_by_a_count_rests(counts, moves):
 
 
 def test_friction_of_a_motion_under_way_has_moved_for_long():
-    bristles = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
+    bristles, rest = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6), Beginning(0.3)
+    assert (rest.v, rest.acceleration, rest.moves) == (0.0, 0.0, False)
     assert Beginning(0.3, 0.2).state(bristles) == {"x": 0.3, "v": 0.0}
     state = Beginning(0.3, -0.2, 1.0, moves=True).state(bristles)
     assert (state["x"], state["v"], state["memory"].size) == (0.3, -0.2, 0)
@@ -112,21 +108,30 @@ def axis_of(**changes):
 def test_a_loop_has_the_values_of_axis_and_log():
     log = log_of(cubic(), 3.0 + np.arange(100.0), injected=(Channel(np.full(100, 0.5), "N", "d"),))
     loop = closed_loop_of(log, axis_of(effort_limit=50.0), slice(20, 80))
-    assert (loop.count, loop.sample_time, loop.limit, loop.resolution, loop.lag) == (60, DT, 50.0, 1e-6, 1e-3)
-    assert loop.effort_before == 23.0
+    values = {"count": 60, "sample_time": DT, "limit": 50.0, "resolution": 1e-6, "lag": 1e-3, "effort_before": 23.0}
+    assert {name: getattr(loop, name) for name in values} == values
     assert loop.injected.tolist() == [0.5] * 60
     assert loop.desired[0] == pytest.approx(cubic()[20:80] + 0.01)
     assert loop.beginning.x == cubic()[20]
-    assert closed_loop_of(log, axis_of(resolution=None), slice(0, 100)).resolution == 0.0
-    assert closed_loop_of(log, axis_of(), slice(0, 100)).limit == math.inf
+    bare = closed_loop_of(log, axis_of(resolution=None), slice(0, 100))
+    assert (bare.resolution, bare.limit) == (0.0, math.inf)
 
 
-def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused():
-    log = log_of(cubic())
-    with pytest.raises(InputError, match=r"axis.controller: is needed to predict the closed loop.*or use --mode inverse"):
-        closed_loop_of(log, Axis(), slice(0, 100))
-    with pytest.raises(InputError, match=r"log: has no reference to follow.*\[columns\] of the axis file, or leave it"):
-        closed_loop_of(replace(log, reference=None), axis_of(), slice(0, 100), "to do that", "leave it")
+@pytest.mark.parametrize(
+    ("changes", "axis", "options", "words"),
+    [
+        ({}, Axis(), (), r"axis.controller: is needed to predict the closed loop.*or use --mode inverse"),
+        (
+            {"reference": None},
+            Axis(controller=LAW),
+            ("to do that", "leave it"),
+            r"log: has no reference to follow.*\[columns\] of the axis file, or leave it",
+        ),
+    ],
+)
+def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused(changes, axis, options, words):
+    with pytest.raises(InputError, match=words):
+        closed_loop_of(replace(log_of(cubic()), **changes), axis, slice(0, 100), *options)
 
 
 @pytest.mark.parametrize(
@@ -228,16 +233,3 @@ def test_derivatives_of_a_loop_come_with_the_effort_of_its_run_through_a_perfect
     assert effort.tolist() == plain.command.tolist()
     beside = [loop.run(PLANT, friction.viscous(F_v=5.0 + step), encoder(resolution=0.0), lag=lag).command for step in (1e-4, -1e-4)]
     assert slopes[:, 0] == pytest.approx((beside[0] - beside[1]) / 2e-4, rel=1e-3, abs=1e-6)
-
-
-def test_a_loop_that_rests_begins_its_derivatives_at_rest():
-    loop = closed_loop_of(log_of(np.full(100, 0.3)), axis_of(), slice(0, 20))
-    assert not loop.beginning.moves
-    effort, _ = loop.with_derivatives(Sensitive(PLANT, np.zeros((1, 1))), Sensitive(FILM, np.ones((1, 1))), None, np.zeros(1))
-    assert effort.tolist() == loop.run(PLANT, FILM, encoder(resolution=0.0)).command.tolist()
-
-
-def test_a_beginning_that_does_not_move_has_a_velocity_of_zero():
-    begun = Beginning(0.3)
-    assert (begun.v, begun.acceleration, begun.moves) == (0.0, 0.0, False)
-    assert begun.state(FILM) == {"x": 0.3, "v": 0.0}

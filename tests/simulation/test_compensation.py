@@ -10,7 +10,6 @@ from bristle import controllers, friction, plants
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start
 from bristle.core.fingerprint import digest
-from bristle.engine import interpreted
 from bristle.simulation.compensation import (
     carried_effort,
     compensation_experiment,
@@ -22,11 +21,7 @@ from bristle.simulation.compensation import (
     settling,
 )
 
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 
 DT = 0.1
@@ -34,27 +29,40 @@ COULOMB = friction.coulomb(F_C=20.0)
 POSITION, ACCELERATION = np.array([0.0, 0.1, 0.3]), np.array([1.0, 2.0, 4.0])
 
 
-def test_a_mass_is_fed_the_acceleration_half_way_to_the_next_sample():
-    assert feedforward_effort(Feedforward(mass=2.0), POSITION, ACCELERATION, DT).tolist() == pytest.approx([3.0, 6.0, 8.0])
+SHAPED = Feedforward(mass=2.0, friction=COULOMB, gain=0.5, offset=1.0, asymmetry=0.1)
+RISING = friction.find("viscous+position")(F_v=0.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=10.0, a_2=0.0)
+RISEN = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.5)
+ARM = plants.find("inertia+gravity")(M=2.0, g_sin=3.0, g_cos=5.0, kind="rotational")
+MIDDLE = np.array([0.05, 0.2, 0.3])
 
 
-def test_friction_along_the_desired_motion_is_shaped_and_added():
-    fed = Feedforward(mass=2.0, friction=COULOMB, gain=0.5, offset=1.0, asymmetry=0.1)
-    assert feedforward_effort(fed, POSITION, ACCELERATION, DT).tolist() == pytest.approx([15.0, 18.0, 20.0])
-    assert feedforward_effort(replace(fed, along="measured"), POSITION, ACCELERATION, DT).tolist() == pytest.approx([3.0, 6.0, 8.0])
+@pytest.mark.parametrize(
+    ("fed", "acceleration", "effort"),
+    [
+        (Feedforward(mass=2.0), ACCELERATION, [3.0, 6.0, 8.0]),  # the acceleration half way to the next sample
+        (SHAPED, ACCELERATION, [15.0, 18.0, 20.0]),
+        (replace(SHAPED, along="measured"), ACCELERATION, [3.0, 6.0, 8.0]),
+        # In the middles of the steps the axis is at 0.05, 0.2, and goes on at its last velocity to 0.4.
+        (Feedforward(friction=RISING), 0.0 * ACCELERATION, [0.5, 2.0, 4.0]),
+        (Feedforward(mass=2.0, plant=ARM), ACCELERATION, [3.0, 6.0, 8.0] + 3.0 * np.sin(MIDDLE) + 5.0 * np.cos(MIDDLE)),
+        (Feedforward(friction=RISEN, carries=plants.inertia(M=4.0)), ACCELERATION, [23.0, 26.0, 28.0]),
+    ],
+)
+def test_mass_plant_and_friction_along_the_desired_motion_are_fed_forward(fed, acceleration, effort):
+    assert feedforward_effort(fed, POSITION, acceleration, DT) == pytest.approx(effort)
 
 
-def test_friction_sees_the_place_at_the_end_of_each_step():
-    rising = friction.find("viscous+position")(F_v=0.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=10.0, a_2=0.0)
-    # In the middles of the steps the axis is at 0.05, 0.2, and goes on at its last velocity to 0.4.
-    assert feedforward_effort(Feedforward(friction=rising), POSITION, 0.0 * ACCELERATION, DT) == pytest.approx([0.5, 2.0, 4.0])
-
-
-def test_gravity_is_fed_forward_half_way_to_the_next_sample():
-    arm = plants.find("inertia+gravity")(M=2.0, g_sin=3.0, g_cos=5.0, kind="rotational")
-    effort = feedforward_effort(Feedforward(mass=2.0, plant=arm), POSITION, ACCELERATION, DT)
-    middle = np.array([0.05, 0.2, 0.3])
-    assert effort == pytest.approx([3.0, 6.0, 8.0] + 3.0 * np.sin(middle) + 5.0 * np.cos(middle))
+@pytest.mark.parametrize(
+    ("model", "rest", "force"),
+    [
+        (COULOMB, {}, [0.0, 20.0, 20.0, -20.0, -20.0]),
+        (COULOMB, {"rest": "middle"}, [0.0, 20.0, 0.0, -20.0, 0.0]),
+        (friction.viscous(F_v=2.0), {}, [0.0, 2.0, 0.0, -2.0, 0.0]),
+        (friction.find("coulomb")(F_C=5.0, offset=1.5), {}, [1.5, 6.5, 6.5, -3.5, -3.5]),
+    ],
+)
+def test_at_rest_the_friction_feedforward_keeps_its_side_or_takes_the_middle(model, rest, force):
+    assert friction_along(model, np.array([0.0, 1.0, 0.0, -1.0, 0.0]), DT, **rest).tolist() == force
 
 
 def test_transmitted_effort_is_that_of_the_plant_or_the_feedforward():
@@ -69,12 +77,6 @@ def test_transmitted_effort_is_that_of_the_plant_or_the_feedforward():
         match=r"feedforward.carries: is a plant without inverse dynamics; found 'pulled_inertia', allowed inertia, oscillator.*Remove",
     ):
         carried_effort(replace(fed, carries=plants.pulled_inertia(M=1.0, k=1.0, v_e=0.0)), POSITION, ACCELERATION, DT)
-
-
-def test_friction_rises_with_the_effort_that_is_carried():
-    risen = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.5)
-    fed = Feedforward(friction=risen, carries=plants.inertia(M=4.0))
-    assert feedforward_effort(fed, POSITION, ACCELERATION, DT) == pytest.approx([23.0, 26.0, 28.0])
 
 
 def test_a_compensator_runs_along_the_measured_motion_only_where_asked_for():
@@ -116,15 +118,13 @@ def test_three_loops_have_no_motion_and_friction_feedforward():
 
 
 def test_the_loops_of_an_experiment_use_its_options():
-    unseen, known = np.full(100, 2.0), np.full(100, 3.0)
-    start = Start(0.1, 0.2)
+    unseen, known, start = np.full(100, 2.0), np.full(100, 3.0), Start(0.1, 0.2)
     result = experiment(resolution="1 um", effort_limit=50.0, lag=1e-3, disturbance=unseen, injected=known, start=start, name="bench")
     assert (result.name, result.kind) == ("bench", "translational")
+    run = {"duration": 1.0, "sample_time": 0.01, "settle": 0.05, "effort_limit": 50.0, "current_lag": 1e-3}
     for item in result.variants:
-        assert (item.run.duration, item.run.sample_time, item.run.settle) == pytest.approx((1.0, 0.01, 0.05))
-        assert (item.run.effort_limit, item.run.current_lag) == (50.0, 1e-3)
-        assert item.sensor.values["resolution"] == 1e-6
-        assert (item.disturbance[0], item.injected[0], item.start) == (2.0, 3.0, start)
+        assert {name: getattr(item.run, name) for name in run} == pytest.approx(run)
+        assert (item.sensor.values["resolution"], item.disturbance[0], item.injected[0], item.start) == (1e-6, 2.0, 3.0, start)
     plain = experiment().variants[0]
     assert (plain.run.effort_limit, plain.run.current_lag, plain.sensor.values["resolution"]) == (math.inf, 0.0, 0.0)
 
@@ -152,10 +152,3 @@ def test_an_open_loop_lasts_as_long_as_its_effort():
     assert (base.run.duration, base.run.sample_time, base.run.settle) == pytest.approx((1.0, 0.02, 0.1))
     assert base.sensor.values["resolution"] == 0.0
     assert base.effort.values.tolist() == [1.0] * 50
-
-
-def test_at_rest_the_friction_feedforward_keeps_its_side_or_takes_the_middle():
-    v = np.array([0.0, 1.0, 0.0, -1.0, 0.0])
-    assert friction_along(COULOMB, v, DT).tolist() == [0.0, 20.0, 20.0, -20.0, -20.0]
-    assert friction_along(COULOMB, v, DT, rest="middle").tolist() == [0.0, 20.0, 0.0, -20.0, 0.0]
-    assert friction_along(friction.viscous(F_v=2.0), v, DT).tolist() == [0.0, 2.0, 0.0, -2.0, 0.0]

@@ -97,29 +97,25 @@ def test_the_card_of_an_open_loop_has_its_motion_and_no_error():
     assert opened._remarks()[:3] == ["Position, peak to peak: 6 mm", "lowest: 7 mm", "highest: 8 mm"]
 
 
-def test_a_mean_of_one_run_is_the_run():
-    assert mean_result([variant()]).spread == {}
-    assert mean_result([variant()]).runs == 1
-
-
-def test_a_mean_of_runs_keeps_the_worst_status():
-    runs = [variant(), variant(status=Status.SOLVE_INACCURATE), variant()]
-    assert mean_result(runs).status is Status.SOLVE_INACCURATE
-    assert mean_result(runs).runs == 3
-    other = replace(runs[0], motion=Statistics(*[9.0] * 6))
-    assert mean_result([runs[0], other]).motion.peak_to_peak == pytest.approx(0.5 * (9.0 + 6e-3))
-    assert mean_result([runs[0], replace(runs[0], true_error=Statistics(*[9.0] * 6))]).true_error.rms == pytest.approx(0.5 * 9.003)
-
-
 def test_numbers_of_several_runs_are_means_with_the_spread_of_a_sample_and_the_signals_of_the_first():
-    runs = [variant(effort_rms=4.0, trials=(1.0, 3.0)), variant(effort_rms=6.0, trials=(3.0, 5.0), effort=np.full(4, 9.0))]
+    nine = Statistics(*[9.0] * 6)
+    runs = [
+        variant(effort_rms=4.0, trials=(1.0, 3.0)),
+        variant(effort_rms=6.0, trials=(3.0, 5.0), effort=np.full(4, 9.0), motion=nine, true_error=nine, status=Status.SOLVE_INACCURATE),
+    ]
     result = mean_result(runs)
     assert (result.effort_rms, result.effort_peak, result.trials) == (5.0, 5.0, (2.0, 4.0))
+    assert (result.motion.peak_to_peak, result.true_error.rms) == pytest.approx((0.5 * 9.006, 0.5 * 9.003))
+    assert (result.status, result.runs) == (Status.SOLVE_INACCURATE, 2)
     assert result.spread["effort"] == {"rms": pytest.approx(math.sqrt(2.0)), "peak": 0.0}
     assert result.spread["by_direction"]["forward"]["max"] == 0.0
     assert result.by_direction["forward"] == runs[0].by_direction["forward"]
     assert result.effort.tolist() == [0.0, 1.0, 2.0, 3.0]
-    lost = mean_result([runs[0], variant(status=Status.NOT_FINITE, effort_rms=7.0)])
+
+
+def test_a_mean_of_one_run_is_the_run_and_a_diverged_run_represents_all():
+    single, lost = mean_result([variant()]), mean_result([variant(), variant(status=Status.NOT_FINITE, effort_rms=7.0)])
+    assert (single.spread, single.runs) == ({}, 1)
     assert (lost.effort_rms, lost.runs, lost.spread) == (7.0, 2, {})
 
 
@@ -128,32 +124,39 @@ def result_of(*variants, refused=()):
 
 
 def test_an_experiment_has_a_card():
-    single, two = result_of(variant()), result_of(variant(), variant("other"), refused={"third": "has no gains"})
-    assert single._card().title == "bench: 1 variant simulated"
-    card = two._card()
-    assert card.title == "bench: 2 variants simulated"
-    assert card.heads[1] == "Following error, peak to peak"
+    card = result_of(variant(), variant("other"), refused={"third": "has no gains"})._card()
+    assert result_of(variant())._card().title == "bench: 1 variant simulated"
+    assert (card.title, card.heads[1]) == ("bench: 2 variants simulated", "Following error, peak to peak")
     assert [row[0] for row in card.rows] == ["base", "other"]
     assert card.remarks == ("third was not simulated: has no gains",)
-    opened = variant(reference=np.full(4, np.nan))
-    assert result_of(opened)._card().heads[1] == "Position, peak to peak"
-    assert result_of(opened, variant("other"))._card().heads[1] == "Following error, peak to peak"
-    assert result_of()._card().heads[1] == "Following error, peak to peak"
+
+
+OPENED = variant(reference=np.full(4, np.nan))
+
+
+@pytest.mark.parametrize(
+    ("variants", "head"),
+    [
+        ((OPENED,), "Position, peak to peak"),
+        ((OPENED, variant("other")), "Following error, peak to peak"),
+        ((), "Following error, peak to peak"),
+    ],
+)
+def test_only_open_loops_are_told_by_their_position(variants, head):
+    assert result_of(*variants)._card().heads[1] == head
 
 
 def test_an_experiment_is_plain_data_and_a_table():
     result = result_of(variant(), variant("other"), refused={"third": "why"})
-    data = result.to_dict()
-    assert (data["name"], data["kind"], data["refused"], list(data["variants"])) == (
-        "bench",
-        "translational",
-        {"third": "why"},
-        ["base", "other"],
-    )
-    frame = result.to_dataframe()
-    assert frame.columns[0] == "variant"
+    data, frame = result.to_dict(), result.to_dataframe()
+    assert {name: data[name] for name in ("name", "kind", "refused")} == {
+        "name": "bench",
+        "kind": "translational",
+        "refused": {"third": "why"},
+    }
+    assert list(data["variants"]) == ["base", "other"]
+    assert (frame.columns[0], frame.attrs["units"]["position"]) == ("variant", "m")
     assert frame["variant"].tolist() == ["base"] * 4 + ["other"] * 4
-    assert frame.attrs["units"]["position"] == "m"
     assert result_of().to_dataframe().empty
 
 
@@ -164,19 +167,26 @@ def prediction(**changes):
     return Prediction("inverse", np.arange(4.0), metrics=metrics, **(values | changes))
 
 
-def test_the_share_of_samples_inside_a_band():
-    assert prediction().inside_percent == 75.0
-    assert prediction().position_inside_percent == 75.0
-    assert prediction(half_width=None).inside_percent is None
-    assert prediction(effort_predicted=None).inside_percent is None
-    assert prediction(effort=None).inside_percent is None
-    assert prediction(position_half_width=None).position_inside_percent is None
+@pytest.mark.parametrize(
+    ("changes", "effort", "position"),
+    [
+        ({}, 75.0, 75.0),
+        ({"half_width": None}, None, 75.0),
+        ({"effort_predicted": None}, None, 75.0),
+        ({"effort": None}, None, 75.0),
+        ({"position_half_width": None}, 75.0, None),
+    ],
+)
+def test_the_share_of_samples_inside_a_band(changes, effort, position):
+    result = prediction(**changes)
+    assert (result.inside_percent, result.position_inside_percent) == (effort, position)
 
 
-def test_the_unit_of_the_position_sets_the_kind_of_a_prediction():
-    assert prediction().kind == "translational"
-    assert replace(prediction(), metrics={"position_unit": "rad"}).kind == "rotational"
-    assert replace(prediction(), metrics={}).kind == "translational"
+@pytest.mark.parametrize(
+    ("metrics", "kind"), [({"position_unit": "m"}, "translational"), ({"position_unit": "rad"}, "rotational"), ({}, "translational")]
+)
+def test_the_unit_of_the_position_sets_the_kind_of_a_prediction(metrics, kind):
+    assert replace(prediction(), metrics=metrics).kind == kind
 
 
 def test_a_prediction_has_a_card():
@@ -187,26 +197,23 @@ def test_a_prediction_has_a_card():
     assert remarks[-2:] == ["note: filtered", "warning: at_bound F_C"]
 
 
-def test_the_worst_reversal_has_the_widest_swing_of_the_error():
-    reference = np.abs(np.arange(1000.0) % 500.0 - 250.0)  # turns at 250, 500 and 750
-    error = np.zeros(1000)
-    error[255], error[495], error[505], error[760] = 1.0, -1.0, 1.0, 1.5
-    around = worst_reversal(reference, error)
-    # A twentieth of the samples, a third of them before the reversal.
-    assert around.stop - around.start == 50
-    assert around.start == pytest.approx(500 - 16, abs=1)
-    assert swing_at_worst_reversal(reference, error) == 2.0
+TURNING = np.abs(np.arange(1000.0) % 500.0 - 250.0)  # turns at 250, 500 and 750
+ERROR = np.zeros(1000)
+ERROR[[255, 495, 505, 760]] = 1.0, -1.0, 1.0, 1.5
+SHORT, LATE = np.abs(np.arange(100.0) - 50.0), np.abs(np.arange(100.0) - 98.0)
 
 
-def test_a_short_record_shows_forty_samples_around_a_reversal_or_all():
-    reference = np.abs(np.arange(100.0) - 50.0)
-    around = worst_reversal(reference, np.zeros(100))
-    assert around.stop - around.start == 40
-    assert worst_reversal(reference[40:60], np.zeros(20)) == slice(0, 20)
-    late = np.abs(np.arange(100.0) - 98.0)
-    assert worst_reversal(late, np.zeros(100)) == slice(60, 100)
-
-
-def test_a_reference_that_never_turns_has_no_reversal():
-    assert worst_reversal(np.arange(100.0), np.zeros(100)) is None
-    assert swing_at_worst_reversal(np.arange(100.0), np.zeros(100)) is None
+@pytest.mark.parametrize(
+    ("reference", "error", "around", "swing"),
+    [
+        # A twentieth of the samples, a third of them before the reversal; forty samples, or all of a short record.
+        (TURNING, ERROR, slice(484, 534), 2.0),
+        (SHORT, np.zeros(100), slice(37, 77), 0.0),
+        (SHORT[40:60], np.zeros(20), slice(0, 20), 0.0),
+        (LATE, np.zeros(100), slice(60, 100), 0.0),
+        (np.arange(100.0), np.zeros(100), None, None),  # never turns
+    ],
+)
+def test_the_worst_reversal_has_the_widest_swing_of_the_error(reference, error, around, swing):
+    assert worst_reversal(reference, error) == around
+    assert swing_at_worst_reversal(reference, error) == swing

@@ -10,19 +10,15 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.core.status import Status
-from bristle.engine import interpreted
 from bristle.engine.loop import sensed
 from bristle.files.variant import at_rest
 from bristle.simulation import run as module
 from bristle.simulation.run import learn, seeded, simulate, simulate_with
+from bristle.simulation.statistics import statistics_of
+
+pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DT = 1e-2
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def loop(count=40, **changes):
@@ -45,23 +41,18 @@ def ran(variant):
     return simulate(Experiment("bench", "translational", (variant,))).variants[variant.name]
 
 
-def test_errors_compare_the_reference_with_measured_and_true_position():
-    result = ran(loop(sensor=sensors.encoder(resolution=5e-3)))
+@pytest.mark.parametrize(("settle", "first"), [(0.0, 0), (0.1, 10)])
+def test_errors_compare_the_reference_with_both_positions_after_the_settling_time(settle, first):
+    run = Run(duration=40 * DT, sample_time=DT, substeps=1, settle=settle)
+    result = ran(loop(sensor=sensors.encoder(resolution=5e-3), run=run))
     assert result.time == pytest.approx(DT * np.arange(40))
     assert result.reference == pytest.approx(loop().reference.values["position"])
-    assert result.following_error.max == pytest.approx(np.max(result.reference - result.measured))
-    assert result.true_error.rms == pytest.approx(np.sqrt(np.mean((result.reference - result.position) ** 2)))
-    assert result.true_error.rms != result.following_error.rms
-    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(result.effort**2)), np.max(np.abs(result.effort))))
-    assert result.motion.max == np.max(result.position)
-
-
-def test_statistics_begin_after_the_settling_time():
-    result = ran(loop(run=Run(duration=40 * DT, sample_time=DT, substeps=1, settle=0.1)))
-    assert result.following_error.max == pytest.approx(np.max((result.reference - result.measured)[10:]))
-    assert result.true_error.min == pytest.approx(np.min((result.reference - result.position)[10:]))
-    assert result.effort_peak == pytest.approx(np.max(np.abs(result.effort[10:])))
-    assert result.motion.min == np.min(result.position[10:])
+    following, true = (statistics_of((result.reference - signal)[first:]) for signal in (result.measured, result.position))
+    assert (result.following_error, result.true_error) == (following, true)
+    assert following != true
+    effort = result.effort[first:]
+    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(effort**2)), np.max(np.abs(effort))))
+    assert result.motion == statistics_of(result.position[first:])
 
 
 def test_directions_are_those_of_the_reference():
@@ -119,12 +110,12 @@ def test_a_motion_in_progress_starts_in_its_steady_state():
     assert virgin.friction[0] < 3.4
 
 
+NOISY, EXACT = sensors.encoder(noise=1e-3, seed=5), friction.coulomb(F_C=1.0)
+
+
 def test_each_run_has_separate_random_numbers():
-    noisy = sensors.encoder(noise=1e-3, seed=5)
-    assert seeded(noisy, 0) is noisy
-    assert seeded(noisy, 3).values["seed"] == 8
-    exact = friction.coulomb(F_C=1.0)
-    assert seeded(exact, 3) is exact
+    assert seeded(NOISY, 3).values["seed"] == 8
+    assert (seeded(NOISY, 0) is NOISY, seeded(EXACT, 3) is EXACT) == (True, True)
 
 
 def test_progress_counts_the_runs_of_all_variants():
@@ -197,9 +188,8 @@ def test_a_loop_learns_below_half_its_sampling_frequency():
 
 
 def test_the_first_run_has_the_random_numbers_of_the_variant():
-    noisy = sensors.encoder(noise=1e-3, seed=5)
-    result = ran(loop(20, sensor=noisy, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
-    assert result.measured == pytest.approx(sensed(noisy, result.position, DT), abs=1e-15)
+    result = ran(loop(20, sensor=NOISY, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
+    assert result.measured == pytest.approx(sensed(NOISY, result.position, DT), abs=1e-15)
 
 
 def test_a_law_takes_over_position_velocity_and_acceleration_of_the_first_sample(monkeypatch):

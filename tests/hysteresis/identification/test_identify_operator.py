@@ -40,7 +40,7 @@ def test_all_operators_are_identified_by_default(friction):
 
 def test_curves_are_left_out_by_turns():
     curves = reversal_curves(TRUTH)
-    result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=12)
+    result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=6)
     assert result.best.name == "reversal_table"
     assert len(result.best.held_out.block_errors_percent) == 5
     assert result.best.held_out.mean_percent < 0.2

@@ -13,7 +13,7 @@ from bristle.logs.curves import Curve, Curves
 
 @pytest.fixture(scope="module")
 def clean():
-    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=81, samples=121)
+    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=61, samples=91)
 
 
 def with_noise(curves, rng):
@@ -50,9 +50,9 @@ def test_falling_and_rising_curves_are_smoothed_equally(clean):
 
 def test_smoothed_curves_predict_held_out_curves_better(clean, monkeypatch):
     recorded = with_noise(clean, np.random.default_rng(7))
-    best = identify_operator(recorded, "reversal_table").best
+    best = identify_operator(recorded, "reversal_table", folds=2).best
     monkeypatch.setattr(curves, "WINDOWS", (1,))
-    as_recorded = identify_operator(recorded, "reversal_table").best
+    as_recorded = identify_operator(recorded, "reversal_table", folds=2).best
     assert any("smoothed each curve" in note for note in best.notes)
     assert not any("smoothed each curve" in note for note in as_recorded.notes)
     assert best.held_out.mean_percent < 0.95 * as_recorded.held_out.mean_percent

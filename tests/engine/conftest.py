@@ -1,0 +1,12 @@
+"""Fixtures of the tests of the engine."""
+
+import pytest
+
+from bristle.engine import interpreted
+
+
+@pytest.fixture
+def in_plain_python():
+    """Nothing is compiled: for motions of so few steps that the compiler would take longer."""
+    with interpreted():
+        yield
