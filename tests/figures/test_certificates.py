@@ -7,7 +7,7 @@ import pytest
 from tests.certificates.ballscrew import UM, composite, lugre, maxwell_slip
 from tests.figures.test_figures import assert_legible
 
-from bristle import figures, friction
+from bristle import figures
 from bristle.certificates import Path, check, traced
 
 MODELS = {"LuGre": lugre(), "as printed": composite("paper"), "gate": composite(), "Maxwell slip": maxwell_slip()}
@@ -43,20 +43,6 @@ def test_every_model_has_a_legible_panel_of_one_scale(draw, result):
     for axes in figure.axes:
         assert re.fullmatch(r"Angle \[[µm]?rad\]", axes.get_xlabel())
     assert "torque [mN·m]" in figure.axes[0].get_ylabel()
-
-
-def test_a_translational_axis_is_labelled_force_and_position():
-    model = friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7)
-    figure = figures.minor_loops({"LuGre": traced(model, Path.to_position, [5e-6, 0.0])})
-    assert figure.axes[0].get_xlabel() == "Position [µm]"
-    assert figure.axes[0].get_ylabel() == "Friction force [N]"
-
-
-def test_titles_have_the_numbers_of_the_certificates(result):
-    titles = [axes.get_title(loc="right") for axes in drift_of(result).axes]
-    assert titles == ["LuGre: 489 µrad", "as printed: 572 µrad", "gate: no drift", "Maxwell slip: no drift"]
-    titles = [axes.get_title(loc="right") for axes in closure_of(result).axes]
-    assert titles == ["LuGre: −30.7 %", "as printed: −17.0 %", "gate: closes", "Maxwell slip: closes"]
 
 
 def test_drawn_cycles_drift_as_far_as_the_certificate_states(result):

@@ -28,12 +28,6 @@ def test_each_sample_lies_between_kept_samples_nearby(y, columns):
         assert near.min() <= y[k] <= near.max()
 
 
-def test_a_spike_of_one_sample_survives():
-    y = np.sin(np.linspace(0.0, 20.0, 25_000))
-    y[12_345] = 40.0
-    assert 12_345 in envelope(y)
-
-
 @given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
 def test_a_line_breaks_only_at_gaps(lengths):
     starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
@@ -54,13 +48,6 @@ def test_short_stretches_do_not_make_a_long_stretch_coarse():
     # Straight lines between what is drawn stay close to the signal.
     assert np.max(np.abs(np.interp(t[: lengths[0]], x[long], kept[long]) - y[: lengths[0]])) < 0.35
     assert x.size < 4 * 480 + 12 * len(lengths)
-
-
-def test_values_that_are_not_finite_are_gaps():
-    t = np.arange(10.0)
-    y = np.array([0.0, 1.0, np.nan, 3.0, 4.0, np.inf, 6.0, 7.0, 8.0, np.nan])
-    assert runs(t, y) == [slice(0, 2), slice(3, 5), slice(6, 9)]
-    assert line(t, np.full(10, np.nan))[0].size == 0
 
 
 @settings(max_examples=50)

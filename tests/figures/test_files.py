@@ -26,6 +26,11 @@ def margins():
     return gallery()["margins"]()
 
 
+@pytest.fixture(scope="module")
+def pdf(margins):
+    return figure_file(margins, "pdf", "Poles")
+
+
 def streams_of(pdf):
     """What lies compressed in a file of PDF, joined."""
     result = []
@@ -41,25 +46,20 @@ def test_svg_has_text_on_white_without_external_resources(margins):
     text = figure_file(margins, "svg", "Poles & margins <of a loop>").decode()
     tree = ElementTree.fromstring(text)
     words = " ".join(tree.itertext())
-    for message in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"):
-        assert message in words
+    assert all(message in words for message in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"))
     ground = next(item for item in tree.iter("{http://www.w3.org/2000/svg}path"))
     assert ground.get("style") == "fill: #ffffff"
-    assert not re.search(r"<image|@import|<script|xlink:href=\"(?!#)", text)
-    assert "dc:date" not in text
+    assert not re.search(r"<image|@import|<script|dc:date|xlink:href=\"(?!#)", text)
 
 
-def test_pdf_embeds_fonts_as_letters_not_outlines(margins):
-    pdf = figure_file(margins, "pdf", "Poles")
+def test_pdf_embeds_fonts_as_letters_not_outlines(pdf):
     whole = pdf + streams_of(pdf)
-    assert b"/FontFile2" in whole
-    assert b"/Type3" not in whole
+    assert [part in whole for part in (b"/FontFile2", b"/Type3", b"CreationDate")] == [True, False, False]
     assert re.search(rb"/Title[^>]*Poles", whole)
-    assert b"CreationDate" not in whole
 
 
-def test_a_figure_is_as_wide_as_two_columns_of_a_journal(margins):
-    _, _, wide, _ = re.search(rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", figure_file(margins, "pdf", "")).groups()
+def test_a_figure_is_as_wide_as_two_columns_of_a_journal(margins, pdf):
+    _, _, wide, _ = re.search(rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", pdf).groups()
     assert 6.8 < float(wide) / 72.0 < TWO_COLUMNS
     svg = figure_file(margins, "svg", "").decode()
     assert 6.8 < float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72.0 < TWO_COLUMNS
@@ -78,6 +78,7 @@ def test_png_has_300_dots_an_inch_on_white(margins, tmp_path):
     assert pixels[..., 3].min() == 1.0  # nothing shines through
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_same_figure_has_the_same_bytes_for_any_settings(form):
     first = figure_file(gallery()["expected"](), form, "a")
@@ -108,9 +109,7 @@ def test_missing_letters_are_reported_once_and_other_warnings_remain():
     assert caught[-1].filename == __file__
 
 
-def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(margins):
-    def pixels(figure):
-        return np.prod(np.frombuffer(figure_file(figure, "png", "")[16:24], dtype=">u4").astype(float))
-
-    assert pixels(margins) == pytest.approx(np.prod(margins.get_size_inches()) * files.DPI**2, rel=1e-3)
-    assert pixels(Figure(figsize=(7.2, 100.0))) == pytest.approx(files.MOST_PIXELS, rel=1e-3)
+def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(monkeypatch):
+    monkeypatch.setattr(files, "MOST_PIXELS", 1e5)
+    sides = np.frombuffer(figure_file(Figure(figsize=(3.0, 4.0)), "png", "")[16:24], dtype=">u4").astype(float)
+    assert np.prod(sides) == pytest.approx(1e5, rel=1e-2)

@@ -7,30 +7,12 @@ import pytest
 from tests.figures.gallery import PLAIN, F, T, V, fit, looped
 
 from bristle.figures import first_screen as figures
-from bristle.figures.following_error import at_worst_reversal, loops_of
-from bristle.palette import LIGHT
 
 NAMES = ("base", "plain", "fed")
 
 
 def lines(axes):
     return {line.get_label(): line for line in axes.get_lines() if not line.get_label().startswith("_")}
-
-
-def test_the_gain_has_the_worst_reversal_and_the_whole_log():
-    result = looped(NAMES)
-    near, strip = figures.gain_at_reversal(result, NAMES[1:]).axes
-    assert list(lines(near)) == list(lines(strip)) == ["without", "with friction"]
-    window = at_worst_reversal(loops_of(result, None)[1])
-    for axes, ends in ((near, window[[0, -1]]), (strip, (0.5, T[-1]))):
-        assert lines(axes)["without"].get_xdata()[[0, -1]] == pytest.approx(ends)
-    (shade,) = strip.patches
-    assert (shade.get_x(), shade.get_x() + shade.get_width()) == pytest.approx(tuple(window[[0, -1]]))
-    inside = (window[0] <= T) & (window[-1] >= T)
-    error = 1e6 * (result.variants["fed"].reference - result.variants["fed"].measured)[inside]
-    assert lines(near)["with friction"].get_ydata() == pytest.approx(error)
-    assert [lines(near)[name].get_color() for name in ("without", "with friction")] == [LIGHT["without"], LIGHT["with"]]
-    assert near.get_ylabel() == "Following error [µm]"
 
 
 def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others():
@@ -41,16 +23,18 @@ def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others():
     assert drawn(1.0) == ["without", "with friction"]
 
 
+def boxes_of(figure, texts):
+    """Where texts are once a figure is drawn, from below."""
+    figure.canvas.draw()
+    return sorted((text.get_window_extent() for text in texts), key=lambda box: box.y0)
+
+
 def test_lines_carry_their_names_apart_from_each_other():
     figure = figures.gain_at_reversal(looped(NAMES), NAMES[1:], 1e-6 * np.sin(9.0 * T))
-    figure.canvas.draw()
-    texts = [text for text in figure.axes[0].texts if text.get_text() in ("measured", "without", "with friction")]
-    boxes = sorted((text.get_window_extent() for text in texts), key=lambda box: box.y0)
+    boxes = boxes_of(figure, [text for text in figure.axes[0].texts if text.get_text() in ("measured", "without", "with friction")])
     assert len(boxes) == 3
     assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
     assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
-    colours = {text.get_text(): text.get_color() for text in texts}
-    assert colours == {"measured": LIGHT["care"], "without": LIGHT["without"], "with friction": LIGHT["with"]}
 
 
 def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
@@ -106,30 +90,18 @@ def test_reversals_begin_after_a_motion_in_the_other_direction_or_a_rest():
 def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distance():
     best = fit(PLAIN, "lugre")
     best.traces.residual = 0.5 * np.ones(T.size)
-    figure = figures.friction_after_reversals(best, 1e-4)
+    figure, large = figures.friction_after_reversals(best, 1e-4), figures.friction_after_reversals(best, 0.0, large=True)
     (axes,) = figure.axes
     x, y = lines(axes)["measured"].get_data()
-    assert np.nanmax(x) <= 1.02 * axes.get_xlim()[1]
     assert axes.get_xlim() == pytest.approx((0.0, 400.0))
-    assert axes.get_xlabel() == "Displacement after a reversal [µm]"
-    motions = figures.reversals_of(T, V)
     runs = np.split(y, np.flatnonzero(np.isnan(y)))
     assert all(np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any())  # friction acts against both directions
-    first = [motion for motion in motions if np.any(np.isclose(1e6 * motion.displacement[0], x[0]))]
-    assert first
-    assert y[0] == pytest.approx(first[0].way * F[first[0].rows][0])
+    first = next(motion for motion in figures.reversals_of(T, V) if np.any(np.isclose(1e6 * motion.displacement[0], x[0])))
+    assert y[0] == pytest.approx(first.way * F[first.rows][0])
     gaps = lines(axes)["model"].get_ydata() - y
     assert np.unique(np.round(np.abs(gaps[np.isfinite(gaps)]), 9)).tolist() == [0.5]
-    assert "95 %" in "".join(text.get_text() for text in axes.texts)
-    large = figures.friction_after_reversals(best, 0.0, large=True)
+    assert ["95 %" in "".join(text.get_text() for text in drawn.axes[0].texts) for drawn in (figure, large)] == [True, False]
     assert large.get_size_inches()[0] > figure.get_size_inches()[0]
-    assert "95 %" not in "".join(text.get_text() for text in large.axes[0].texts)
-
-
-def test_the_effort_has_the_largest_change_and_the_whole_log():
-    near, strip = figures.effort_at_reversal(fit(PLAIN, "lugre")).axes
-    assert list(lines(near)) == list(lines(strip)) == ["measured", "model"]
-    assert np.ptp(lines(near)["model"].get_xdata()) < 0.2 * np.ptp(lines(strip)["model"].get_xdata())
 
 
 def test_a_log_is_about_presliding_if_no_motion_ends_far_beyond_the_build_up():
@@ -144,7 +116,6 @@ def test_a_log_is_about_presliding_if_no_motion_ends_far_beyond_the_build_up():
 
 def test_a_variant_may_have_the_name_of_the_measured_error():
     result = looped(("measured", "plain", "fed"))
-    assert list(lines(figures.gain_at_reversal(result, ("plain", "fed")).axes[0])) == ["without", "with friction"]
     assert list(lines(figures.gain_at_reversal(result, ("measured", "fed"), 1e-6 * np.sin(9.0 * T)).axes[0])) == [
         "measured",
         "without",
@@ -157,9 +128,7 @@ def test_names_of_lines_that_end_at_one_place_do_not_overlap():
     for name in ("a", "b", "c"):
         axes.plot([0.0, 1.0], [0.0, 1.0], label=name)
     figures.style.label_lines(axes)
-    figure.canvas.draw()
-    boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
-    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
+    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes_of(figure, axes.texts)))
 
 
 def test_the_window_at_a_reversal_ends_where_samples_are_left_out():

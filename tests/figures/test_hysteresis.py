@@ -9,7 +9,6 @@ from tests.figures.test_figures import assert_legible
 from bristle import figures, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine.path import after
-from bristle.figures import small_multiples
 from bristle.figures.preisach import staircase
 
 SIZES = {"translational": {"s": 1.25e7, "f_p": 150.0}, "rotational": {"s": 100.0, "f_p": 0.15}}
@@ -48,33 +47,3 @@ def test_an_operator_without_turning_points_has_no_plane():
         figures.preisach_plane(hysteresis.play(r=1.0), [1.0])
     with pytest.raises(InputError, match="is empty"):
         figures.preisach_plane(hysteresis.preisach(s=1.0, f_p=1.0), [])
-
-
-def test_a_close_up_shows_the_difference_from_a_straight_line():
-    time, x = np.linspace(0.0, 1.0, 201), 1e-6 * np.sin(np.linspace(0.0, 4.0 * np.pi, 201))
-    straight, bent = 2.0 + 3e6 * x, 2.0 + 3e6 * x + 1e12 * x**2
-    close_up = "close", {"straight": (x, straight), "bent": (x, bent)}
-    axes = small_multiples.ripple(time, straight, {"one": (x, straight)}, 100, {"one": "one"}, close_up=close_up).axes[2]
-    first, second = (line.get_ydata() for line in axes.get_lines())
-    assert first == pytest.approx(0.0, abs=1e-9)
-    assert second == pytest.approx(bent - straight, abs=1e-9)
-
-
-def test_the_compared_trace_is_wide_and_light_beneath():
-    x = np.linspace(0.0, 1.0, 50)
-    traces = {"one": (x, x), "two": (x, 2.0 * x)}
-    figure = small_multiples.marked_path(
-        traces,
-        {name: [0, 20, 49] for name in traces},
-        "abc",
-        {name: name for name in traces},
-        beneath={"one": (x, 5.0 + x), "two": (x, 9.0 + x)},
-        names=("measured", "modelled"),
-    )
-    for axes, first in zip(figure.axes, (5.0, 9.0), strict=True):
-        beneath, trace = axes.get_lines()[:2]
-        assert (beneath.get_label(), trace.get_label()) == ("measured", "modelled")
-        assert beneath.get_ydata()[0] == first
-        assert beneath.get_linewidth() > trace.get_linewidth()
-        assert axes.get_ylim()[1] > 10.0
-        assert trace.get_xdata().size == x.size

@@ -4,13 +4,12 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.figures.gallery import F, T, V, X, looped
+from tests.figures.gallery import T, X, looped
 
 from bristle.core import Status
 from bristle.figures.first_screen import gain_at_reversal
 from bristle.figures.following_error import following_error, has_completed, open_loop
 from bristle.figures.report_figure import FIGURES
-from bristle.palette import LIGHT
 
 AT_REVERSAL, FIGURE = FIGURES["first_screen.reversal"], FIGURES["following_error.following"]
 NAMES = ("base", "plain", "fed")
@@ -18,21 +17,6 @@ NAMES = ("base", "plain", "fed")
 
 def lines(axes):
     return {line.get_label(): line for line in axes.get_lines()}
-
-
-def test_samples_before_the_settling_time_are_left_out():
-    motion, errors, *_ = following_error(looped(NAMES)).axes
-    assert motion.get_lines()[0].get_xdata()[[0, -1]] == pytest.approx([0.5, T[-1]])
-    drawn = lines(errors)["plain"]
-    assert drawn.get_xdata()[0] == pytest.approx(0.5)
-    assert drawn.get_ydata().max() == pytest.approx(20.0 * np.tanh(V / 1e-3)[100:].max(), rel=1e-3)
-    assert errors.get_ylabel() == "Following error [µm]"
-
-
-def test_an_error_is_the_reference_minus_the_encoder_reading():
-    result = looped(("a",))
-    result.variants["a"].measured = X - 2e-6
-    assert lines(following_error(result).axes[1])["a"].get_ydata() == pytest.approx(2.0)
 
 
 def test_zero_errors_have_bars():
@@ -67,18 +51,17 @@ def test_a_measured_error_is_below_all_and_not_a_loop():
     assert list(lines(figure.axes[-1])) == [f"_{name}" for name in NAMES]
 
 
-def test_the_worst_reversal_has_two_loops_grey_and_blue_over_the_whole_run():
-    near, whole = gain_at_reversal(looped(NAMES), NAMES[1:]).axes
-    drawn = lines(near)
-    assert {name: drawn[name].get_color() for name in ("without", "with friction")} == {
-        "without": LIGHT["without"],
-        "with friction": LIGHT["with"],
-    }
-    x = drawn["without"].get_xdata()
+def test_the_worst_reversal_of_a_single_loop_has_its_name():
+    x = lines(gain_at_reversal(looped(NAMES), NAMES[1:]).axes[0])["without"].get_xdata()
     assert np.ptp(X[(x[0] <= T) & (x[-1] >= T)]) < 0.5 * np.ptp(X)
-    assert lines(whole)["without"].get_xdata()[[0, -1]] == pytest.approx([0.5, T[-1]])
     named = AT_REVERSAL.draw(looped(NAMES), ["base"]).axes[0]
     assert [name for name in lines(named) if not name.startswith("_")] == ["base"]
+
+
+def test_a_name_with_an_underscore_in_front_is_in_the_legend():
+    figure = following_error(looped(("_hidden", "plain")))
+    legends = [legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend]
+    assert any("_hidden" in text.get_text() for legend in legends for text in legend.get_texts())
 
 
 def test_without_a_reversal_the_close_up_is_around_the_largest_error():
@@ -103,21 +86,13 @@ def test_a_completed_loop_is_finite_and_longer_than_the_settling_time():
     assert has_completed(result) is False
 
 
-def test_an_open_loop_has_four_panels_and_a_legend_for_several():
-    figure = open_loop(looped(NAMES))
-    assert [axes.get_ylabel() for axes in figure.axes] == [
-        "Position [mm]",
-        "Velocity [mm/s]",
-        "Friction force [N]",
-        "Force of the drive [N]",
-    ]
-    assert list(lines(figure.axes[0])) == list(NAMES)
-    assert figure.axes[2].get_lines()[0].get_ydata().max() == pytest.approx(F.max())
-    assert [text.get_text() for text in figure.axes[1].texts] == list(NAMES)
-    assert not open_loop(looped(("one",))).axes[1].texts
+def test_an_open_loop_has_a_legend_for_several_that_completed():
     result = looped(NAMES)
     result.variants["plain"].status = Status.NOT_FINITE
-    assert list(lines(open_loop(result).axes[0])) == ["base", "fed"]
+    figure = open_loop(result)
+    assert list(lines(figure.axes[0])) == ["base", "fed"]
+    assert [text.get_text() for text in figure.axes[1].texts] == ["base", "fed"]
+    assert not open_loop(looped(("one",))).axes[1].texts
 
 
 def test_captions_follow_the_drawing():

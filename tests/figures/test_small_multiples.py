@@ -5,17 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from bristle.figures import small_multiples
-from bristle.figures.small_multiples import (
-    break_away,
-    closure,
-    drift,
-    loop_family,
-    loop_units,
-    marked_path,
-    minor_loops,
-    plot_parts,
-    ripple,
-)
+from bristle.figures.small_multiples import break_away, closure, drift, loop_family, loop_units, marked_path, minor_loops, ripple
 
 X = np.linspace(0.0, 2e-6, 21)
 UP = np.concatenate([X, X[::-1]])
@@ -42,15 +32,6 @@ def test_forces_have_the_same_unit_and_a_margin():
     assert axes.get_lines()[0].get_data() == (pytest.approx([2.0]), pytest.approx([3.0]))
 
 
-def test_the_part_before_a_sample_is_wide_and_both_parts_share_the_sample():
-    axes, units = Figure().add_subplot(), loop_units(TRACES.values(), "translational")
-    plot_parts(axes, units, TRACES["a"], 20, ("there", "back"))
-    forth, back = lines(axes)["there"], lines(axes)["back"]
-    assert (forth.get_xdata().size, back.get_xdata().size) == (21, 22)
-    assert forth.get_xdata()[-1] == back.get_xdata()[0] == pytest.approx(2.0)
-    assert forth.get_linewidth() > back.get_linewidth()
-
-
 def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
     figure = minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
     assert titles(figure) == list("abcd")
@@ -58,13 +39,12 @@ def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in figure.axes)
 
 
-@pytest.mark.parametrize(("step", "text"), [(2.1e-12, ""), (1.9e-12, "no drift"), (-2.1e-12, ""), (0.0, "no drift"), (5e-7, "500 nm")])
+@pytest.mark.parametrize(
+    ("step", "text"), [(2.1e-12, "0.0021 nm"), (1.9e-12, "no drift"), (-2.1e-12, "−0.0021 nm"), (0.0, "no drift"), (5e-7, "500 nm")]
+)
 def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
     figure = drift({"a": (UP, FORCE)}, {"a": step})
-    (title,) = titles(figure)
-    assert (title == "a: no drift") is (text == "no drift")
-    if text == "500 nm":
-        assert title == "a: 500 nm"
+    assert titles(figure) == [f"a: {text}"]
     assert figure.axes[0].get_xlim() == pytest.approx((-0.06, 2.06))
     assert lines(figure.axes[0])["first loading"].get_xdata().size == 21
 
@@ -73,10 +53,9 @@ def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
 def test_a_loop_that_misses_less_than_a_hundredth_of_a_percent_closes(share, text):
     figure = closure({"a": (UP, FORCE)}, {"a": share})
     assert titles(figure) == [f"a: {text}"]
-    left, returned = lines(figure.axes[0])["left"], lines(figure.axes[0])["returned"]
-    assert (left.get_xdata()[0], left.get_ydata()[0]) == pytest.approx((2.0, 4.0))
-    assert (returned.get_xdata()[0], returned.get_ydata()[0]) == pytest.approx((0.0, 0.0))
-    assert (left.get_marker(), returned.get_marker()) == ("o", "x")
+    drawn = lines(figure.axes[0])
+    ends = [float(part[0]) for name in ("left", "returned") for part in drawn[name].get_data()]
+    assert ends == pytest.approx([2.0, 4.0, 0.0, 0.0])
 
 
 def letters(axes):
@@ -85,12 +64,7 @@ def letters(axes):
 
 def test_letters_of_turns_are_away_from_the_middle():
     figure = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
-    assert titles(figure) == ["A", "B"]
-    first = figure.axes[0]
-    assert letters(first) == [("a", "right"), ("b", "left"), ("c", "right")]
-    assert lines(first)["_turns"].get_data() == (pytest.approx([0.0, 2.0, 0.0]), pytest.approx([0.0, 4.0, 0.0]))
-    assert first.get_ylim() == pytest.approx((-0.8, 8.8))
-    assert list(lines(first))[:2] == ["there", "back and on"]
+    assert letters(figure.axes[0]) == [("a", "right"), ("b", "left"), ("c", "right")]
     blank = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}).axes[0]
     assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
 
@@ -118,13 +92,9 @@ def test_a_letter_is_written_twice_if_the_points_are_apart():
 def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
     loops = [(UP, FORCE), (UP, 2.0 * FORCE)]
     figure = loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
-    first, second = figure.axes
-    assert [line.get_label() for line in first.get_lines()] == ["one", "_one", "two"]
-    assert [line.get_linewidth() for line in first.get_lines()] == [2.2, 2.2, 0.9]
-    assert [line.get_linewidth() for line in second.get_lines()] == [0.9, 0.9]
-    assert first.get_ylim() == second.get_ylim() == pytest.approx((-0.4, 8.4))
-    assert titles(figure) == ["A", "B"]
-    assert len(figure.legends) == 1
+    widths = [[line.get_linewidth() for line in axes.get_lines()] for axes in figure.axes]
+    assert widths == [[2.2, 2.2, 0.9], [0.9, 0.9]]
+    assert [axes.get_ylim() for axes in figure.axes] == [pytest.approx((-0.4, 8.4))] * 2
     alone = loop_family({"A": {"one": loops}})
     assert not alone.legends
     assert alone.axes[0].get_legend() is None
@@ -138,7 +108,6 @@ def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
     assert drawn["the paper"].get_xdata()[0] == pytest.approx(1.5)
     assert drawn["_a, reached"].get_data() == (pytest.approx([1.0]), pytest.approx([2.0]))
     assert "_b, reached" not in drawn
-    assert axes.get_ylim()[0] == 0.0
 
 
 @pytest.mark.parametrize(("count", "height"), [(1, 1.6 + 2.2 + 0.4), (2, 1.6 + 2.2 + 0.4), (3, 1.6 + 4.4 + 0.4)])
@@ -146,12 +115,7 @@ def test_a_ripple_is_above_a_panel_for_each_contact(count, height):
     traces = dict.fromkeys("abc"[:count], (UP, FORCE))
     time = np.linspace(0.0, 0.2, 42)
     figure = ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})
-    above, *below = figure.axes
+    _, *below = figure.axes
     assert figure.get_size_inches()[1] == pytest.approx(height)
-    assert (above.get_xlabel(), above.get_ylabel()) == ("Time [ms]", "Driving force [N]")
-    assert above.get_lines()[0].get_xdata()[-1] == pytest.approx(200.0)
-    assert [axes.get_title(loc="right") for axes in below] == list("ABC"[:count])
     assert [axes.get_ylabel() for axes in below] == ["Friction force [N]", "", "Friction force [N]"][:count]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in below)
-    assert lines(below[0])["first cycle"].get_xdata().size == 21
-    assert below[0].get_xlabel() == "Position, from the first cycle on [µm]"

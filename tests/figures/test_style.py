@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from tests.figures.gallery import gallery
-from tests.figures.looks import differences, frozen, look_of
 
-from bristle.core import scale_of
 from bristle.figures import style
 from bristle.figures.drawing import own_settings, width
 from bristle.figures.files import Drawing
@@ -33,19 +30,14 @@ def inches(axes):
     return tuple(round(float(edge), 9) for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall))
 
 
-@pytest.mark.parametrize("name", ["break_away", "errors_by_truth", "following_error", "loops_proposed", "residuals"])
-def test_looks_of_lines_and_marks_are_frozen(name):
-    assert list(differences(frozen()[name], look_of(gallery()[name]()))) == []
-
-
 @pytest.mark.parametrize("kind", WORDS)
 def test_words_for_effort_and_position_depend_on_the_kind_of_axis(kind):
     assert (style.effort_word(kind), style.position_word(kind)) == WORDS[kind]
 
 
-def test_the_largest_of_signals_ignores_infinities():
-    assert style.largest(np.array([1.0, -3.0]), np.array([np.nan, np.inf, 2.0])) == 3.0
-    assert style.largest() == style.largest(np.array([np.nan])) == style.largest(np.empty(0)) == 0.0
+@pytest.mark.parametrize(("signals", "largest"), [(([1.0, -3.0], [np.nan, np.inf, 2.0]), 3.0), ((), 0.0), (([np.nan],), 0.0), (([],), 0.0)])
+def test_the_largest_of_signals_ignores_infinities(signals, largest):
+    assert style.largest(*map(np.array, signals)) == largest
 
 
 def test_a_common_multiple_of_the_unit_suits_all_signals():
@@ -78,11 +70,17 @@ def test_a_step_of_more_than_half_above_the_usual_is_a_gap(step, parts):
     assert len(style.runs(x, x)) == parts
 
 
-def test_a_single_sample_is_a_stretch():
-    assert style.runs(np.zeros(1), np.zeros(1)) == [slice(0, 1)]
-    assert style.runs(np.arange(3.0), np.array([1.0, np.nan, 2.0])) == [slice(0, 1), slice(2, 3)]
-    assert style.runs(np.array([0.0, np.nan, 2.0]), np.zeros(3)) == [slice(0, 1), slice(2, 3)]
-    assert style.runs(np.arange(3.0), np.full(3, np.nan)) == []
+@pytest.mark.parametrize(
+    ("x", "y", "parts"),
+    [
+        ([0.0], [0.0], [slice(0, 1)]),
+        ([0.0, 1.0, 2.0], [1.0, np.nan, 2.0], [slice(0, 1), slice(2, 3)]),
+        ([0.0, np.nan, 2.0], [0.0] * 3, [slice(0, 1), slice(2, 3)]),
+        ([0.0, 1.0, 2.0], [np.nan, np.inf, np.nan], []),
+    ],
+)
+def test_a_single_sample_is_a_stretch(x, y, parts):
+    assert style.runs(np.array(x), np.array(y)) == parts
 
 
 def test_stretches_of_equal_length_have_the_same_share_of_the_width():
@@ -120,32 +118,6 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
 
 
-def test_a_panel_leaves_room_for_the_words_at_the_edges():
-    figure, ((axes,),) = style.panels(3.0)
-    assert figure.get_size_inches().tolist() == [7.2, 3.0]
-    assert inches(axes) == (0.68, 0.12, 0.46, 0.32)
-    assert not figure.has_room_above
-
-
-def test_panels_have_the_same_distance_for_any_number():
-    figure, grid = style.panels(6.0, rows=2, columns=3)
-    assert [len(row) for row in grid] == [3, 3]
-    wide, tall = figure.get_size_inches()
-    boxes = [[axes.get_position() for axes in row] for row in grid]
-    assert [(right.x0 - left.x1) * wide for left, right in zip(boxes[0], boxes[0][1:], strict=False)] == pytest.approx([0.62] * 2)
-    assert (boxes[0][0].y0 - boxes[1][0].y1) * tall == pytest.approx(0.66)
-    assert len({round(box.width, 9) for row in boxes for box in row}) == len({round(box.height, 9) for row in boxes for box in row}) == 1
-
-
-def test_panels_divide_their_room_as_specified():
-    _, grid = style.panels(6.0, rows=2, columns=2, heights=(1.0, 3.0), widths=(2.0, 1.0), undivided=(1,), between=0.5, gap=0.4)
-    assert [len(row) for row in grid] == [2, 1]
-    (left, right), (below,) = ([axes.get_position() for axes in row] for row in grid)
-    assert left.width == pytest.approx(2.0 * right.width)
-    assert below.height == pytest.approx(3.0 * left.height)
-    assert (below.x0, below.x1) == pytest.approx((left.x0, right.x1))
-
-
 @pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
 def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
     figure, ((axes,),) = style.panels(3.0, names=names, over_titles=over)
@@ -158,21 +130,10 @@ def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
 def test_a_grid_has_the_given_number_of_panels(count, rows, columns):
     figure, axes = style.grid_of(count)
     assert figure.axes == axes
-    assert len(axes) == count
     assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2 * rows)
     assert len({round(item.get_position().x0, 6) for item in axes}) == columns
     assert [item.get_position().y0 for item in axes] == sorted((item.get_position().y0 for item in axes), reverse=True)
     assert style.grid_of(count, top=0.5)[0].get_size_inches()[1] == pytest.approx(0.5 + 2.2 * rows)
-
-
-def test_rows_have_their_names_from_the_top_down_at_the_first_panel():
-    figure, (first, second) = style.named_rows(["upper", "lower"], columns=2)
-    assert figure.get_size_inches()[1] == pytest.approx(0.9 + 2 * 0.3)
-    assert [label.get_text() for label in first.get_yticklabels()] == ["upper", "lower"]
-    assert [label.get_text() for label in second.get_yticklabels()] == ["", ""]
-    assert first.get_yticks().tolist() == second.get_yticks().tolist() == [0.0, 1.0]
-    assert first.get_ylim() == second.get_ylim() == (1.5, -0.7)
-    assert first.yaxis.get_tick_params()["length"] == 0
 
 
 @pytest.mark.parametrize(("name", "left"), [("a", 1.0), ("i" * 18, 0.45 + 18 * 0.085), ("W" * 90, 0.45 + 2.4)])
@@ -183,29 +144,9 @@ def test_names_of_rows_have_room_up_to_the_longest(name, left):
     assert illegible_texts(figure) == []
 
 
-def test_names_of_rows_are_cut_if_room_is_short():
+def test_names_of_rows_are_cut_if_room_is_short_and_may_be_none():
     assert 1.9 < inches(style.named_rows(["W" * 90], longest=1.6)[1][0])[0] <= 0.45 + 1.6
-
-
-def test_no_rows_have_no_names():
-    figure, (axes,) = style.named_rows([])
-    assert figure.get_size_inches()[1] == pytest.approx(0.9)
-    assert inches(axes)[0] == pytest.approx(1.0)
-
-
-def test_a_row_of_panels_has_name_and_numbers_of_y_at_the_first_panel():
-    _, (row,) = style.panels(3.0, columns=3)
-    style.share_y(row, "Force [N]")
-    assert [axes.get_ylabel() for axes in row] == ["Force [N]", "", ""]
-    assert [axes.yaxis.get_tick_params().get("labelleft", True) for axes in row] == [True, False, False]
-
-
-def test_panels_of_the_same_height_reach_from_the_lowest_to_the_highest():
-    _, (row,) = style.panels(3.0, columns=3)
-    for axes, limits in zip(row, ((0.0, 1.0), (-2.0, 0.5), (0.0, 4.0)), strict=True):
-        axes.set_ylim(limits)
-    style.one_height(row)
-    assert {axes.get_ylim() for axes in row} == {(-2.0, 4.0)}
+    assert inches(style.named_rows([])[1][0])[0] == pytest.approx(1.0)
 
 
 def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
@@ -228,29 +169,6 @@ def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
     assert axes.get_title(loc="right") == "short"
 
 
-def test_signals_over_time_are_in_the_units_at_their_axes():
-    _, ((axes,),) = style.panels(3.0)
-    time, signal = np.array([0.0, 0.1, 0.2]), np.array([1e-6, 2e-6, -3e-6])
-    style.over_time(axes, time, (signal, style.MEASURED, "a"), (2.0 * signal, style.REST, "b"), scale=scale_of("m", 3e-6), word="Error")
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("Time [ms]", "Error [µm]")
-    first, second = axes.get_lines()
-    assert first.get_xdata() == pytest.approx([0.0, 100.0, 200.0])
-    assert first.get_ydata() == pytest.approx([1.0, 2.0, -3.0])
-    assert second.get_ydata() == pytest.approx([2.0, 4.0, -6.0])
-    assert [line.get_label() for line in (first, second)] == ["a", "b"]
-    assert first.get_linewidth() == style.MEASURED["linewidth"]
-
-
-def test_a_window_is_shaded_from_the_first_to_the_last_time_behind_all_lines():
-    _, ((axes,),) = style.panels(3.0)
-    style.mark_window(axes, np.empty(0))
-    assert not axes.patches
-    style.mark_window(axes, np.array([2.0, 2.5, 3.0]))
-    (shade,) = axes.patches
-    assert (shade.get_x(), shade.get_width()) == (2.0, 1.0)
-    assert (shade.get_zorder(), shade.get_linewidth()) == (0, 0)
-
-
 def test_no_line_joins_the_two_sides_of_rest():
     _, ((axes,),) = style.panels(3.0)
     points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
@@ -271,18 +189,13 @@ def named(*names, **layout):
 def test_a_panel_without_names_has_no_legend():
     figure, axes = named()
     style.legend(axes)
-    assert axes.get_legend() is None
-    assert not figure.legends
+    assert [axes.get_legend(), *figure.legends] == [None]
 
 
 def test_a_legend_of_few_names_is_a_single_line_above_the_panel_from_the_left():
     figure, axes = named("measured", "predicted", "a third", "a fourth", "a fifth")
     style.legend(axes)
-    legend = axes.get_legend()
-    assert legend._ncols == 5
-    assert not legend.get_frame_on()
-    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
-    assert legend.get_bbox_to_anchor().y0 == pytest.approx(axes.bbox.y1)
+    assert axes.get_legend()._ncols == 5
     boxes = [box for text, box in texts_of(figure) if text.get_text() in ("measured", "a fifth")]
     assert all(box.y0 > axes.bbox.y1 for box in boxes)
 
@@ -294,22 +207,12 @@ def test_names_that_fit_in_full_take_at_most_three_lines(letters, columns):
     assert (axes.get_legend() or axes.figure.legends[0])._ncols == columns
 
 
-def test_a_legend_with_room_above_all_panels_is_at_the_top():
-    figure, axes = named("one", "two", over_titles=True)
-    style.legend(axes)
-    assert axes.get_legend() is None
-    (legend,) = figure.legends
-    assert legend.get_bbox_to_anchor().y0 == pytest.approx(figure.bbox.y1)
-    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
-
-
 def test_a_long_name_takes_the_room_that_short_names_leave():
     figure, axes = named("a", "W" * 200)
     style.legend(axes)
     texts = {text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"}
     assert texts["W"].width / figure.dpi > 4.5
     assert texts["W"].x1 < figure.bbox.x1
-    assert illegible_texts(figure) == [] or all("W" not in fault for fault in illegible_texts(figure))
 
 
 def test_two_long_names_share_the_room_of_a_legend():
@@ -342,14 +245,13 @@ def test_a_legend_in_the_corner_returns_its_height():
     assert style.legend_in_corner(figure, axes) == 0.0
 
 
-@pytest.mark.parametrize(("worst", "first"), [(500, 485), (0, 0), (999, 970)])
-def test_a_window_is_around_the_largest_error_and_within_the_log(worst, first):
+@pytest.mark.parametrize("worst", [500, 0, 999])
+def test_a_window_is_around_the_largest_error_and_within_the_log(worst):
     error = np.zeros(1000)
     error[worst] = -0.5
     error[[10, 20]] = np.nan, np.inf
     assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(max(worst - 30, 0), max(worst - 30, 0) + 60)
     assert style.window(np.arange(1000.0), error, 0.03) == slice(min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40)
-    assert first >= 0
 
 
 def test_a_window_of_a_short_log_is_all_of_the_log():
@@ -364,12 +266,3 @@ def test_a_function_of_figures_draws_with_the_common_look():
 
     assert isinstance(drawn(3.0, rows=1), Drawing)
     assert drawn.__doc__ == "Words."
-
-
-def test_axes_and_grids_are_no_wider_than_any_line_and_lie_below_them():
-    narrowest = min(look["linewidth"] for look in (*style.LINES, style.REST, style.AID))
-    _, ((axes,),) = style.panels(2.0)
-    spines, grid = [axes.spines[side] for side in ("left", "bottom", "right", "top")], axes.xaxis.get_gridlines()[0]
-    assert [spine.get_visible() for spine in spines] == [True, True, False, False]
-    assert 0.0 < grid.get_linewidth() < spines[0].get_linewidth() <= narrowest
-    assert (axes.get_axisbelow(), grid.get_visible()) == (True, True)

@@ -3,7 +3,11 @@
 import json
 import os
 import subprocess
+import time
 from contextlib import contextmanager
+
+PATIENCE = 60.0  # [s]
+NO_DOCUMENT = "Cannot find default execution context"
 
 
 class Browser:
@@ -15,6 +19,11 @@ class Browser:
 
     def call(self, method, **parameters):
         """Return what a method of the protocol gives."""
+        answer = self._answer(method, parameters)
+        assert "error" not in answer, answer["error"]
+        return answer["result"]
+
+    def _answer(self, method, parameters):
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         if self.session:
@@ -23,8 +32,7 @@ class Browser:
         while True:
             answer = self._next()
             if answer.get("id") == self._number:
-                assert "error" not in answer, answer["error"]
-                return answer["result"]
+                return answer
             self.events.append(answer)
 
     def _next(self):
@@ -49,11 +57,29 @@ class Browser:
         self.wait_for("Page.loadEventFired")
         self.run("typeof begun === 'undefined' ? 0 : begun")
 
+    def reload(self):
+        """Load the page again and wait until it is there."""
+        self.call("Page.reload")
+        self.wait_for("Page.loadEventFired")
+
     def run(self, expression):
-        """Return the value of an expression, awaited where it is a promise."""
-        values = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        """Return the value of an expression, awaited where it is a promise; between two documents there is none."""
+        parameters = {"expression": expression, "awaitPromise": True, "returnByValue": True}
+        until = time.monotonic() + PATIENCE
+        while NO_DOCUMENT in str((answer := self._answer("Runtime.evaluate", parameters)).get("error")) and time.monotonic() < until:
+            time.sleep(0.02)
+        assert "error" not in answer, answer["error"]
+        values = answer["result"]
         assert "exceptionDetails" not in values, values["exceptionDetails"]
         return values["result"].get("value")
+
+    def waits(self, expression, seconds=PATIENCE):
+        """Return the value of an expression once it is true; one that fails is not true yet."""
+        until = time.monotonic() + seconds
+        while not (value := self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()")):
+            assert time.monotonic() < until, expression
+            time.sleep(0.05)
+        return value
 
     def asked_for(self):
         """Return the addresses of all requests."""
