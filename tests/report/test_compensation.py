@@ -11,7 +11,7 @@ from bristle import controllers, friction, plants
 from bristle.core import Status
 from bristle.core.diagnostic import Diagnostic
 from bristle.prediction.following import Following
-from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_of, is_alike, names_text, pair_of
+from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_of, is_alike, names_text
 from bristle.simulation import compensation_experiment, simulate, statistics_of
 from bristle.simulation.statistics import Statistics
 
@@ -28,50 +28,30 @@ def velocity_of(item):
     return np.gradient(item.reference, item.time[1] - item.time[0])
 
 
-@pytest.mark.slow
-def test_pair_differs_only_in_friction_feedforward(stage):
-    plain, compensated = pair_of(stage.looped.experiment)
-    assert (plain.name, compensated.name) == ("feedforward", "compensated")
-
-
 def test_no_gain_without_a_compensated_variant(stage):
     experiment = replace(stage.looped.experiment, variants=stage.looped.experiment.variants[:2])
     assert gain_of(replace(stage.looped, experiment=experiment)) is None
-
-
-@pytest.mark.parametrize(("after", "said"), [(0.5, "lowers"), (0.98, "hardly changes"), (1.02, "hardly changes"), (1.5, "raises")])
-def test_wording_of_the_gain_follows_the_numbers(stage, after, said):
-    wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
-    result = with_error(stage.looped, "feedforward", lambda _: 1e-5 * wave)
-    result = with_error(result, "compensated", lambda _: 1e-5 * after * wave)
-    sentence = gain_of(result).sentences()[0]
-    assert said in sentence
-    assert ("Do not use" in sentence) == (said == "raises")
-    assert ("by a factor of 2.0" in sentence) == (after == 0.5)
 
 
 def test_error_proportional_to_velocity_is_lag(stage):
     for name in ("feedforward", "compensated"):
         result = with_error(stage.looped, name, lambda item: 2.5e-3 * velocity_of(item))
     step = gain_of(result).steps[-1]
-    assert step.lag == pytest.approx(2.5e-3)
-    assert step.lag_share == pytest.approx(1.0)
-    assert step.beyond_lag == pytest.approx(0.0, abs=1e-12)
+    assert (step.lag, step.lag_share, step.beyond_lag) == pytest.approx((2.5e-3, 1.0, 0.0), abs=1e-12)
     assert "a lag of 2.5 ms" in " ".join(gain_of(result).sentences())
 
 
 def test_error_of_friction_is_not_lag(stage):
     noise = np.random.default_rng(0).normal(size=stage.looped.variants["compensated"].time.size)
     result = with_error(stage.looped, "compensated", lambda _: 1e-6 * noise)
-    assert not any("lag of" in sentence for sentence in gain_of(result).sentences())
+    assert "lag of" not in " ".join(gain_of(result).sentences())
 
 
 def test_diverged_loop_has_no_gain(stage):
     changed = replace(stage.looped.variants["compensated"], status=Status.NOT_FINITE)
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": changed})
-    gain = gain_of(result)
-    assert gain.steps == ()
-    assert "gain of compensation is unknown" in gain.sentences()[0]
+    assert gain_of(result).steps == ()
+    assert "gain of compensation is unknown" in gain_of(result).sentences()[0]
 
 
 def test_caveat_states_the_limits_of_the_simulation(stage):
@@ -90,17 +70,14 @@ def test_pair_with_further_differences_is_not_credited_to_friction(stage):
     experiment = stage.looped.experiment
     two = replace(experiment, variants=(experiment.variants[0], experiment.variants[2]))
     gain = gain_of(replace(stage.looped, experiment=two))
-    assert not gain.alone
+    assert [gain.alone, gain_of(stage.looped).alone] == [False, True]
     assert "differ in more than friction feedforward" in gain.sentences()[0]
-    assert gain_of(stage.looped).alone
 
 
 def test_present_velocity_feedforward_is_not_advised(stage):
     result = with_error(stage.looped, "compensated", lambda item: 2.5e-3 * velocity_of(item))
     assert gain_of(result).velocity_fed
-    words = " ".join(gain_of(result).sentences())
-    assert "velocity feedforward removes" not in words
-    assert "viscous friction of the compensator, F_v" in words
+    assert "viscous friction of the compensator, F_v" in " ".join(gain_of(result).sentences())
 
 
 def test_viscous_friction_without_feedforward_is_named_as_cause(stage):
@@ -110,9 +87,7 @@ def test_viscous_friction_without_feedforward_is_named_as_cause(stage):
     experiment = compensation_experiment(plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3)
     gain = gain_of(simulate(experiment))
     assert gain.steps[-1].lag_share > 0.9
-    words = " ".join(gain.sentences())
-    assert "viscous friction without feedforward" in words
-    assert "velocity feedforward removes" not in words
+    assert "viscous friction without feedforward" in " ".join(gain.sentences())
 
 
 def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):
@@ -222,10 +197,11 @@ def test_variants_are_equal_within_five_percent_or_their_scatter(best, other, al
     assert is_alike(best, other) is alike
 
 
-def test_long_lists_of_names_are_shortened():
-    assert names_text("abcd") == "a, b, c, d"
-    assert names_text("abcdef") == "a, b, c, d and 2 more"
-    assert names_text("abc", 2) == "a, b and 1 more"
+@pytest.mark.parametrize(
+    ("arguments", "text"), [(["abcd"], "a, b, c, d"), (["abcdef"], "a, b, c, d and 2 more"), (["abc", 2], "a, b and 1 more")]
+)
+def test_long_lists_of_names_are_shortened(arguments, text):
+    assert names_text(*arguments) == text
 
 
 def test_error_is_split_into_lag_and_rest():

@@ -15,6 +15,7 @@ from tests.report.test_names import ALL, assert_harmless
 from tests.report.test_pages import COMMON
 
 from bristle import controllers
+from bristle.core.axis import Axis
 from bristle.core.experiment import Experiment, Feedforward, Run
 from bristle.files.components import controller_from
 from bristle.loop import design
@@ -43,16 +44,17 @@ def designed():
     return design(Experiment("bench", "translational", (loop("plain", None), loop())))
 
 
+@pytest.fixture(scope="module")
+def page(designed):
+    """The page of the design with given errors: the loop tuned is the best."""
+    return design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)
+
+
 @pytest.mark.slow
-def test_page_of_a_design_is_self_contained(designed):
-    text = design_report(designed, **COMMON)
-    page = Page(text)
-    assert page.unbalanced == []
-    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
-    assert len(ids) == len(set(ids)) > 5
-    assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(text))
-    assert [item["id"] for item in page.named("figure")] == ["figure-loops", "figure-causes", "figure-margins", "figure-circles"]
-    assert "$" not in page.words
+def test_page_of_a_design_is_self_contained(page):
+    assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(page))
+    ids = [item["id"] for item in Page(page).named("figure")]
+    assert ids == ["figure-loops", "figure-causes", "figure-margins", "figure-circles"]
 
 
 def with_errors(designed, *peaks):
@@ -65,31 +67,19 @@ def with_errors(designed, *peaks):
     return replace(designed, proposals=tuple(loops))
 
 
-def test_verdict_names_the_loop_with_the_smaller_error(designed):
-    ruling = design_ruling(with_errors(designed, 2e-6, 1e-6, 3e-6))
-    assert (ruling.level, ruling.words) == ("with_care", "Change the gains")
-    assert "the loop tuned has a following error of 1\u00a0µm instead of 2\u00a0µm" in ruling.reasons[0]
-    assert design_summary(designed, provenance={})["verdict"] == design_ruling(designed).as_data()
-
-
-def test_loop_without_a_better_proposal_is_kept(designed):
-    assert design_ruling(with_errors(designed, 2e-6, 1.7e-6, 3e-6))[:2] == ("usable", "Keep it")
-
-
-def test_first_page_of_a_design_has_values_and_cost(designed):
-    words = Page(design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)).words
-    tuned = designed.proposals[1]
-    assert f"kp {tuned.variant.controller.values['k_p']:.4g} 1/s" in words
-    assert "inertia feedforward: acceleration × 20 kg" in words
-    assert "The values of the loop tuned:" in words
-    assert "following error of 1 µm instead of 2 µm" in words
-    assert "with all causes but one: one run each." in words
-
-
-def test_loop_has_a_single_name(designed):
-    page = Page(design_report(designed, **COMMON))
-    assert "as it is" not in page.cells
-    assert page.cells.count(designed.variant.name) >= 2
+def test_first_page_of_a_design_has_values_and_cost(designed, page):
+    parsed = Page(page)
+    for words in (
+        f"kp {designed.proposals[1].variant.controller.values['k_p']:.4g} 1/s",
+        "inertia feedforward: acceleration × 20 kg",
+        "The values of the loop tuned:",
+        "following error of 1 µm instead of 2 µm",
+        "with all causes but one: one run each.",
+    ):
+        assert words in parsed.words
+    # The loop has a single name.
+    assert "as it is" not in parsed.cells
+    assert parsed.cells.count(designed.variant.name) >= 2
 
 
 def test_user_text_is_escaped(designed):
@@ -102,21 +92,8 @@ def test_user_text_is_escaped(designed):
 
 def test_variants_with_the_same_loop_share_its_rows(designed):
     rows = margin_table(designed).rows
-    assert rows[0][0] == "plain, fed"
-    assert {row[0] for row in rows[1:]} == {""}
+    assert [row[0] for row in rows] == ["plain, fed", *[""] * (len(rows) - 1)]
     assert {row[2] for row in rows} == {"none", "stuck", "sliding"}
-
-
-def test_budget_table_has_the_numbers_of_the_budget(designed):
-    table = budget_table(designed)
-    assert table.heads[1].endswith("[µm]")
-    for row, entry in zip(table.rows, designed.budget.entries, strict=False):
-        assert row[0] == entry.cause
-        assert float(row[1]) == pytest.approx(1e6 * entry.alone.peak_to_peak, abs=0.51)
-    assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
-    assert table.rows[-1][3] == ""
-    late = replace(designed, budget=replace(designed.budget, no_cause=designed.budget.all_causes))
-    assert "error of the control law" in budget_table(late).rows[-1][3]
 
 
 def test_no_main_cause_if_causes_cancel(designed):
@@ -126,8 +103,7 @@ def test_no_main_cause_if_causes_cancel(designed):
     causes = tuple(replace(entry, without=whole, alone=large if entry.cause == "shape" else whole) for entry in designed.budget.entries)
     message = " ".join(design_sentences(replace(designed, budget=replace(designed.budget, entries=causes))))
     assert "The main cause is" not in message
-    assert "causes cancel" in message
-    assert "The largest single cause is shape" in message
+    assert re.search("causes cancel.*The largest single cause is shape|The largest single cause is shape.*causes cancel", message)
 
 
 @pytest.mark.parametrize(
@@ -143,6 +119,12 @@ def test_law_is_written_as_in_an_experiment_file(law):
     table = tomllib.loads(controller_text(variant))["controller"]
     assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
     assert controller_from(table, kind=law.kind, path="controller") == law
+
+
+@pytest.mark.parametrize(("arm", "at_motor"), [(0.8e-3, " # 0.0032 N*m*s/rad at the motor"), (None, "")])
+def test_gain_of_a_screw_is_also_given_at_the_motor(arm, at_motor):
+    variant = loop(controller=controllers.cascade(k_p="120 1/s", k_v="5000 N*s/m"), axis=Axis(arm=arm))
+    assert f'k_v = "5000 N*s/m"{at_motor}' in controller_text(variant).splitlines()
 
 
 @pytest.mark.slow
@@ -275,14 +257,13 @@ def test_reasons_of_a_design_name_error_and_margin():
 
 def test_design_has_its_sentences():
     lines = plain(design_sentences(made(switches=True)))
-    assert lines[0] == "plain: the sampled loop is stable: its largest pole is at 0.9500."
-    assert lines[1].startswith("The control law chatters around rest")
-    assert lines[2] == (
-        "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s."
-    )
-    assert lines[3] == "The following error is 8 µm peak to peak. The main cause is friction: without it, the error is 2 µm."
-    assert lines[4] == "The loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins."
-    assert len(lines) == 5
+    assert lines.pop(1).startswith("The control law chatters around rest")
+    assert lines == [
+        "plain: the sampled loop is stable: its largest pole is at 0.9500.",
+        "The loop has 1.75 ms of delay. As a rule of thumb, the sum of its two bandwidths, such as λ + K_1, may be up to 286 1/s.",
+        "The following error is 8 µm peak to peak. The main cause is friction: without it, the error is 2 µm.",
+        "The loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins.",
+    ]
 
 
 def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
@@ -291,17 +272,15 @@ def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
         return design_sentences(made(lag=0.0))[2]
 
     assert "plain has a phase margin of 33.3° with" in told(assessed("late", 33.3))
-    assert "plain is unstable with" in told(assessed("late", 33.3, gain=UNSTABLE))
-    assert "plain is unstable with" in told(assessed("late", None))
+    assert all("plain is unstable with" in told(late) for late in (assessed("late", 33.3, gain=UNSTABLE), assessed("late", None)))
 
 
 @pytest.mark.parametrize(("count", "friction", "much"), [(5.1, 10.0, True), (5.0, 10.0, False), (5.0, 0.0, False)])
 def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much):
     item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
     lines = design_sentences(item)
-    assert any(line.startswith("Much of the effort is noise: one encoder count causes") for line in lines) is much
-    if much:
-        assert "causes an effort of 5.1 N, 0.51 times the friction (10 N)" in lines[2]
+    told = "Much of the effort is noise: one encoder count causes an effort of 5.1 N, 0.51 times the friction (10 N)"
+    assert [line.startswith(told) for line in lines[2:3]] == [much]
     assert any("Use a finer encoder" in line for line in lines) is much
 
 

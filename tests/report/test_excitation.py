@@ -140,6 +140,8 @@ def test_reasons_against_a_motion_name_the_parameters():
         "biased: b",
         "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
+    # An interval around a true value of zero may be as wide as it is.
+    assert excitation_ruling(excited((estimate("a", 5.0), estimate("f", 3.0, half=484.0)))).reasons == ()
     edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
     assert edge.reasons == ("not identified: a", "hardly identified: b")
 

@@ -1,7 +1,5 @@
 """The report of an identification."""
 
-import csv
-import io
 import math
 import os
 import re
@@ -14,17 +12,15 @@ from tests.identification.known_logs import STATED, sliding_log
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
-from bristle.core.units import factor
 from bristle.friction import MODELS, find
 from bristle.identification import identify
 from bristle.logs import Log
 from bristle.prediction import drive_table, predict
 from bristle.prediction.following import following_of, loop_of
-from bristle.report import identification
 from bristle.report.identification import identification_report
 from bristle.report.judgement import ADVICE, next_measurements
 from bristle.report.messages import assumptions_of, warnings_of
-from bristle.report.model_tables import as_csv, drive_rows, parameter_table
+from bristle.report.model_tables import parameter_table
 from bristle.report.page import worded
 from bristle.simulation import simulate
 
@@ -33,22 +29,6 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 def plain(text: str) -> float:
     return float(text.replace("−", "-").replace("± ", ""))
-
-
-@pytest.mark.slow
-def test_parameter_table_has_standard_errors(workbench):
-    fit = workbench.identified.best
-    table = parameter_table(fit)
-    assert [row[0] for row in table.rows] == [item.name for item in fit.estimates]
-    for row, estimate in zip(table.rows, fit.estimates, strict=True):
-        cells = dict(zip(table.heads, row, strict=True))
-        scale = factor(cells["Unit"].replace("–", "1"), estimate.unit)
-        if estimate.std is None:
-            assert cells["Standard error"] == "–"
-            assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, rel=1e-3)
-        else:
-            assert plain(cells["Standard error"]) * scale == pytest.approx(estimate.std, rel=0.06)
-            assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
 
 
 @pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "leads")])
@@ -116,25 +96,6 @@ def test_report_states_missing_held_out_stretches(stage):
     assert "no held-out stretches" in words
 
 
-def test_drive_table_has_both_sides_of_rest(workbench):
-    kind = workbench.identified.best.plant.kind
-    rows = drive_rows(workbench.table, kind).rows
-    assert len(rows) == len(workbench.table) <= 20
-    sides = {row[1]: plain(row[2]) for row in rows if row[1] in ("−0", "+0")}
-    assert sides["−0"] < 0.0 < sides["+0"]
-    velocities = [plain(row[1]) for row in rows]
-    assert velocities == sorted(velocities)
-
-
-def test_table_for_copying_equals_the_table(workbench):
-    text = as_csv(workbench.table, workbench.identified.best.plant.kind)
-    head, *rows = csv.reader(io.StringIO(text))
-    assert head[0].startswith("velocity [")
-    read = np.array(rows, dtype=float)
-    assert read == pytest.approx(np.array(workbench.table), rel=1e-5, abs=1e-12)
-    assert math.copysign(1.0, read[len(read) // 2 - 1, 0]) == -1.0
-
-
 @pytest.mark.slow
 def test_parameters_at_an_edge_or_infinite_are_reported(stage):
     lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
@@ -197,14 +158,3 @@ def test_without_simulation_the_following_error_is_measured(stage):
     page = Page(identification_page(stage, simulation=None, following=following_of(stage.log)))
     assert "Following error in the log" in page.words
     assert "without and with compensation" not in page.words
-
-
-def test_strongest_correlations_come_first(stage):
-    best = replace(stage.identified.best, correlation=np.array([[1.0, 0.2, np.nan], [0.2, 1.0, -0.9], [np.nan, -0.9, 1.0]]))
-    table = identification._correlations(replace(best, correlation_names=("M", "F_C", "F_v")))
-    assert table.rows == [("F_C", "F_v", "−0.90"), ("M", "F_C", "+0.20")]
-
-
-def test_correlation_that_rounds_to_zero_is_not_listed(stage):
-    best = replace(stage.identified.best, correlation=np.array([[1.0, -0.004], [-0.004, 1.0]]), correlation_names=("M", "F_C"))
-    assert not identification._correlations(best).rows

@@ -174,6 +174,8 @@ def test_loops_with_the_same_warning_share_a_line():
     assert report.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the loop has small margins: a, b"]
 
 
-def test_single_name_of_a_variant_is_accepted():
+def test_single_name_of_a_variant_is_accepted_and_many_are_cut():
     single = Diagnostic("switching_law", "", "note", {"variants": "a"})
+    small = Diagnostic("small_margin", "", "warning", {"variants": tuple("abcde"), "motions": "all", "phase": 15.0, "enough": 30.0})
+    assert report.loop_doubts([small]) == ["the loop has small margins: a, b, c, d and 1 more"]
     assert report.loop_warnings([single])[0].startswith("a: the control law")

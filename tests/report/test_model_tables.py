@@ -191,6 +191,7 @@ def test_drive_table_has_a_row_for_each_side_of_rest():
     assert odd.rows == [["1", "12.346", "8.765"]]
     assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
     in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
+    assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from tests.report.pages import Page, without_plots
@@ -11,7 +10,6 @@ from bristle.report.identification import identification_report
 from bristle.report.prediction import prediction_report
 from bristle.report.simulation import simulation_report
 
-HOSTILE = '<script>alert("1")</script><img src=x onerror=y>'
 COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": "stage.csv"}}
 
 
@@ -38,15 +36,6 @@ PAGES = {"identification": identification_page, "simulation": simulation_page, "
 @pytest.fixture(params=PAGES)
 def text(request, workbench):
     return PAGES[request.param](workbench)
-
-
-@pytest.mark.slow
-def test_tags_are_balanced_and_identifiers_unique(text):
-    page = Page(text)
-    assert page.unbalanced == []
-    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
-    assert len(ids) == len(set(ids)) > 5
-    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', text)) <= set(ids)
 
 
 @pytest.mark.fast_cases(1)
@@ -76,11 +65,6 @@ def test_page_has_command_and_provenance(text):
 
 
 @pytest.mark.slow
-def test_every_number_has_a_unit_or_a_name(text):
-    assert not re.search(r"\b(nan|None|inf|Infinity)\b|\{\{|\{%", Page(text).words)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("name", PAGES)
 def test_same_results_give_the_same_bytes(name, stage):
     assert PAGES[name](stage) == PAGES[name](stage)
@@ -92,38 +76,6 @@ def test_kind_of_axis_decides_the_units(name, workbenches):
     words = {kind: Page(PAGES[name](bench)).words for kind, bench in workbenches.items()}
     assert not re.search(r"\brad\b|N·m|Torque", words["translational"])
     assert not re.search(r"\[[kmµ]?N\]|\d [kmµ]?N\b(?!·m)|m/s|Force", words["rotational"])
-
-
-def hostile_log(bench):
-    position = replace(bench.log.position, column=HOSTILE)
-    return replace(bench.log, position=position, source=Path(HOSTILE.replace("/", "")), notes=(HOSTILE,))
-
-
-def hostile_loop(bench):
-    experiment = bench.looped.experiment
-    variants = tuple(replace(variant, name=HOSTILE + variant.name) for variant in experiment.variants)
-    results = {HOSTILE + name: replace(variant, name=HOSTILE + name) for name, variant in bench.looped.variants.items()}
-    return replace(bench.looped, experiment=replace(experiment, name=HOSTILE, variants=variants), variants=results)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", PAGES)
-def test_hostile_names_stay_text(name, stage):
-    hostile = {"command": HOSTILE, "banner": HOSTILE, "provenance": {HOSTILE: HOSTILE}}
-    custom = {
-        "identification": {
-            "identification": replace(stage.identified, log=hostile_log(stage)),
-            "axis_name": HOSTILE,
-            "simulation": hostile_loop(stage),
-        },
-        "simulation": {"result": hostile_loop(stage)},
-        "prediction": {"log": hostile_log(stage), "axis_name": HOSTILE},
-    }
-    text = PAGES[name](stage, **hostile, **custom[name])
-    page = Page(text)
-    assert page.unbalanced == []
-    assert page.named("img") == []
-    assert page.words.count("alert") >= 4
 
 
 def test_banner_is_first(stage):

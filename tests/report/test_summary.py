@@ -34,8 +34,13 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
     reported = _levels(fit(), Axis(columns=columns))
     assert {name: reported[name] for name in vars(levels())} == vars(levels())
     assert (reported["reversal_distance"], reported["lag"], requested) == (4e-6, 1e-3, [("f", 0.5)])
-    volts = reported["units"]["V"]
-    assert volts == {"forward": pytest.approx(0.2), "backward": pytest.approx(0.4), "constant": None, "deviation": pytest.approx(0.1)}
+    assert reported["units"]["mm"] == {"reversal_distance": pytest.approx(4e-3)}
+    assert reported["units"]["V"] == {
+        "forward": pytest.approx(0.2),
+        "backward": pytest.approx(0.4),
+        "constant": None,
+        "deviation": pytest.approx(0.1),
+    }
     assert _levels(fit(), None)["units"].keys() <= {"N", "mm/s"}
     monkeypatch.setattr(report, "level_values", lambda fit: None)
     assert _levels(fit(), None) is None

@@ -8,7 +8,6 @@ from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.files import read_axis
 from bristle.files.axis_form import edited, form_of
-from bristle.server.errand import thinned
 
 TEXT = """# Proposed by bristle.
 schema = 1
@@ -95,17 +94,3 @@ def test_a_form_shows_gaps_and_remarks():
     assert form["missing"] == ["effort.constant"]
     assert form["remarks"]["columns.effort"] == "moves like the acceleration"
     assert form["remarks"]["effort.constant"].startswith("force or torque")
-
-
-def test_no_peak_is_lost_on_the_way_to_the_screen():
-    import numpy as np
-
-    time = np.arange(100_000) * 1e-3
-    signal = np.sin(time)
-    signal[[12_345, 54_321]] = 7.0, np.nan
-    shown_time, shown = thinned(time, signal)
-    assert len(shown) < 4000
-    assert 7.0 in shown
-    assert shown_time[shown.index(7.0)] == 12.345
-    assert (shown_time[0], shown_time[-1]) == (0.0, 99.999)
-    assert thinned(time[:3], signal[:3]) == [list(time[:3]), [float(f"{value:.8g}") for value in signal[:3]]]

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import time
 import tomllib
 import zipfile
 from pathlib import Path
@@ -158,10 +157,7 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
             tab.session = None
             target = tab.call("Target.createTarget", url=where)["targetId"]
             tab.session = sessions[name] = tab.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-            until = time.monotonic() + 20
-            while not tab.run("typeof state !== 'undefined' && state !== null"):
-                assert time.monotonic() < until
-                time.sleep(0.05)
+            tab.waits("state !== null")
         assert tab.run("state.files.length") == 0
         assert tab.run("location.href") != address
         tab.session = first
@@ -169,15 +165,11 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
         person.clicks("#identify")
         person.waits("state.job.task === 'identify' && state.job.state === 'runs'")
         tab.session = sessions["same"]
-        until = time.monotonic() + 20
-        while tab.run("state.job.task") != "identify":
-            assert time.monotonic() < until
-            time.sleep(0.1)
-        assert tab.run("!byId('job').hidden")
+        tab.waits("state.job.task === 'identify'")
+        tab.waits("!byId('job').hidden")
         # The page is loaded again while the job runs, and then it is cancelled: the best so far stays.
         tab.session = first
-        tab.call("Page.reload")
-        tab.wait_for("Page.loadEventFired")
+        tab.reload()
         person.waits("state && state.job && state.job.state === 'runs'")
         person.clicks("#cancel")
         person.waits("state.job.state !== 'runs'", 120)
@@ -185,10 +177,7 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path):
         person.waits("byId('verdict').textContent.includes('Unfinished')")
         assert "interrupted" in tab.run("state.parts.identified.unfinished")
         tab.session = sessions["same"]
-        until = time.monotonic() + 20
-        while "Unfinished" not in tab.run("byId('verdict').textContent"):
-            assert time.monotonic() < until
-            time.sleep(0.1)
+        tab.waits("byId('verdict').textContent.includes('Unfinished')")
 
 
 def test_a_motion_is_designed_and_a_damaged_log_is_reported(server, tmp_path):

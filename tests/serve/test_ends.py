@@ -29,7 +29,7 @@ def is_there(number):
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_ends_it_in_good_order_with_its_job_and_its_folder(temporary, number):
     with lab_process(temporary, "--no-open") as (process, client, _):
@@ -47,25 +47,19 @@ def test_a_signal_ends_it_in_good_order_with_its_job_and_its_folder(temporary, n
         assert process.stderr.read().splitlines()[1:] == ["bristle: the lab is closed"]
 
 
-def test_only_the_folder_of_a_killed_server_is_removed_by_the_next(temporary):
+@pytest.mark.slow
+def test_the_folder_of_a_killed_server_is_removed_by_the_next(temporary):
     with lab_process(temporary, "--no-open") as (process, client, _):
-        case = begun(client)
-        put(client, case, b"time,position\n0,1\n")
+        put(client, begun(client), b"time,position\n0,1\n")
         (folder,) = temporary.iterdir()
         (kept,) = folder.glob("*/file-1")
-        (folder / "elsewhere").symlink_to(planted(temporary, "of-a-person"))
         with own_folder():
             assert kept.exists()  # its server lives
         process.kill()
         process.wait()
         assert kept.exists()
-        stay = {each: contents(each) for each in left_alone(temporary, folder)}
-        with own_folder() as living, own_folder():
-            assert living.is_dir()
+        with own_folder():
             assert not folder.exists()
-        assert {each: contents(each) for each in stay} == stay
-        assert set(temporary.iterdir()) == {*stay, temporary / f"{PREFIX}of-a-person"}
-        assert (temporary / f"{PREFIX}of-a-person" / "log.csv").read_text() == "mine"
 
 
 def planted(temporary, name):
@@ -80,13 +74,11 @@ def left_alone(temporary, dead):
     """Return what looks like the folder of a dead server, each in one way, and is none."""
     copied = temporary / f"{PREFIX}copied"
     shutil.copytree(dead, copied, symlinks=True)
-    noted = planted(temporary, "noted-by-a-person")
+    names = ("noted-by-a-person", "begins-just-now", "with-a-linked-note", "with-a-pipe")
+    noted, begins, linked, pipe = (planted(temporary, name) for name in names)
     (noted / NOTE).write_text("to be kept")
-    begins = planted(temporary, "begins-just-now")
     (begins / NOTE).touch()
-    linked = planted(temporary, "with-a-linked-note")
     (linked / NOTE).symlink_to(dead / NOTE)
-    pipe = planted(temporary, "with-a-pipe")
     os.mkfifo(pipe / NOTE)
     link = temporary / f"{PREFIX}link"
     link.symlink_to(noted, target_is_directory=True)
@@ -115,6 +107,15 @@ def dead(temporary):
     return folder
 
 
+def test_only_the_folder_of_a_dead_server_is_removed(dead, temporary):
+    mine = planted(temporary, "of-a-person")
+    (dead / "elsewhere").symlink_to(mine)
+    stay = {each: contents(each) for each in (mine, *left_alone(temporary, dead))}
+    with own_folder() as living, own_folder():
+        assert [living.is_dir(), dead.exists()] == [True, False]
+    assert {each: contents(each) for each in temporary.iterdir()} == stay
+
+
 def test_a_link_to_a_folder_of_a_dead_server_is_not_followed(dead, temporary, tmp_path):
     os.rename(dead, tmp_path / "elsewhere")
     dead.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
@@ -123,15 +124,11 @@ def test_a_link_to_a_folder_of_a_dead_server_is_not_followed(dead, temporary, tm
         assert (tmp_path / "elsewhere" / "case" / "file-1").exists()
 
 
-def test_the_folder_of_a_dead_server_of_another_user_is_left_to_him(dead, monkeypatch):
-    custom = os.getuid()
-    monkeypatch.setattr(os, "getuid", lambda: custom + 1)
-    with own_folder():
-        assert (dead / "case" / "file-1").exists()
-
-
-def test_without_file_locks_no_folder_is_removed(dead, monkeypatch):
-    monkeypatch.setattr("bristle.server.run.lock", lambda opened: False)
+@pytest.mark.parametrize(
+    ("name", "instead"), [("os.getuid", lambda: -1), ("bristle.server.run.lock", lambda opened: False)], ids=["another user", "no locks"]
+)
+def test_the_folder_of_another_user_or_without_file_locks_is_left(dead, monkeypatch, name, instead):
+    monkeypatch.setattr(name, instead)
     with own_folder():
         assert (dead / "case" / "file-1").exists()
 

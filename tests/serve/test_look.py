@@ -39,13 +39,6 @@ def test_a_column_may_be_named_in_short(looked):
     assert read_axis(facts["axis_text"].encode()).columns["position"].unit == "mm"
 
 
-def test_columns_are_shown_as_recorded_until_the_axis_file_is_complete(looked):
-    facts, data = looked('schema = 1\n[columns]\ntime = "time"\nposition = "x"\neffort = { column = "force", unit = "?" }\n')
-    assert not facts["ready"]
-    assert facts["missing"] == ["columns.effort.unit"]
-    assert [(plot["word"], plot["unit"]) for plot in data["plots"]] == [("position", "as recorded"), ("effort", "as recorded")]
-
-
 @pytest.mark.parametrize(
     "columns",
     [

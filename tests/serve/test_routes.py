@@ -79,7 +79,9 @@ def test_a_report_is_shown_once(client, case, opened, name, file):
     address = answer.json()["address"]
     shown = client.get(address)
     assert (shown.status_code, shown.text) == (200, "<p>report</p>")
-    assert shown.headers["content-security-policy"].startswith("sandbox allow-scripts allow-downloads; default-src 'none'")
+    policy = shown.headers["content-security-policy"]
+    assert policy.startswith("sandbox allow-scripts allow-downloads; default-src 'none'")
+    assert "allow-same-origin" not in policy
     again = client.get(address)
     assert again.status_code == 404
     assert "is no longer available" in again.json()["message"]
@@ -111,7 +113,8 @@ def test_the_report_of_a_closed_analysis_is_unavailable(client, case, opened):
     left(opened, "identified", results__report_html="x")
     address = client.post(f"{case}/parts/identified/ticket").json()["address"]
     client.delete(case)
-    assert client.get(address).status_code == 404
+    assert [client.get(path).status_code for path in (address, case)] == [404, 404]
+    assert not opened.folder.exists()
 
 
 def test_an_axis_file_is_the_axis_and_no_log(client, case, opened):
@@ -147,10 +150,9 @@ def test_files_change_their_role_and_are_removed(client, case, opened):
     assert client.delete(f"{case}/files/2").status_code == 404
 
 
-def test_a_file_in_transfer_counts_towards_the_limit(client, case, app):
-    put(client, case, b"x" * 900)
-    assert app.state.cases.receiving == 0
-    put(client, case, b"x" * 1001)
+@pytest.mark.parametrize("size", [900, 1001])
+def test_a_file_in_transfer_counts_towards_the_limit_no_longer_than_that(client, case, app, size):
+    put(client, case, b"x" * size)
     assert app.state.cases.receiving == 0
 
 

@@ -62,8 +62,7 @@ def test_plan_stop_run_report_and_undo(folder, tmp_path):
         person.waits("byId('run-plots').textContent.includes('without and with the feedforward')")
         person.clicks("#run-report")
         person.waits("byId('run-shown').querySelector('iframe')")
-        tab.call("Page.reload")
-        tab.wait_for("Page.loadEventFired")
+        tab.reload()
         person.waits("typeof state !== 'undefined' && run?.outcome === 'kept' && !byId('tune').hidden")
         assert tab.run("byId('run-folder').value") == "tuned"
         tab.run("window.confirm = () => true")
