@@ -91,6 +91,7 @@ def test_best_variant_is_compared_with_the_base(variants, refused, words):
     assert message(*variants, refused=refused) == (words and head + words + tail)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_page_and_terminal_end_with_the_same_sentences(stage):
     sentences = closing_sentences(stage.looped)
     assert sentences[-1] == gain_of(stage.looped).caveat

@@ -44,7 +44,7 @@ def designed():
     return design(Experiment("bench", "translational", (loop("plain", None), loop())))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def page(designed):
     """The page of the design with given errors: the loop tuned is the best."""
     return design_report(with_errors(designed, 2e-6, 1e-6, 3e-6), **COMMON)
@@ -67,6 +67,7 @@ def with_errors(designed, *peaks):
     return replace(designed, proposals=tuple(loops))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_first_page_of_a_design_has_values_and_cost(designed, page):
     parsed = Page(page)
     for words in (
@@ -82,6 +83,7 @@ def test_first_page_of_a_design_has_values_and_cost(designed, page):
     assert parsed.cells.count(designed.variant.name) >= 2
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_user_text_is_escaped(designed):
     variant = replace(designed.variant, name=ALL)
     hostile = replace(designed, experiment=replace(designed.experiment, name=ALL), variant=variant)

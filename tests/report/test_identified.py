@@ -30,7 +30,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope="module")
 def columns():
     log = sliding_log()
-    return {"time": log.time.values, "position": log.position.values, "effort": log.effort.values}
+    return {name: getattr(log, name).values[:4000] for name in ("time", "position", "effort")}
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_columns_and_log_give_the_same_result(columns, result):
 
 def test_data_frame_gives_the_same_result(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
-    again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0)
+    again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0, blocks=0)
     assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
     table = result.to_dataframe()
     assert table.loc["M", "value"] == result.parameters["M"].value
@@ -88,7 +88,7 @@ def test_data_frame_gives_the_same_result(columns, result):
 
 
 def test_columns_of_a_rotary_axis_need_only_its_kind(columns):
-    turned = br.identify(columns, "coulomb_viscous", axis=br.Axis(kind="rotational"), draws=0)
+    turned = br.identify(columns, "coulomb_viscous", axis=br.Axis(kind="rotational"), cutoff=60.0, decimation=7, draws=0, blocks=0)
     assert (turned.parameters["M"].unit, turned.model.kind) == ("kg*m^2", "rotational")
 
 
@@ -126,7 +126,7 @@ def test_covariance_is_of_the_identified_parameters(columns, result):
     assert np.sqrt(np.diag(covariance)) == pytest.approx([result.parameters[name].std for name in names])
     np.testing.assert_allclose(covariance, covariance.T)
     assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() > 0.0
-    fixed = br.identify(columns, "coulomb_viscous", mass=12.0, draws=0)
+    fixed = br.identify(columns, "coulomb_viscous", mass=12.0, cutoff=60.0, decimation=7, draws=0, blocks=0)
     assert "M" not in fixed.covariance_names
     assert fixed.covariance.shape == (len(fixed.covariance_names),) * 2
 
@@ -137,7 +137,6 @@ def test_card_of_an_identification_is_short(result, loaded):
         assert len(lines) <= 30
         assert [line.split()[0] for line in lines[2:6]] == list(result.parameters)
         assert "viscous" in lines[6]
-        assert each._repr_html_().count("<tr>") == 1 + len(result.parameters)
 
 
 def test_diagnostics_have_sentence_and_code(result):

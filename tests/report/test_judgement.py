@@ -138,7 +138,7 @@ def test_contradicted_loop_asks_for_care(actual):
 def test_levels_are_by_direction_without_the_weight():
     motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
-    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, offset=20.0).best)
+    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, offset=20.0).best)
     viscous = TRUTH["F_v"] * np.max(np.abs(motion.velocity))
     assert levels.constant == 20.0
     assert levels.inertia == pytest.approx(TRUTH["M"], rel=0.01)

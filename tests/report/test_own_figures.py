@@ -27,6 +27,7 @@ def figure(draw, **parts):
     return ReportFigure(name="mine", draw=draw, **parts)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_figures_of_the_user_are_on_the_report(identified, tmp_path):
     mine = figure(lambda identification: style.panels(2.0)[0])
     page = identified.report(tmp_path / "a.html", figures=[EXAMPLE, mine]).read_text(encoding="utf-8")
@@ -35,6 +36,7 @@ def test_figures_of_the_user_are_on_the_report(identified, tmp_path):
     assert 'id="further"' not in without
 
 
+@pytest.mark.slow
 def test_failing_figure_gives_a_warning_and_the_report_is_written(identified, tmp_path):
     mine = figure(lambda identification: identification.nothing)
     with pytest.warns(InputWarning, match="mine: the figure mine is not drawn: AttributeError"):

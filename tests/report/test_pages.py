@@ -30,12 +30,19 @@ def prediction_page(bench, **changes):
     return prediction_report(bench.predicted, **values)
 
 
-PAGES = {"identification": identification_page, "simulation": simulation_page, "prediction": prediction_page}
+PAGES = {"prediction": prediction_page, "simulation": simulation_page, "identification": identification_page}
+
+
+@pytest.fixture(scope="module")
+def rendered():
+    """The pages that were rendered so far, for tests that only read them."""
+    return {}
 
 
 @pytest.fixture(params=PAGES)
-def text(request, workbench):
-    return PAGES[request.param](workbench)
+def text(request, workbench, rendered):
+    key = request.param, workbench.axis.kind
+    return rendered.get(key) or rendered.setdefault(key, PAGES[request.param](workbench))
 
 
 @pytest.mark.fast_cases(1)
@@ -78,6 +85,7 @@ def test_kind_of_axis_decides_the_units(name, workbenches):
     assert not re.search(r"\[[kmµ]?N\]|\d [kmµ]?N\b(?!·m)|m/s|Force", words["rotational"])
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_banner_is_first(stage):
     words = Page(simulation_page(stage, banner="This is a simulated axis.")).words
     assert words.index("This is a simulated axis.") < words.index("stage: simulated", 20)

@@ -18,6 +18,8 @@ from bristle.report.loops import variant_table
 from bristle.report.simulation import simulation_ruling, simulation_summary
 from bristle.simulation.statistics import Statistics
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def test_table_of_variants_has_their_numbers(workbench):
     table = variant_table(workbench.looped)
