@@ -32,7 +32,7 @@ def looped(stage, *sizes):
 def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words, change, gain):
     result = looped(stage, *sizes)
     assert simulation_ruling(result)[:2] == (level, words)
-    assert report._front(result, ()).title.replace("\u00a0", " ") == "Friction feedforward: {} µm peak to peak{}"
+    assert report._front(result, ()).title.replace("\u00a0", " ") == f"Friction feedforward: {change} µm peak to peak{gain}"
 
 
 def test_variants_with_another_motion_are_not_compared_with_the_base(stage):
