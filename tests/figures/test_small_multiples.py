@@ -1,10 +1,19 @@
 """Force over position of several models: titles by what was found, letters at turns, loops upon loops."""
 
+import re
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from tests.certificates.ballscrew import UM, composite, lugre, maxwell_slip
+from tests.figures.test_figures import assert_legible
 
+from bristle import figures, hysteresis
+from bristle.certificates import Path, check, traced
+from bristle.core.errors import InputError
+from bristle.engine.path import after
 from bristle.figures import small_multiples
+from bristle.figures.preisach import staircase
 from bristle.figures.small_multiples import break_away, closure, drift, loop_family, loop_units, marked_path, minor_loops, ripple
 
 X = np.linspace(0.0, 2e-6, 21)
@@ -119,3 +128,94 @@ def test_a_ripple_is_above_a_panel_for_each_contact(count, height):
     assert figure.get_size_inches()[1] == pytest.approx(height)
     assert [axes.get_ylabel() for axes in below] == ["Friction force [N]", "", "Friction force [N]"][:count]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in below)
+
+
+# --- Figures of friction with memory: drift, closure, and loops side by side
+
+
+MODELS = {"LuGre": lugre(), "as printed": composite("paper"), "gate": composite(), "Maxwell slip": maxwell_slip()}
+RIPPLE, LOOP = (0.04, 0.08), (3 * UM, 1.5 * UM)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return {name: check(model, force_ripple=RIPPLE, loop=LOOP) for name, model in MODELS.items()}
+
+
+def drift_of(result):
+    traces = {name: traced(model, Path.to_force, [RIPPLE[1], *(RIPPLE * 4)]) for name, model in MODELS.items()}
+    return figures.drift(traces, {name: item["drift"].value for name, item in result.items()}, "rotational")
+
+
+def closure_of(result):
+    traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
+    return figures.closure(traces, {name: item["closure"].value for name, item in result.items()}, "rotational")
+
+
+def loops_of(result):
+    turns = [5 * UM, -5 * UM, UM, -2 * UM, UM, 5 * UM]
+    return figures.minor_loops({name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational")
+
+
+@pytest.mark.parametrize("draw", [drift_of, closure_of, loops_of])
+def test_every_model_has_a_legible_panel_of_one_scale(draw, result):
+    figure = draw(result)
+    assert_legible(figure)
+    assert len(figure.axes) == len(MODELS)
+    assert len({axes.get_ylim() for axes in figure.axes}) == 1
+    for axes in figure.axes:
+        assert re.fullmatch(r"Angle \[[µm]?rad\]", axes.get_xlabel())
+    assert "torque [mN·m]" in figure.axes[0].get_ylabel()
+
+
+def test_drawn_cycles_drift_as_far_as_the_certificate_states(result):
+    x, force = traced(MODELS["LuGre"], Path.to_force, [RIPPLE[1], *(RIPPLE * 4)])
+    tops = x[np.isclose(force, RIPPLE[1], rtol=1e-9)]
+    assert np.diff(tops)[-1] == pytest.approx(result["LuGre"]["drift"].value, rel=1e-6)
+
+
+def test_the_drawn_loop_misses_the_force_of_the_certificate(result):
+    x, force = traced(MODELS["LuGre"], Path.to_position, [*LOOP, LOOP[0]])
+    first, last = force[x == LOOP[0]]
+    assert (last - first) / 0.13 == pytest.approx(result["LuGre"]["closure"].value, rel=1e-9)
+
+
+# --- Figures of hysteresis operators: what they show, legible and with units
+
+
+SIZES = {"translational": {"s": 1.25e7, "f_p": 150.0}, "rotational": {"s": 100.0, "f_p": 0.15}}
+EXTENT = {"translational": 5e-5, "rotational": 6e-3}
+HISTORY = (0.9, -0.6, 0.5, -0.1, 0.3)
+
+
+@pytest.mark.parametrize("kind", SIZES)
+def test_figures_of_operators_are_legible_and_named_for_their_axis(kind):
+    exact = hysteresis.preisach(kernel="reformed_dahl_exact", kind=kind, **SIZES[kind])
+    figure = figures.preisach_plane(exact, EXTENT[kind] * np.array(HISTORY))
+    assert_legible(figure)
+    words = " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in figure.axes)
+    foreign = r"\[[kmµ]?N\]|\[[mµn]?m\]|Force" if kind == "rotational" else r"rad|N·m|torque"
+    assert not re.search(foreign, words, re.IGNORECASE)
+    assert all(re.search(r"\[[^\]]+\]$", ax.get_xlabel()) for ax in figure.axes)
+
+
+@pytest.mark.parametrize("history", [HISTORY, (0.7,), (-0.7,), (0.8, -0.3), (-0.9, 0.4, -0.2, 0.1)])
+def test_below_the_staircase_are_the_relays_that_are_up(history):
+    operator = hysteresis.preisach(s=1.0, f_p=1.0)
+    grid = hysteresis.relays_of(operator, 1.0, 40)
+    _, relays = after(grid, history)
+    state, memory = after(operator, history)
+    beta, alpha = staircase(memory[: state.depth], state.z).T
+    cells = 0.5 * (grid.parameters.levels[1:] + grid.parameters.levels[:-1])
+    for i, j, relay in zip(*np.tril_indices(40), relays, strict=True):
+        if relay and abs(cells[i] + cells[j]) > 1e-9:
+            # The line falls from the left: at a threshold beta its height is that of the corner before it.
+            height = -cells[j] if cells[j] < beta[0] else float(alpha[np.searchsorted(beta, cells[j], "right") - 1])
+            assert relay == (1.0 if cells[i] < height else -1.0)
+
+
+def test_an_operator_without_turning_points_has_no_plane():
+    with pytest.raises(InputError, match="has no turning points"):
+        figures.preisach_plane(hysteresis.play(r=1.0), [1.0])
+    with pytest.raises(InputError, match="is empty"):
+        figures.preisach_plane(hysteresis.preisach(s=1.0, f_p=1.0), [])

@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.transforms import IdentityTransform
 
 from bristle.figures import style
 from bristle.figures.drawing import own_settings, width
 from bristle.figures.files import Drawing
-from bristle.figures.legibility import illegible_texts, texts_of
+from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
+from bristle.figures.style import envelope, line, runs, spread
 
 WORDS = {
     "translational": ("Force", "Position"),
@@ -266,3 +272,170 @@ def test_a_function_of_figures_draws_with_the_common_look():
 
     assert isinstance(drawn(3.0, rows=1), Drawing)
     assert drawn.__doc__ == "Words."
+
+
+# --- A long signal is drawn short, and nothing that a line of this width can show is lost
+
+
+SIGNALS = arrays(float, st.integers(1, 600), elements=st.floats(-1e3, 1e3))
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_extremes_and_ends_are_kept_exactly(y, columns):
+    kept = envelope(y, columns)
+    assert kept.size <= max(4 * columns, 1)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, y.size - 1)
+    assert (y[kept].min(), y[kept].max()) == (y.min(), y.max())
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_each_sample_lies_between_kept_samples_nearby(y, columns):
+    kept = envelope(y, columns)
+    reach = -(-y.size // columns)
+    for k in range(y.size):
+        near = y[kept[np.abs(kept - k) <= reach]]
+        assert near.min() <= y[k] <= near.max()
+
+
+@given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
+def test_a_line_breaks_only_at_gaps(lengths):
+    starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
+    t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    x, y = line(t, np.cos(t))
+    assert np.isnan(y).sum() == len(lengths) - 1
+    assert set(x[np.isfinite(x)]) <= set(t)
+    assert [part.stop - part.start for part in runs(t, t)] == lengths
+
+
+def test_short_stretches_do_not_make_a_long_stretch_coarse():
+    lengths = [9000, *[5] * 60]
+    starts = np.cumsum([0.0, *(2.0 + n for n in lengths[:-1])])
+    t = np.concatenate([start + np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    y = np.sin(0.05 * t)
+    x, kept = line(t, y)
+    long = np.isfinite(x) & (x < lengths[0])
+    # Straight lines between what is drawn stay close to the signal.
+    assert np.max(np.abs(np.interp(t[: lengths[0]], x[long], kept[long]) - y[: lengths[0]])) < 0.35
+    assert x.size < 4 * 480 + 12 * len(lengths)
+
+
+@settings(max_examples=50)
+@given(points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10)))
+def test_every_point_of_a_cloud_is_near_a_drawn_point(points):
+    x, y = points
+    cells = (12, 8)
+    kept = spread(x, y, cells)
+    assert kept.size <= 12 * 8 + 4
+    cell = np.array([np.ptp(x) / cells[0], np.ptp(y) / cells[1]])
+    apart = np.abs(points[:, :, None] - points[:, None, kept]) <= cell[:, None, None] + 1e-9
+    assert apart.all(axis=0).any(axis=1).all()
+    for ends in (x, y):
+        assert (ends[kept].min(), ends[kept].max()) == (ends.min(), ends.max())
+
+
+# --- What makes a figure illegible: axes without a name or a unit, texts on one another or outside of the page
+
+
+@pytest.fixture
+def axes():
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    panel = figure.add_axes((0.2, 0.2, 0.6, 0.6))
+    panel.set(xlabel="Time [s]", ylabel="Force [N]")
+    return panel
+
+
+def at(figure, x, y, text="word", **how):
+    """A text whose lower left corner is at these pixels."""
+    return figure.text(x, y, text, transform=IdentityTransform(), ha="left", va="bottom", **how)
+
+
+def box_of(text):
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    at(figure, 100.0, 100.0, text)
+    ((_, box),) = texts_of(figure)
+    return box
+
+
+def test_axes_with_a_name_and_a_unit_pass(axes):
+    assert unlabelled_axes(axes.figure) == []
+
+
+@pytest.mark.parametrize("word", "xy")
+def test_numbers_without_a_name_fail_and_a_bare_axis_passes(axes, word):
+    axes.set(**{f"{word}label": ""})
+    assert unlabelled_axes(axes.figure) == [f"an axis {word} has no label"]
+    axes.tick_params(labelbottom=False, labelleft=False)
+    assert unlabelled_axes(axes.figure) == []
+
+
+@pytest.mark.parametrize("word", "xy")
+def test_a_name_ends_with_its_unit_unless_the_axis_has_names(axes, word):
+    axes.set(**{f"{word}label": "Share [%] of all"})
+    assert unlabelled_axes(axes.figure) == [f"the axis {word}, 'Share [%] of all', has no unit"]
+    getattr(axes, f"set_{word}ticks")([0.0, 1.0], ["first", "second"])
+    assert unlabelled_axes(axes.figure) == []
+
+
+def test_hidden_panels_have_no_faults(axes):
+    axes.set(xlabel="", ylabel="")
+    axes.set_axis_off()
+    assert unlabelled_axes(axes.figure) == []
+    axes.set_axis_on()
+    axes.set_visible(False)
+    assert unlabelled_axes(axes.figure) == []
+
+
+def test_exactly_the_visible_texts_of_a_figure_are_found(axes):
+    figure = axes.figure
+    axes.plot([0.0, 1.0], [0.0, 1.0], label="of the panel")
+    axes.legend()
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower left").get_texts()[0].set_text("of the page")
+    for place in ("left", "center", "right"):
+        axes.set_title(place, loc=place)
+    axes.text(0.5, 0.5, "inside")
+    axes.text(0.5, 0.5, "hidden").set_visible(False)
+    axes.text(0.5, 0.5, "")
+    at(figure, 10.0, 10.0, "aside")
+    axes.set_xticks([0.0, 0.1 + 0.2, 1.0], ["zero", "some", "beyond"])
+    axes.set_xlim(0.3, 0.0)  # against the usual way, and a rounding below the tick
+    axes.set_yticks([])
+    named = {"of the panel", "of the page", "left", "center", "right", "inside", "aside", "zero", "some", "Time [s]", "Force [N]"}
+    assert sorted(text.get_text() for text, _ in texts_of(figure)) == sorted(named)
+
+
+@pytest.mark.parametrize("ticks", [[-0.5, 0.0, 0.5, 1.0], [0.0, 0.5, 1.0, 1.5]])
+def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
+    axes.set_xticks(ticks)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_yticks([])
+    assert sum(text.get_text() in ("0.0", "0.5", "1.0") for text, _ in texts_of(axes.figure)) == 3
+    assert len(texts_of(axes.figure)) == 5
+
+
+@pytest.mark.parametrize(("overlap", "faults"), [(0.5, 0), (1.5, 1)])
+@pytest.mark.parametrize("beside", [True, False])
+def test_texts_may_touch_by_a_pixel(overlap, faults, beside):
+    figure, box = Figure(figsize=(4.0, 3.0), dpi=100.0), box_of("word")
+    at(figure, 100.0, 100.0)
+    at(figure, 100.0 + (box.width - overlap) * beside, 100.0 + (box.height - overlap) * (not beside))
+    assert illegible_texts(figure) == ["'word' and 'word' overlap"] * faults
+
+
+@pytest.mark.parametrize(("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)])
+def test_texts_with_the_same_slant_do_not_overlap(angles, faults):
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    for angle in angles:
+        at(figure, 100.0, 100.0, rotation=angle)
+    assert len(illegible_texts(figure)) == faults
+
+
+@pytest.mark.parametrize("side", ["left", "right", "below", "above"])
+@pytest.mark.parametrize(("beyond", "faults"), [(0.5, 0), (1.5, 1)])
+def test_a_text_may_reach_a_pixel_over_the_edge_of_the_page(side, beyond, faults):
+    figure, box = Figure(figsize=(4.0, 3.0), dpi=100.0), box_of("word")
+    x = {"left": -beyond, "right": 400.0 - box.width + beyond}.get(side, 100.0)
+    y = {"below": -beyond, "above": 300.0 - box.height + beyond}.get(side, 100.0)
+    shift = box.y0 - 100.0  # letters may begin beside the place of their text
+    at(figure, x - (box.x0 - 100.0), y - shift)
+    assert illegible_texts(figure) == ["'word' lies outside of the figure"] * faults

@@ -1,17 +1,22 @@
 """What a report that moves is told of a loop: which lines it draws, and why there is nothing to move."""
 
 from types import SimpleNamespace
+from typing import NamedTuple
 
+import jinja2
 import numpy as np
 import pytest
 
 from bristle import friction
+from bristle.core import FrictionModel
 from bristle.core.status import Status
 from bristle.exports.page import loop as page_loop
+from bristle.exports.page.described import head_of
 from bristle.exports.page.loop import followed_described
+from bristle.friction import find
 from bristle.lab import living, page
 from bristle.lab.living import living_part, uncertainty_of
-from bristle.lab.page import hash_of, joined, policy
+from bristle.lab.page import environment, hash_of, joined, policy
 from bristle.simulation import COMPENSATED
 
 TIME = np.arange(4.0)
@@ -174,3 +179,27 @@ def test_a_page_gets_only_known_facts_of_the_model(monkeypatch):
     unknown = {"uncertainty": None, "mass": None, "fastest": 0.0, "named": ""}
     known = {"uncertainty": {}, "mass": 2.0, "fastest": 0.5, "named": "coulomb of a.toml"}
     assert reported == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]
+
+
+# --- Templates of a page, and what a model is called on it
+
+
+class Nothing(NamedTuple):
+    """No parameters and no state."""
+
+
+def trial(state, memory, motion, dt, p):
+    return 0.0, state
+
+
+def test_lines_of_a_template_that_are_no_text_leave_no_line_and_no_space():
+    template = environment().from_string("<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n")
+    assert template.render(words=["a", "<b>"]) == "<ul>\n<li>a</li>\n<li>&lt;b&gt;</li>\n</ul>"
+    with pytest.raises(jinja2.UndefinedError):
+        environment().from_string("{{ missing }}").render()
+
+
+def test_a_model_of_a_file_is_called_by_its_file_and_a_model_of_the_package_by_its_name():
+    own = FrictionModel(name="own", description="", Parameters=Nothing, State=Nothing, trial=trial, commit=lambda state, *_: state)
+    assert head_of(own) == {"toml": 'file = "test_living.py"', "python": ""}
+    assert head_of(find("lugre+asymmetry")) == {"toml": 'model = "lugre+asymmetry"', "python": 'br.friction.find("lugre+asymmetry")'}

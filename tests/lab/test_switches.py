@@ -1,15 +1,19 @@
 """Slots that are put on a model: what their numbers begin with, over the scales of the model."""
 
+import math
+
 import numpy as np
 import pytest
 
 from bristle.core.motion import Motion
+from bristle.core.variable import Variable
 from bristle.exports.page import switches
-from bristle.exports.page.described import stored
-from bristle.exports.page.sliders import Scales
+from bristle.exports.page.described import BLOCK, LONG, PUSHED, example_named, stored, variables_of, walks_of
+from bristle.exports.page.sliders import Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
 from bristle.exports.page.switches import (
     NEUTRAL,
     STARTS,
+    all_walks,
     begun,
     combinations,
     offered,
@@ -19,7 +23,8 @@ from bristle.exports.page.switches import (
     start_of,
     surrounded,
 )
-from bristle.friction import coulomb, lugre, stribeck, viscous, with_slots
+from bristle.exports.subject import subject_of
+from bristle.friction import MODELS, coulomb, coulomb_viscous, dahl, find, lugre, maxwell_slip, stribeck, viscous, with_slots
 from bristle.testing import example_of
 
 SCALES = Scales(reach=2e-5, speed=0.1, force=30.0)
@@ -112,3 +117,145 @@ def test_walks_of_the_package_are_those_of_every_set_of_slots(monkeypatch):
     monkeypatch.setattr(switches, "slot_walks", lambda *_, complete: {"complete": complete})
     assert switches.all_walks(viscous(F_v=1.0)) == {"contact": {}, "slots": {"complete": True}}
     assert all(walks["slots"]["complete"] for walks in stored().values())
+
+
+# --- A slider reaches what its variable may be, what it is, and what it was identified to be
+
+
+FORCE = Variable("force", "some force", min=0.0)
+
+
+def test_a_slider_is_logarithmic_over_decades():
+    assert slider_for(FORCE, 20.0).logarithmic
+    assert slider_for(FORCE, 20.0).to_zero
+    assert slider_for(Variable("1", "exponent", min=0.1, max=10.0), 2.0).logarithmic
+    assert not slider_for(Variable("1", "share", min=0.0, max=1.0), 0.3).logarithmic
+
+
+@pytest.mark.parametrize("interval", [(1e-4, 21.0), (19.0, 1e6)])
+def test_an_interval_of_any_width_lies_on_the_slider(interval):
+    slider = slider_for(FORCE, 20.0, interval=interval)
+    assert slider.low <= interval[0] < interval[1] <= slider.high
+
+
+def test_a_slider_stays_within_the_allowed_range():
+    slider = slider_for(Variable("1", "factor", min=0.5, max=math.inf), 2.0)
+    assert (slider.low, slider.high) == (0.5, 200.0)
+    assert not slider.to_zero
+
+
+def test_infinity_is_at_the_end_of_a_slider():
+    slider = slider_for(Variable("length/time", "some velocity", min=1e-12, nominal=0.05), math.inf)
+    assert slider.endless
+    assert slider.low < 0.05 < slider.high < math.inf
+
+
+def test_a_number_of_either_sign_lies_in_the_middle():
+    assert slider_for(Variable("force", "offset"), 3.0)[:2] == (-12.0, 12.0)
+    assert slider_for(Variable("force", "offset"), 0.0, span=28.0)[:2] == (-28.0, 28.0)
+
+
+def test_a_slider_goes_a_hundredfold_to_either_side_of_a_positive_number():
+    assert slider_for(FORCE, 20.0)[:2] == (0.2, 2000.0)
+    assert slider_for(FORCE, 20.0, around=10.0)[:2] == (2.0, 200.0)
+    assert slider_for(FORCE, 20.0, interval=(0.0, 21.0))[:2] == (0.2, 2000.0)
+    assert slider_for(Variable("force", "some force", min=0.0, nominal=3.0), 0.0)[:2] == (0.03, 300.0)
+    assert slider_for(Variable("1", "a factor", min=10.0), 20.0)[:2] == (10.0, 2000.0)
+
+
+def test_ends_are_by_factors_from_two_decades_on():
+    decades = Variable("1", "exponent", min=0.1, max=10.0)
+    assert slider_for(decades, 2.0) == (0.1, 10.0, True, False, False)
+    assert slider_for(Variable("1", "exponent", min=0.11, max=10.0), 2.0) == (0.11, 10.0, False, False, False)
+    assert slider_for(Variable("1", "share", min=-1.0, max=1.0), 0.3) == (-1.0, 1.0, False, False, False)
+
+
+def test_a_signed_number_stays_allowed_and_contains_its_interval():
+    offset = Variable("force", "offset", min=-5.0)
+    assert slider_for(offset, 3.0)[:2] == (-5.0, 12.0)
+    assert slider_for(Variable("force", "offset", max=5.0), 3.0)[:2] == (-12.0, 5.0)
+    assert slider_for(Variable("force", "offset"), 3.0, interval=(-10.0, 4.0))[:2] == (-40.0, 40.0)
+    assert slider_for(Variable("force", "offset", nominal=2.0), 0.0)[:2] == (-2.0, 2.0)
+
+
+def test_a_mass_that_sticks_and_slips_waits_for_thirty_of_its_periods():
+    scales = Scales(reach=1e-5, speed=0.04, force=20.0)
+    pulled = pulled_by(scales, coulomb(F_C=20.0), mass=4.0)
+    values = pulled.values
+    assert (values["M"], values["v_e"]) == (4.0, 0.01)
+    waits = 2.0 * 0.3 * 20.0 / (values["k"] * values["v_e"])  # from one side of friction to the other, 0.3 of it each
+    assert waits == pytest.approx(30.0 * 2.0 * math.pi * math.sqrt(4.0 / values["k"]), rel=0.05)
+    assert pulled_by(scales, coulomb(F_C=20.0)).values["M"] == 1.0
+
+
+def test_scales_are_the_largest_force_the_speed_of_the_fall_and_the_distance_before_sliding():
+    falling = scales_of(subject_of(stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)))
+    assert (falling.speed, falling.force) == (4e-3, 11.0)
+    viscous = scales_of(subject_of(coulomb_viscous(F_C=1.0, F_v=3000.0)))
+    assert viscous.speed == pytest.approx(1000.0 * viscous.reach)
+    assert viscous.force == pytest.approx(3000.0 * 10.0 * viscous.speed)
+    bristles = scales_of(subject_of(dahl(F_C=8.0, sigma_0=4e5)))
+    assert bristles.force == 8.0
+    assert 0.3 < bristles.reach / (8.0 / 4e5) < 10.0
+
+
+def test_shares_and_conditions_are_listed_for_models_with_them():
+    assert shares_of(maxwell_slip) == ["nu_i"]
+    assert shares_of(dahl) == []
+    (condition,) = (entry for entry in conditions_of(stribeck) if entry["left"] == ["F_S"])
+    assert (condition["sign"], condition["right"]) == (">=", ["F_C"])
+    both = [entry for entry in conditions_of(with_slots(stribeck, ["asymmetry"])) if entry["left"][0].startswith("F_S")]
+    assert [(entry["left"], entry["right"]) for entry in both] == [(["F_S_pos"], ["F_C_pos"]), (["F_S_neg"], ["F_C_neg"])]
+
+
+def test_elements_are_drawn_of_models_that_have_some():
+    model = maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+    drawn = elements_of(model, 2)
+    assert (drawn["numbers"], drawn["word"], drawn["unit"]) == (2, "deflection", "m")
+    assert drawn["limits"] == [{"times": ["nu_i", "F_C"], "over": ["k_i"]}] * 2
+    assert elements_of(model, 0) is None
+    assert elements_of(dahl(F_C=8.0, sigma_0=4e5), 2) is None
+
+
+def test_a_row_of_a_parameter_has_a_slider_for_each_number_and_the_known_interval():
+    placed = find("coulomb+position")(F_C=1.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=0.0, a_2=0.0)
+    known = {"F_C": {"interval": (0.9, 1.2), "status": "identified"}}
+    rows = {row["name"]: row for row in variables_of(placed, {"F_C"}, 28.0, known)}
+    # A force that is 0 goes as far as forces do, a length as far as such lengths do.
+    ends = {name: (row["sliders"][0]["low"], row["sliders"][0]["high"]) for name, row in rows.items()}
+    assert (ends["offset"], ends["a_1"], ends["x_0"], ends["F_C"]) == ((-28.0, 28.0), (-28.0, 28.0), (-1.0, 1.0), (0.01, 100.0))
+    assert {name: row["fixed"] for name, row in rows.items() if not row["fixed"]} == {"F_C": False}
+    assert [rows[name]["interval"] for name in ("F_C", "offset")] == [[0.9, 1.2], None]
+    assert [rows[name]["status"] for name in ("F_C", "offset")] == ["identified", ""]
+    assert [rows[name]["symbol"] for name in ("F_C", "offset")] == ["<i>F</i><sub>C</sub>", "offset"]
+    assert ("directional" in rows["F_C"], "directional" in rows["x_0"]) == (True, False)
+    shares = maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+    rows = {row["name"]: row for row in variables_of(shares, (), 28.0, {"k_i": {"interval": (1.0, 2.0)}}, 10.0)}
+    assert (rows["k_i"]["array"], rows["k_i"]["interval"], rows["F_C"]["array"]) == (True, None, False)
+    assert [slider["high"] for slider in rows["k_i"]["sliders"]] == [1e6, 2e6]
+
+
+# --- The walks that every page repeats are those of the models as they are; write_walks writes them anew
+
+
+def test_every_model_has_its_walks():
+    lacking = " ".join(MODELS.keys() - stored().keys())
+    assert list(stored()) == list(MODELS), f"run: python -m tests.lab.write_walks {lacking}"
+    for walks in stored().values():
+        assert (walks["contact"]["count"], walks["mass"]["count"]) == (LONG, PUSHED)
+        assert len(walks["contact"]["hashes"]) == LONG // BLOCK
+
+
+@pytest.mark.fast_cases(8)
+@pytest.mark.parametrize("name", MODELS)
+def test_the_walks_are_up_to_date(name):
+    fresh, kept = walks_of(example_named(name), BLOCK), stored()[name]
+    assert fresh["mass"] == kept["mass"]
+    assert fresh["contact"]["hashes"] == kept["contact"]["hashes"][:1]
+    assert fresh["contact"]["scales"] == kept["contact"]["scales"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MODELS)
+def test_all_of_the_walks_is_up_to_date(name):
+    assert all_walks(example_named(name)) == stored()[name]

@@ -1,17 +1,25 @@
 """An identification in brief: what a terminal shows of it."""
 
+import re
 from dataclasses import replace
+from importlib import import_module
 from types import SimpleNamespace as Some
 
+import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, sliding_log
 
 from bristle import controllers
 from bristle.cli.terminal import show_lines
-from bristle.core import Axis, Diagnostic
+from bristle.core import Diagnostic
+from bristle.core.axis import Axis
+from bristle.core.contracts import example_of
+from bristle.friction import MODELS
 from bristle.identification import identify
+from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
 from bristle.report import brief as module
 from bristle.report.brief import Line, brief
+from bristle.report.cards import Card, Step, cards_of, distance_card, no_gain, quantity_text
 from bristle.report.compensation import Errors, Gain
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
@@ -155,3 +163,139 @@ def test_lines_are_wrapped_behind_their_labels(capsys, monkeypatch):
         "              indented",
         "Verdict     Usable.",
     ]
+
+
+# --- The cards of the first screen: numbers with their intervals in the units of the drive, and the next step
+
+
+def by_label(cards):
+    return {card.label: card for card in cards}
+
+
+def numbers(text):
+    return [float(number) for number in re.findall(r"[\d.]+", text.replace("\u00a0", " "))]
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "text"),
+    [
+        (28.0312, 0.22, "28.03\u00a0kg"),
+        (28.0312, 2.2, "28.0\u00a0kg"),
+        (28.0312, 20.0, "28\u00a0kg"),
+        (28.0312, None, "28.0\u00a0kg"),
+        (2.8412, 1.1, "2.84\u00a0kg"),
+    ],
+)
+def test_digits_follow_the_interval(value, half, text):
+    assert quantity_text(value, half, "kg") == text
+
+
+def test_cards_are_the_numbers_of_the_fit(workbench):
+    fit, axis = workbench.identified.best, workbench.axis
+    cards = by_label(cards_of(fit, axis, usable=True))
+    mass = cards["Inertia" if fit.plant.kind == "rotational" else "Mass"]
+    at_motor = [unit.of(fit.inertia.value) for unit in drive_units(axis, fit.plant.kind).inertias]
+    assert mass.half == pytest.approx(fit.inertia.interval_percent)
+    if not at_motor:
+        ratio = numbers(mass.value)[0] / fit.inertia.value
+        assert ratio == pytest.approx(10.0 ** round(np.log10(ratio)), rel=1e-2)
+    levels = level_values(fit)
+    friction = cards["Lowest sliding friction"]
+    in_si = friction.value if "(" not in friction.remark else friction.remark.partition("(")[2]
+    ratio = numbers(in_si)[0] / levels.forward
+    assert ratio == pytest.approx(10.0 ** round(np.log10(ratio)), rel=6e-3)
+    assert numbers(in_si)[1] == pytest.approx(ratio * levels.backward, rel=6e-3)
+    halves = [estimate.interval_percent for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    assert friction.half == pytest.approx(max(halves))
+    error = cards["Model error"]
+    assert numbers(error.value)[0] == pytest.approx(fit.error_percent, rel=6e-3)
+    assert numbers(error.remark)[0] == pytest.approx(fit.held_out.mean_percent, rel=6e-3)
+
+
+def test_the_drive_comes_first(stage):
+    fit = stage.identified.best
+    unit = Some(name="A", of=lambda value: value / 50.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bristle.report.cards.drive_units", lambda axis, kind: Some(efforts=(unit,), inertias=(), lengths=()))
+        card = by_label(cards_of(fit, Axis(), usable=True))["Lowest sliding friction"]
+    levels = level_values(fit)
+    assert card.value.endswith("A")
+    assert numbers(card.value)[0] == pytest.approx(levels.forward / 50.0, rel=6e-3)
+    assert f"({numbers(card.remark)[0]:g}" in card.remark.replace("\u00a0", " ")
+
+
+def test_no_number_to_type_in_where_the_log_must_be_recorded_again(workbench):
+    cards = cards_of(workbench.identified.best, workbench.axis, usable=False)
+    assert [card.value for card in cards[:2]] == ["–", "–"]
+    assert [card.remark for card in cards[:2]] == ["measure again", "measure again"]
+    assert all(card.open and card.half is None for card in cards[:2])
+
+
+def test_the_distance_has_the_scatter_of_the_replicates(stage):
+    model = example_of(MODELS["dahl"])
+    drawn = [model.with_values(sigma_0=share * model.sigma_0) for share in np.linspace(0.8, 1.2, 16)]
+    fit = replace(stage.identified.best, friction=model, resampling=Some(bands=Some(models=lambda model, most: drawn[:most])))
+    fastest = float(np.max(np.abs(fit.traces.velocity)))
+    distances = np.array([reversal_distance(each, fastest) for each in drawn])
+    middle = reversal_distance(model, fastest)
+    card = distance_card(fit, None)
+    assert card.half == pytest.approx(100.0 * 1.959964 * 1.482602 * np.median(np.abs(distances - middle)) / middle, rel=1e-4)
+    assert numbers(card.value)[0] * 1e-6 == pytest.approx(middle, rel=0.05)
+    wild = replace(fit, resampling=Some(bands=Some(models=lambda model, most: [model.with_values(sigma_0=model.sigma_0 / 50.0)] * 4)))
+    assert (distance_card(wild, None).half, distance_card(wild, None).open) == (None, True)
+    assert distance_card(replace(fit, friction=example_of(MODELS["coulomb"])), None) is None
+
+
+def test_a_bar_ends_at_thirty_percent():
+    assert [Card("", "", half=half).reach for half in (3.0, 30.0, 300.0, 0.01)] == pytest.approx([5.0, 50.0, 50.0, 1.0])
+    assert Card("", "").reach == 0.0
+
+
+def test_an_unknown_gain_has_its_reason():
+    contradicted = Some(contradiction=1)
+    assert no_gain(None, None, None, usable=True).remark == "the axis file has no controller"
+    assert no_gain(Some(), contradicted, None, usable=True).remark == "the simulated loop does not match the log"
+    assert no_gain(Some(), None, None, usable=True).remark == "a simulated loop is unstable"
+    assert no_gain(Some(), contradicted, None, usable=False).remark == "measure again"
+
+
+def test_a_step_separates_sentence_and_command():
+    step = Step.of("enter the values on the machine, record again, and measure the gain with `bristle compare a b`")
+    assert step == ("Enter the values on the machine, record again", "bristle compare a b")
+    assert Step.of("weigh the axis") == ("Weigh the axis", "")
+    other = Step.of("try a model with the missing force: `--model gms`")
+    assert (
+        other.in_full("bristle identify log.csv --model lugre --axis a.toml").command
+        == "bristle identify log.csv --axis a.toml --model gms"
+    )
+    assert other.in_full("bristle.identify(log)").command == "--model gms"
+    # Results stay; names with blanks stay whole.
+    command = other.in_full("bristle identify 'my log.csv' --model lugre --out 'a b' --force").command
+    assert command == "bristle identify 'my log.csv' --model gms --out 'a b_2'"
+
+
+def test_a_constant_force_is_on_the_card_only_if_it_is_known(stage):
+    best = stage.identified.best
+    levels = level_values(best)._replace(constant=2.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bristle.report.cards.level_values", lambda fit: levels)
+        offset = replace(best.estimates[-1], name="offset", status="held")
+        for status, is_shown in (("held", True), ("identified", True), ("unidentifiable", False)):
+            fit = replace(best, estimates=(*best.estimates[:-1], replace(offset, status=status)))
+            card = by_label(cards_of(fit, None, usable=True))["Lowest sliding friction"]
+            assert ("constant 2" in card.remark) is is_shown
+
+
+def test_samples_of_a_fit_are_not_decimated(stage):
+    best, treatment = stage.identified.best, stage.identified.treatment
+    fine = fit_at_samples(best, stage.log, stage.axis, treatment)
+    assert fine.traces.time.size > 0.8 * treatment["decimation"] * best.traces.time.size
+    near = np.searchsorted(fine.traces.time, best.traces.time - 1e-9)
+    # Decimation filters once more, which shows at reversals only.
+    apart = np.abs(fine.traces.predicted[near] - best.traces.predicted)
+    assert np.median(apart) < 0.01 * np.max(np.abs(best.traces.predicted))
+    few = dict(treatment) | {"decimation": 1.0}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(import_module("bristle.prediction.predict"), "MOST_SAMPLES", len(stage.log) // 3)
+        assert fit_at_samples(best, stage.log, stage.axis, treatment).traces.time.size < 0.5 * fine.traces.time.size
+        assert fit_at_samples(best, stage.log, stage.axis, few).traces.time.size > 0.5 * fine.traces.time.size

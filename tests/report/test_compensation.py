@@ -1,18 +1,37 @@
 """Sentences about the gain of compensation, from loops with known errors."""
 
+import re
 from dataclasses import replace
+from types import SimpleNamespace
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.report.pages import Page
+from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
-from bristle import controllers, friction, plants
+from bristle import controllers, friction, plants, references
 from bristle.core import Status
 from bristle.core.diagnostic import Diagnostic
 from bristle.prediction.following import Following
-from bristle.report.compensation import Errors, Gain, Standing, _errors, about_loop, gain_of, is_alike, names_text
+from bristle.report import simulation as simulation_module
+from bristle.report.compensation import (
+    Errors,
+    Gain,
+    Standing,
+    _errors,
+    about_loop,
+    closing_sentences,
+    gain_of,
+    is_alike,
+    names_text,
+    pair_in,
+    standing,
+)
+from bristle.report.simulation import simulation_ruling
 from bristle.simulation import compensation_experiment, simulate, statistics_of
+from bristle.simulation.result import SimulationResult
 from bristle.simulation.statistics import Statistics
 
 
@@ -223,3 +242,152 @@ def test_error_is_split_into_lag_and_rest():
     assert (errors.peak_to_peak, errors.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
     still = Loop(reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
     assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)
+
+
+# --- The best variant and its gain, with differences within the scatter ignored
+
+
+def variant(name, peak, spread=0.0, status=Status.OK):
+    error = Statistics(peak, 0.0, 0.0, 0.0, 0.0, peak)
+    scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
+    runs = 3 if spread else 1
+    return Loop(name=name, following_error=error, spread=scatter, runs=runs, status=status)
+
+
+def message(*variants, refused=()):
+    fed = SimpleNamespace(friction=None)
+    shown = [SimpleNamespace(name=item.name, reference=None, feedforward=fed) for item in variants]
+    experiment = SimpleNamespace(kind="translational", variants=shown)
+    result = SimulationResult(experiment, {item.name: item for item in variants}, dict.fromkeys(refused, "unstable"))
+    return " ".join(closing_sentences(result)).replace("\u00a0", " ")
+
+
+WILD = Status.NOT_FINITE
+
+
+@pytest.mark.parametrize(
+    ("variants", "refused", "words"),
+    [
+        (
+            [variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6)],
+            [],
+            "0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less.",
+        ),
+        # The base is the variant of this name, or the first.
+        (
+            [variant("base", 2e-6), variant("best", 5e-9)],
+            [],
+            "0.00500 µm (best) instead of 2 µm (base) peak to peak, smaller by more than a factor of 100.",
+        ),
+        (
+            [variant("a", 5e-6), variant("base", 2e-6), variant("best", 1e-6)],
+            [],
+            "1 µm (best) instead of 2 µm (base) peak to peak, 50 % less.",
+        ),
+        ([variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6)], [], "1 µm (best) instead of 5 µm (a) peak to peak, 80 % less."),
+        (
+            [variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6)],
+            [],
+            "1 µm (best) instead of 20 µm (a) peak to peak, smaller by a factor of 20.",
+        ),
+        # A difference within the scatter is no gain.
+        (
+            [variant("base", 1.2e-6, 2e-7), variant("best", 1e-6, 1e-7)],
+            [],
+            "1 µm (best) instead of 1.2 µm (base) peak to peak, hardly less.",
+        ),
+        # An incomplete variant is neither the best nor the base.
+        (
+            [variant("base", 2e-6), variant("best", 1e-6), variant("wild", 1e-9, status=WILD)],
+            [],
+            "1 µm (best) instead of 2 µm (base) peak to peak, 50 % less.",
+        ),
+        (
+            [variant("base", 1e-6), variant("best", 0.0)],
+            [],
+            "0 m (best) instead of 1 µm (base) peak to peak, smaller by more than a factor of 100.",
+        ),
+        ([variant("base", 1e-6), variant("worse", 3e-6), variant("worst", 4e-6)], [], "1 µm"),
+        ([variant("base", 0.0), variant("best", 1e-6)], [], "0 m"),
+        ([variant("base", 1e-6), variant("b", float("nan"))], [], "1 µm"),
+        ([variant("base", 1e-9, status=WILD), variant("a", 2e-6), variant("b", 1e-6)], [], ""),
+        ([variant("a", 2e-6), variant("b", 1e-6)], ["base"], ""),
+        ([variant("base", 1e-6)], [], ""),
+    ],
+)
+def test_best_variant_is_compared_with_the_base(variants, refused, words):
+    head = "The best variant is best: following error " if "(best)" in words else "No variant is better than base: "
+    tail = "" if "(best)" in words else " peak to peak."
+    assert message(*variants, refused=refused) == (words and head + words + tail)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_page_and_terminal_end_with_the_same_sentences(stage):
+    sentences = closing_sentences(stage.looped)
+    assert sentences[-1] == gain_of(stage.looped).caveat
+    assert sentences[-2] == f"The best variant is compensated: {standing(stage.looped).instead}."
+    words = Page(simulation_page(stage)).words
+    assert all(" ".join(sentence.split()) in words for sentence in sentences)
+
+
+def test_gain_belongs_to_the_best_compensator(stage):
+    experiment = stage.looped.experiment
+    compensated = experiment.variants[-1]
+    other = replace(compensated, name="finer")
+    result = replace(
+        stage.looped,
+        experiment=replace(experiment, variants=(*experiment.variants, other)),
+        variants={**stage.looped.variants, "finer": replace(stage.looped.variants["compensated"], name="finer")},
+    )
+    wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
+    for name, error in (("feedforward", 1e-5), ("compensated", 8e-6), ("finer", 2e-6)):
+        result = with_error(result, name, lambda _, error=error: error * wave)
+    assert [item.name for item in pair_in(result)] == ["feedforward", "finer"]
+    assert re.search(r"\(feedforward\) to .*\(finer\) peak to peak, by a factor of 5.0", gain_of(result).sentences()[0])
+    wild = replace(result.variants["finer"], status=Status.NOT_FINITE)
+    assert pair_in(replace(result, variants={**result.variants, "finer": wild}))[1].name == "compensated"
+
+
+def test_gain_of_another_law_is_not_credited_to_feedforward(stage):
+    experiment = stage.looped.experiment
+    as_recorded, *rest = experiment.variants
+    stiffer = replace(as_recorded, controller=as_recorded.controller.with_values(k_p=1.0))
+    changed = replace(stage.looped, experiment=replace(experiment, variants=(stiffer, *rest)))
+    told = [" ".join(gain_of(result).sentences()) for result in (stage.looped, changed)]
+    assert ["With all feedforward" in words for words in told] == [True, False]
+
+
+# --- The verdict on simulated loops and the title of their first page: which loop is better, and by what
+
+
+def looped(stage, *sizes):
+    """The loop of the stage with given following errors, peak to peak [m]."""
+    result = stage.looped
+    for name, size in zip(result.variants, sizes, strict=True):
+        result = with_error(result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time))
+    return result
+
+
+@pytest.mark.parametrize(
+    ("sizes", "level", "words", "change", "gain"),
+    [
+        ((20e-6, 9e-6, 4e-6), "usable", "Compensation helps", "9 → 4", ", ×2.2"),
+        ((20e-6, 19.5e-6, 19.4e-6), "with_care", "Compensation hardly helps", "19.5 → 19.4", ": no improvement"),
+        ((4e-6, 9e-6, 20e-6), "no", "Compensation does not help", "9 → 20", ": no improvement"),
+        ((20e-6, 4e-6, 9e-6), "usable", "Another loop helps", "4 → 9", ": no improvement"),
+        ((20e-6, 4.05e-6, 4e-6), "usable", "Another loop helps", "4.05 → 4", ": no improvement"),
+    ],
+)
+def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words, change, gain):
+    result = looped(stage, *sizes)
+    assert simulation_ruling(result)[:2] == (level, words)
+    assert simulation_module._front(result, ()).title.replace("\u00a0", " ") == f"Friction feedforward: {change} µm peak to peak{gain}"
+
+
+def test_variants_with_another_motion_are_not_compared_with_the_base(stage):
+    result = looped(stage, 20e-6, 19.5e-6, 4e-6)
+    *first, last = result.experiment.variants
+    other = replace(last, reference=references.sine(amplitude=1e-3, frequency=1.0))
+    moved = replace(result, experiment=replace(result.experiment, variants=(*first, other)))
+    assert simulation_ruling(result).words == "Compensation helps"
+    assert simulation_ruling(moved).level == "with_care"

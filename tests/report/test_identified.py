@@ -6,6 +6,7 @@ import pickle
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
@@ -16,10 +17,20 @@ from bristle import identification
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError, MissingExtraError
 from bristle.demo import axis_simulated
+from bristle.exports.described import Source
+from bristle.exports.targets import Request
+from bristle.exports.writing import files_for
 from bristle.files import arrays
-from bristle.files.axis import axis_text
+from bristle.files.axis import axis_from, axis_text
 from bristle.files.model import read_model
+from bristle.identification.settings import DEFAULT
+from bristle.identification.structure import with_structure
+from bristle.logs import Log
 from bristle.prediction import kept, predict
+from bristle.prediction.drive_table import drive_table, level_values
+from bristle.report import model_in_hand
+from bristle.report.model_in_hand import Loaded, ModelInHand, load
+from bristle.report.model_tables import values_to_enter
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -264,3 +275,210 @@ def test_reason_of_a_parameter_is_its_first_diagnostic():
     entry = {"value": 1.0, "unit": "N", "description": "Coulomb friction", "std": 9.0, "status": "not identified", "interval": None}
     (estimate,) = kept._estimates({"F_C": entry}, (first, second))
     assert estimate.reason is first
+
+
+# --- An identified model: covariance, prediction with its treatment, and loading from a folder
+
+
+def estimate(name, std=0.5, status="identified"):
+    known = {"value": 3.0, "unit": "N", "robust_std": 0.6, "interval": (2.0, 4.0), "description": name, "interval_percent": 10.0}
+    return Some(name=name, std=std, status=status, **known)
+
+
+def in_hand(**changes):
+    names = ("a", "gone", "b")
+    correlation = [[1.0, 0.3, -0.5], [0.3, 1.0, 0.2], [-0.5, 0.2, 1.0]]
+    items = (
+        estimate("M", 2.0),
+        estimate("a", 0.5),
+        estimate("gone", 1.0, "held"),
+        estimate("b", 4.0),
+        estimate("c", None),
+        estimate("d", np.inf),
+    )
+    known = {"estimates": items, "correlation_names": names, "correlation": correlation, "resampling": None, "friction": "f", "plant": "p"}
+    known |= {"parameters": {item.name: item for item in items}, "diagnostics": (Diagnostic("switching_law", "", "warning"),)}
+    model = ModelInHand()
+    model.best, model.axis, model.treatment = Some(**known | changes), "axis", {"cutoff": 60.0, "decimation": 7.0, "rows": 3}
+    return model
+
+
+def test_inertia_from_before_the_fit_is_independent_in_the_covariance():
+    model = in_hand()
+    assert model.covariance_names == ("a", "b", "M")
+    expected = [[0.25, -1.0, 0.0], [-1.0, 16.0, 0.0], [0.0, 0.0, 4.0]]
+    np.testing.assert_allclose(model.covariance, expected)
+    assert (model.model, model.plant) == ("f", "p")
+
+
+def test_draws_equal_those_of_the_bands():
+    assert in_hand().draws == {}
+    bands = Some(draws={"a": [1.0, 2.0]})
+    assert in_hand(resampling=Some(bands=bands)).draws["a"].tolist() == [1.0, 2.0]
+
+
+def test_prediction_uses_the_treatment_of_the_fit(monkeypatch):
+    called = []
+    monkeypatch.setattr("bristle.prediction.predict", lambda *a, **k: called.append((a, k)))
+    in_hand().predict("log")
+    in_hand(resampling=Some(bands="bands")).predict("log", "open-loop", axis="other")
+    assert called[0] == (("p", "f", "log", "axis", "inverse"), {"bands": None, "cutoff": 60.0, "decimation": 7})
+    assert called[1][0] == ("p", "f", "log", "other", "open-loop")
+    assert called[1][1]["bands"] == "bands"
+    assert isinstance(called[0][1]["decimation"], int)
+
+
+def test_drive_table_has_twenty_rows_by_default(monkeypatch):
+    monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: entries)
+    assert (in_hand().drive_table(), in_hand().drive_table(7)) == (20, 7)
+
+
+def test_a_data_frame_has_a_row_for_each_parameter():
+    pytest.importorskip("pandas")
+    frame = in_hand().to_dataframe()
+    assert list(frame.index) == ["M", "a", "gone", "b", "c", "d"]
+    assert frame.loc["a", ["value", "std", "robust_std", "low", "high"]].tolist() == [3.0, 0.5, 0.6, 2.0, 4.0]
+    model = in_hand()
+    model.best.parameters["a"].interval = None
+    assert model.to_dataframe().loc["a", "low"] is None or np.isnan(model.to_dataframe().loc["a", "low"])
+
+
+def test_text_of_a_diagnostic_is_its_sentence():
+    (diagnostic,) = in_hand().diagnostics
+    assert diagnostic.message.startswith("the control law chatters")
+    assert str(diagnostic) == diagnostic.message
+
+
+def test_saved_model_lists_the_next_models():
+    summary = {"models": [{"name": "a"}, {"name": "b"}, {"name": "c"}], "provenance": {"log": "a.csv"}}
+    loaded = Loaded(None, {}, None, summary, "page")
+    assert loaded._words() == ("a.csv", ["next in rank: b, c"])
+    assert Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == ("", [])
+    assert loaded.to_dict() == summary
+    assert loaded.to_dict() is not summary
+
+
+@pytest.mark.parametrize("missing", ["plant", "traces", "parameters"])
+def test_folder_without_plant_or_traces_is_refused(tmp_path, monkeypatch, missing):
+    summary = {} if missing == "parameters" else {"parameters": {}}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    plant, traces = None if missing == "plant" else "p", {} if missing == "traces" else {"time": 1}
+    monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: (plant, "f", {"bands": None}))
+    monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: traces)
+    with pytest.raises(InputError, match="contains no identification"):
+        load(tmp_path)
+
+
+def test_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "summary.json").write_text('{"parameters": {}}')
+    monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: ("p", "f", {"bands": None}))
+    monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: {"time": 1})
+    with pytest.raises(InputError, match="has missing or invalid entries"):
+        load(tmp_path)
+
+
+def test_folder_is_loaded_with_its_axis_and_page(tmp_path, monkeypatch):
+    (tmp_path / "summary.json").write_text('{"parameters": {}, "treatment": {"cutoff": 60.0}}')
+    seen = []
+    monkeypatch.setattr(model_in_hand, "read_model", lambda *a, allow_code: seen.append(allow_code) or ("p", "f", {"bands": None}))
+    monkeypatch.setattr(model_in_hand, "read_arrays", lambda place, name: {"time": name})
+    monkeypatch.setattr(model_in_hand, "fit_of", lambda *arguments: arguments)
+    monkeypatch.setattr(model_in_hand, "read_axis", lambda file: file.name)
+    bare = load(tmp_path)
+    assert (bare.axis, bare.page, bare.treatment) == (None, "", {"cutoff": 60.0})
+    assert bare.best[3:] == ({"time": "traces"}, {"time": "draws"}, None)
+    (tmp_path / "axis.toml").write_text("")
+    (tmp_path / "report.html").write_text("page")
+    whole = load(tmp_path, allow_code=True)
+    assert (whole.axis, whole.page) == ("axis.toml", "page")
+    assert seen == [False, True]
+
+
+# --- A log without sliding gives no level of friction to a drive
+
+
+DT = 2e-3
+RATED = {
+    "schema": 1,
+    "kind": "translational",
+    "columns": {name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))},
+    "effort": {"rated": "100 N"},
+}
+
+
+def pulled(step=1e-9, reach=5e-6, level=8.0):
+    """Return a log of springs that slip in turn, deflected to half of the last slip."""
+    t = DT * np.arange(4000)
+    x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
+    limits, force = np.linspace(0.07, 1.0, 14) * reach, np.empty(t.size)
+    bent = np.zeros(14)
+    for k, way in enumerate(np.diff(x, prepend=0.0)):
+        bent = np.clip(bent + way, -limits, limits)
+        force[k] = level * np.mean(bent / limits)
+    force += np.random.default_rng(0).normal(0.0, 0.01, t.size)
+    return Log(time=t, position=np.round(x / step) * step, effort=force, sample_time=DT)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return pulled()
+
+
+@pytest.fixture(scope="module")
+def never_slid(log):
+    return br.identify(log, "preisach_contact", draws=0, blocks=0)
+
+
+def test_level_above_the_effort_of_the_log_is_not_identified(log, never_slid):
+    level = never_slid.best.parameters["f_p"]
+    assert level.value > 1.2 * np.max(np.abs(log.effort.values))
+    assert level.status == "unidentifiable"
+    assert level.reason.code == "beyond_effort"
+    (message,) = [diagnostic for diagnostic in never_slid.best.diagnostics if diagnostic.code == "never_slides"]
+    assert "f_p" in message.numbers["names"]
+
+
+def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
+    assert level_values(never_slid.best) is None
+    assert drive_table(never_slid.best) == []
+    assert values_to_enter(never_slid.best, None).rows == []
+    never_slid.save(tmp_path / "out")
+    assert not (tmp_path / "out" / "drive_table.csv").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
+def test_drive_files_have_the_warning(never_slid, tmp_path, target, points, monkeypatch):
+    monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)  # it runs the model uncompiled
+    never_slid.save(tmp_path / "out")
+    plant, friction, info = read_model(tmp_path / "out" / "model.toml")
+    source = Source(info["provenance"], info["uncertainty"])
+    requested = Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant, axis=axis_from(RATED))
+    product = files_for(target, requested)
+    assert "do not use" in product.notes[0]
+    assert "f_p" in product.notes[0]
+    if target == "tf5200":
+        assert "do not use" in product.files["axis_x.txt"]
+
+
+@pytest.mark.slow
+def test_level_within_the_effort_has_the_warning(never_slid):
+    entry = {"std": 0.1, "status": "identified", "note": "the log contains only pre-sliding"}
+    friction = never_slid.best.friction
+    message = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
+    plain = files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
+    assert len(message) == len(plain) + 1
+
+
+def test_pre_sliding_is_named_before_position_dependence(log):
+    fit = br.identify(log, "coulomb_viscous", draws=0, blocks=0).best
+    named = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")]
+    assert [diagnostic.code for diagnostic in named] == ["missing_presliding"]
+    assert named[0].numbers["model"] == "preisach_contact"
+
+
+def test_compared_models_are_not_suggested(log):
+    fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
+    static = next(fit for fit in fits if fit.name == "coulomb_viscous")
+    named = with_structure(static, None, DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers
+    assert (named["model"], named["compared"]) == ("", "preisach_contact")

@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from bristle import hysteresis
+from bristle.core import Status
+from bristle.core.diagnostic import Diagnostic
 from bristle.report import operators as report
+from bristle.report import prediction as prediction_module
 from bristle.report.operators import comparison_of_operators, operator_ruling, operator_summary
+from bristle.report.prediction import metrics_in_words, prediction_as_data, prediction_ruling, prediction_summary
 from bristle.report.table import percent_text
+from bristle.simulation import MODES
 
 
 @pytest.mark.parametrize(
@@ -126,3 +131,153 @@ def test_several_operators_are_compared(monkeypatch, count, heading):
     assert (compared.heading, compared.blocks[0] is not None) == (heading, count == 2)
     assert compared.blocks[1].content == ("a note",)
     assert seen["outputs"] == (1, 2)
+
+
+# --- The prediction_module of a prediction: error, verdict and next step
+
+
+LOG = Some(kind="translational", source=Some(name="<a.csv>"), duration=4.0)
+FRICTION = Some(name="lugre", kind="translational")
+FORCES = {"force_error_percent": 3.456, "force_rmse": 0.25, "force_unit": "N"}
+LENGTHS = {"position_error_percent": 2.5, "position_rmse": 4e-7, "position_unit": "m"}
+
+
+def predicted(mode="inverse", **changes):
+    known = {
+        "mode": mode,
+        "metrics": FORCES,
+        "status": Status.OK,
+        "diagnostics": (),
+        "inside_percent": None,
+        "position_inside_percent": None,
+    }
+    known |= {"effort": np.array([3.0, -4.0]), "position": np.array([0.0, 3e-6]), "position_predicted": None}
+    return Some(**known | changes)
+
+
+def plain(lines):
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
+def test_prediction_errors_have_units():
+    assert metrics_in_words(predicted(inside_percent=94.4)) == [
+        ("Effort error", "3.46 %"),
+        ("Measured effort inside the 95 % band", "94.4 %"),
+        ("Effort error, root mean square", "250 mN"),
+    ]
+    assert metrics_in_words(predicted("open-loop", metrics=LENGTHS, position_inside_percent=80.0)) == [
+        ("Position error", "2.50 %"),
+        ("Measured position inside the 95 % band", "80.0 %"),
+        ("Position error, root mean square", "0.400 µm"),
+    ]
+    assert metrics_in_words(predicted(metrics={})) == []
+
+
+def test_closed_loop_has_no_position_error_in_percent():
+    rows = dict(metrics_in_words(predicted("closed-loop", metrics=FORCES | LENGTHS | {"position_unit": "rad"})))
+    assert "Position error" not in rows
+    assert rows["Effort error"] == "3.46 %"
+    assert rows["Position error, root mean square"] == "0.400 µrad"
+
+
+@pytest.mark.parametrize(
+    ("changes", "level", "reasons"),
+    [
+        ({}, "usable", ["the error is 3.46 % of the effort of this log"]),
+        ({"metrics": LENGTHS}, "usable", ["the error is 2.50 % of the position of this log"]),
+        ({"metrics": FORCES | LENGTHS}, "usable", ["the error is 3.46 % of the effort of this log"]),
+        ({"metrics": {"force_error_percent": np.nan}}, "with_care", []),
+        ({"metrics": {"force_error_percent": None}}, "with_care", []),
+        ({"metrics": {"force_error_percent": 35.0}}, "with_care", ["the error is 35.0 % of the effort of this log"]),
+        ({"metrics": {"force_error_percent": 90.0}}, "no", ["the error is 90.0 % of the effort of this log"]),
+        ({"inside_percent": 80.0}, "usable", ["the error is 3.46 % of the effort of this log"]),
+        (
+            {"inside_percent": 79.0, "position_inside_percent": 95.0},
+            "with_care",
+            ["the error is 3.46 % of the effort of this log", "only 79.0 % of the measured effort is inside the 95 % band"],
+        ),
+    ],
+)
+def test_verdict_follows_errors_and_bands(changes, level, reasons):
+    ruling = prediction_ruling(predicted(**changes))
+    assert (ruling.level, plain(ruling.reasons)) == (level, reasons)
+
+
+def test_log_of_the_fit_and_missed_tolerance_ask_for_care():
+    same_log = prediction_ruling(predicted(), own_log=True)
+    assert (same_log.level, same_log.reasons[1]) == ("with_care", "the model was fitted to this log, so its error on other logs is unknown")
+    missed = prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
+    assert (missed.level, missed.reasons[1:]) == ("with_care", (Status.TOLERANCE_MISSED.sentence,))
+    wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))
+    assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "bristle left out a stretch too short for a prediction"))
+
+
+def test_warnings_ask_for_care_errors_forbid_notes_do_not_count():
+    doubt = [Diagnostic("short_stretch", "", severity, {"samples": 3}) for severity in ("note", "warning", "error")]
+    rulings = [prediction_ruling(predicted(diagnostics=(item, item))) for item in doubt]
+    assert [ruling.level for ruling in rulings] == ["usable", "with_care", "no"]
+    assert [len(ruling.reasons) for ruling in rulings] == [1, 2, 2]
+
+
+def front_of(prediction, **options):
+    return prediction_module._front(prediction, FRICTION, LOG, "axis", **{"own_log": False} | options)
+
+
+def further(prediction):
+    return plain(prediction_module._further_lines(prediction, "translational"))
+
+
+def test_first_page_has_the_error_and_the_share_inside_the_band():
+    front = front_of(predicted(inside_percent=94.4))
+    assert plain([front.facts])[0].endswith("log a.csv, 4 s · model lugre")
+    assert plain([front.title, front.basis]) == ["Prediction error: 3.46 % of the effort", "(a.csv, inverse mode)"]
+    assert [(card.label, *plain([card.value, card.remark])) for card in front.cards] == [
+        ("Effort error, rms", "250 mN", "of 3.54 N"),
+        ("Effort inside the band", "94.4 %", "95 % band"),
+    ]
+    assert front.next.command == "bristle compare before.csv after.csv --axis axis.toml"
+
+
+def test_errors_have_the_remaining_effort_of_the_controller():
+    supplied = "with this feedforward the controller would supply 250 mN instead of 3.54 N, root mean square"
+    assert further(predicted()) == [f"inverse mode: {MODES['inverse']}", supplied]
+    assert further(predicted("closed-loop")) == [f"closed-loop mode: {MODES['closed-loop']}"]
+    assert len(further(predicted(effort=None))) == 1
+
+
+def test_errors_have_the_largest_position_error():
+    item = predicted("open-loop", metrics=LENGTHS, position_predicted=np.array([1e-6, 5e-6]), effort=None)
+    assert further(item) == [f"open-loop mode: {MODES['open-loop']}", "largest position error: 2 µm"]
+    assert len(further(predicted("open-loop", metrics=LENGTHS))) == 1
+    front = front_of(item)
+    assert [(card.label, *plain([card.value])) for card in front.cards] == [("Position error, rms", "0.400 µm"), ("95 % band", "–")]
+    assert front_of(predicted(metrics={})).title == "No signal to compare"
+
+
+def test_errors_have_the_advice_on_warnings():
+    doubts = tuple(
+        Diagnostic(code, "", "warning", {"samples": 3, "percent": 120.0, "signal": "effort"})
+        for code in ("short_stretch", "worse_than_none")
+    )
+    assert further(predicted(diagnostics=doubts))[-1] == "predict in another mode, or check model, units and signs"
+    assert front_of(predicted(diagnostics=doubts)).next.command == "bristle identify FIRST THIS --axis axis.toml"
+
+
+def test_first_page_names_the_next_step():
+    assert front_of(predicted(), own_log=True).next == (
+        "Predict a log of another motion",
+        "bristle predict model.toml OTHER --axis axis.toml",
+    )
+    assert front_of(predicted(metrics=FORCES | {"force_error_percent": 90.0})).ruling.reasons == (
+        "the error is 90.0\u00a0% of the effort of this log",
+    )
+    assert front_of(predicted()).ruling.reasons == ()
+
+
+def test_summary_of_a_prediction_has_its_numbers():
+    data = prediction_as_data(predicted(inside_percent=94.4, position_inside_percent=80.0, status=Status.NOT_FINITE))
+    assert (data["mode"], data["inside_band_percent"], data["position_inside_band_percent"]) == ("inverse", 94.4, 80.0)
+    assert (data["completed"], data["status"]) == (False, Status.NOT_FINITE.sentence)
+    summary = prediction_summary(predicted(), friction=FRICTION, notes=("a",), provenance={"b": "c"}, own_log=True)
+    assert summary["verdict"]["level"] == "with_care"
+    assert (summary["model"], summary["kind"], summary["log_notes"], summary["completed"]) == ("lugre", "translational", ("a",), True)

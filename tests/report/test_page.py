@@ -1,15 +1,22 @@
 """The skeleton of a report: figures in place, no empty sections, and faults without further loss."""
 
 import datetime
+import json
 import re
+import subprocess
 import warnings
+from importlib import resources
 from types import SimpleNamespace as Some
 
+import numpy as np
 import pytest
 from markupsafe import Markup
+from matplotlib.figure import Figure
+from tests.lab.scripts import NODE, needs_node
 
 from bristle.core import InputWarning
 from bristle.figures import ReportFigure, style
+from bristle.palette import DARK, LIGHT, colour_variables
 from bristle.report import page
 from bristle.report.page import Block, FaultWarning, Figures, Front, Picture, Ruling, Section, _filled, about, typeset_sentence, worded
 from bristle.report.table import Table
@@ -130,3 +137,75 @@ def test_sections_with_the_same_tab_share_it():
     text = rendered([Section("a", "A", ["x"], "Both"), Section("b", "B", ["y"], "Both"), Section("c", "C", ["z"])])
     labels = re.findall(r"<label[^>]*>(.*?)</label>", text)
     assert labels == ["Both", "C", "Repeat"]
+
+
+# --- The colours of all pages: letters stay readable on their grounds in light and dark, and paper is light
+
+
+LETTERS = ("ink", "soft", "accent", "with", "usable", "care", "alert")
+
+
+def luminance(colour):
+    channels = [int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
+    linear = [channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4 for channel in channels]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(first, second):
+    """Contrast of two colours by WCAG 2.1."""
+    dark, light = sorted((luminance(first), luminance(second)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("colours", [LIGHT, DARK], ids=["light", "dark"])
+@pytest.mark.parametrize("name", LETTERS)
+def test_letters_are_readable_on_page_and_card(colours, name):
+    assert min(contrast(colours[name], colours[ground]) for ground in ("ground", "card")) >= 4.5
+
+
+def test_dark_has_every_colour_and_paper_is_light():
+    assert list(LIGHT) == list(DARK)
+    light, dark = colour_variables(":root").split("@media")
+    assert dict(re.findall(r"--([a-z]+):(#[0-9a-f]{6});", light)) == LIGHT
+    assert dict(re.findall(r"--([a-z]+):(#[0-9a-f]{6});", dark)) == DARK
+    assert dark.startswith(" screen and (prefers-color-scheme:dark)")
+
+
+# --- The script of the plots: its scales are those of matplotlib, and its marks are round
+
+
+def computed(folder, expression):
+    """Return a value of the functions of the script that need no page."""
+    text = resources.files("bristle.report").joinpath("templates", "plots.js").read_text(encoding="utf-8")
+    file = folder / "plots.js"
+    file.write_text(f"{text[: text.index('class Plot {')]}\nconsole.log(JSON.stringify({expression}));\n", encoding="utf-8")
+    return json.loads(subprocess.run([NODE, str(file)], capture_output=True, text=True, check=True).stdout)
+
+
+@needs_node
+@pytest.mark.parametrize(
+    ("scale", "ends", "values"),
+    [
+        ("linear", (-3.0, 7.0), (-3.0, 0.0, 6.5)),
+        ("log", (0.01, 100.0), (0.02, 1.0, 70.0)),
+        ("symlog", (-200.0, 50.0), (-150.0, -2.0, -0.5, 0.0, 1.0, 1.5, 30.0)),
+    ],
+)
+def test_a_value_lies_where_matplotlib_draws_it(scale, ends, values, tmp_path):
+    axes = Figure().add_subplot()
+    axes.set_xscale(scale, **({"linthresh": 1.0, "linscale": 1.0} if scale == "symlog" else {}))
+    axes.set_xlim(*ends)
+    drawn = axes.transAxes.inverted().transform(axes.transData.transform([[value, 0.5] for value in values]))[:, 0]
+    side = json.dumps({"ends": ends, "scale": scale, "linear": 1.0})
+    shares = computed(tmp_path, f"{json.dumps(values)}.map(scaleOfSide({side}).at)")
+    assert shares == pytest.approx(drawn.tolist(), abs=1e-9)
+    back = computed(tmp_path, f"{json.dumps(shares)}.map(scaleOfSide({side}).value)")
+    assert back == pytest.approx(list(values), abs=1e-9)
+
+
+@needs_node
+def test_marks_are_round_and_inside(tmp_path):
+    assert computed(tmp_path, "ticksBetween(-0.13, 0.62, 4, true)") == [0.0, 0.2, 0.4, 0.6]
+    assert computed(tmp_path, "ticksBetween(0.5, 200, 4, false)") == [1, 10, 100]
+    assert computed(tmp_path, "ticksBetween(-20, 0.5, 4, false)")[:2] == [-10, -1]
+    assert np.array(computed(tmp_path, "ticksBetween(18.7, 19.9, 8, true)")) == pytest.approx([18.8, 19.0, 19.2, 19.4, 19.6, 19.8])
