@@ -50,19 +50,20 @@ def lines(simulation, following):
     return [(name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)]
 
 
-def test_a_line_is_the_reference_minus_the_measurement():
-    assert lines(simulated("a", "b"), None) == [("a", 1.0), ("b", 2.0)]
-    assert lines(simulated("a", "b"), measured()) == [("measured", 9.0), ("a", 1.0), ("b", 2.0)]
-    assert lines(None, measured()) == [("measured", 9.0)]
-    assert lines(None, None) == []
-
-
-def test_a_loop_that_diverged_has_no_line():
-    assert lines(simulated("a", "b", diverged=("a",)), None) == [("b", 2.0)]
-
-
-def test_a_contradicted_simulation_shows_only_its_first_loop():
-    assert lines(simulated("a", "b"), measured("it follows otherwise")) == [("measured", 9.0), ("a", 1.0)]
+@pytest.mark.parametrize(
+    ("simulation", "following", "drawn"),
+    [
+        (simulated("a", "b"), None, [("a", 1.0), ("b", 2.0)]),
+        (simulated("a", "b"), measured(), [("measured", 9.0), ("a", 1.0), ("b", 2.0)]),
+        (None, measured(), [("measured", 9.0)]),
+        (None, None, []),
+        # A loop that diverged has no line, and of a contradicted simulation there is the first loop alone.
+        (simulated("a", "b", diverged=("a",)), None, [("b", 2.0)]),
+        (simulated("a", "b"), measured("it follows otherwise"), [("measured", 9.0), ("a", 1.0)]),
+    ],
+)
+def test_a_line_is_the_reference_minus_the_measurement(simulation, following, drawn):
+    assert lines(simulation, following) == drawn
 
 
 @pytest.mark.parametrize(
@@ -127,11 +128,9 @@ def identified(monkeypatch):
 @pytest.mark.parametrize(("kind", "unit", "word"), [("translational", "N", "force"), ("rotational", "N·m", "torque")])
 def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, word):
     part, (how, variables, data) = identified(kind, ("second", "third"))
-    assert (data["effort"], data["word"], data["logs"]) == (unit, word, 3)
-    assert (how["around"], how["proven"]) == (3.0, False)
-    assert variables == (["M"], 3.0, 3.0)
+    assert (data["effort"], data["word"], data["logs"], data["loop"]) == (unit, word, 3, None)
+    assert (how["around"], how["proven"], variables) == (3.0, False, (["M"], 3.0, 3.0))
     assert [row["name"] for row in data["plant"]] == ["M"]
-    assert data["loop"] is None
     assert str(part.data) == "DATA"
     assert part.policy == policy([joined(living.SHARED), joined(living.SCRIPTS)])
 
@@ -163,8 +162,7 @@ def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
     monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
     assert living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
     ((around, envelope),) = thinned
-    assert around == 3.0
-    assert envelope(np.arange(4000.0)).size == 4000
+    assert (around, envelope(np.arange(4000.0)).size) == (3.0, 4000)
     assert envelope(np.arange(4001.0)).size < 4000
 
 
