@@ -213,19 +213,3 @@ def test_a_process_forked_during_drawing_can_draw_with_the_users_settings(tmp_pa
         tmp_path,
     )
     assert message.split() == ["31", "31.0"]
-
-
-@pytest.mark.slow
-def test_a_command_writes_the_same_report_for_any_settings(tmp_path):
-    written = []
-    for name, settings in (("plain", b""), ("hostile", SETTINGS.encode())):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "log.csv").write_text(
-            "time [s],position [mm],force [N]\n" + "".join(f"{0.01 * k:g},{10 * (k % 60):d},{(k % 60) - 30:d}\n" for k in range(600))
-        )
-        (folder / "matplotlibrc").write_bytes(settings)
-        command = "import sys; from bristle.cli.main import main; sys.exit(main(['log', 'log.csv', '--out', 'out']))"
-        written.append((*run(command, folder), (folder / "out" / "report.html").read_bytes()))
-    assert written[0] == written[1]
-    assert written[0][1] == "bristle: wrote out; open out/report.html in a browser\n"

@@ -101,12 +101,6 @@ def test_report_has_the_assumptions_of_the_prediction(stage):
     assert "closed-loop prediction: bristle simulated the static friction with the pre-sliding distance of the axis file, 2 µm" in assumed
 
 
-def test_report_states_missing_held_out_stretches(stage):
-    bare = replace(stage.identified, fits=tuple(replace(fit, held_out=None) for fit in stage.identified.fits))
-    words = Page(identification_page(stage, identification=bare)).words
-    assert "no held-out stretches" in words
-
-
 @pytest.mark.slow
 def test_parameters_at_an_edge_or_infinite_are_reported(stage):
     lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
@@ -151,14 +145,6 @@ def test_unidentified_parameters_are_named_once_on_the_first_page(workbenches):
     assert "the level of friction is not identified" in verdict
     assert "Values to enter" not in Page(text).words
     assert Page(text).words.count("not identified: M") == 1
-
-
-def test_clearly_larger_held_out_error_is_reported(stage):
-    best = stage.identified.best
-    for ratio, is_stated in ((2.0, True), (1.2, False)):
-        held_out = replace(best.held_out, mean_percent=ratio * best.force_error_percent)
-        worse = replace(stage.identified, fits=(replace(best, held_out=held_out),))
-        assert ("clearly larger" in Page(identification_page(stage, identification=worse)).words) is is_stated
 
 
 def test_without_simulation_the_following_error_is_measured(stage):

@@ -122,15 +122,6 @@ def test_prediction_uses_axis_and_treatment_of_the_result(columns, result, folde
     assert doubts, "three times as fast as what was fitted, and nothing is said of it"
 
 
-def test_drive_table_equals_the_table_by_call(result, monkeypatch):
-    requested = []
-    monkeypatch.setattr("bristle.report.identified.drive_table", lambda best, entries: requested.append(entries) or [])
-    monkeypatch.setattr("bristle.prediction.drive_table", lambda best, entries: requested.append(entries) or [])
-    monkeypatch.setattr("bristle.certificates.check", lambda model: {})
-    assert result.outcome_with(loop=(None, None, None)).table == result.drive_table() == []
-    assert requested[0] == requested[1]
-
-
 def test_covariance_is_of_the_identified_parameters(columns, result):
     names, covariance = result.covariance_names, result.covariance
     assert set(names) == {name for name, item in result.parameters.items() if item.status == "identified"}
@@ -148,11 +139,6 @@ def test_card_of_an_identification_is_short(result, loaded):
         assert len(lines) <= 30
         assert [line.split()[0] for line in lines[2:6]] == list(result.parameters)
         assert "viscous" in lines[6]
-
-
-def test_diagnostics_have_sentence_and_code(result):
-    assert all(each.code and each.message.strip() for each in result.diagnostics)
-    assert [each.message for each in result.diagnostics] == [each["message"] for each in result.to_dict()["diagnostics"]]
 
 
 def test_identification_survives_pickle(result):
@@ -208,23 +194,16 @@ def test_figure_has_the_effort_whole_and_close_up(result):
     assert 0.0 < spans[1] < spans[0]
 
 
-def test_existing_results_are_not_replaced_without_force(result, folder):
-    with pytest.raises(InputError, match="exists already"):
-        result.save(folder)
-
-
-def test_folder_without_identification_is_refused(tmp_path, folder):
-    with pytest.raises(InputError):
-        br.load(tmp_path)
-    for name in ("summary.json", "model.toml"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    with pytest.raises(InputError, match="contains no identification"):
-        br.load(tmp_path)
-    (tmp_path / "traces.parquet").write_bytes(b"no table")
-    with pytest.raises(InputError, match="cannot be read"):
-        br.load(tmp_path)
-    (tmp_path / "summary.json").write_text("{")
-    with pytest.raises(InputError, match="is not JSON"):
+@pytest.mark.parametrize(
+    ("files", "words"), [({}, "summary.json"), ({"traces.parquet": b"no table"}, "cannot be read"), ({"summary.json": b"{"}, "is not JSON")]
+)
+def test_folder_without_identification_is_refused(tmp_path, folder, files, words):
+    if files:
+        for name in ("summary.json", "model.toml"):
+            (tmp_path / name).write_bytes((folder / name).read_bytes())
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=words):
         br.load(tmp_path)
 
 
