@@ -4,9 +4,12 @@ import json
 import os
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+
+import pytest
 
 PATIENCE = 60.0  # [s]
+SETTLED = "new Promise((done) => setTimeout(done, 150))"
 NO_DOCUMENT = "Cannot find default execution context"
 
 
@@ -56,6 +59,19 @@ class Browser:
         self.call("Page.navigate", url=address)
         self.wait_for("Page.loadEventFired")
         self.run("typeof begun === 'undefined' ? 0 : begun")
+
+    def open_anew(self, address):
+        """Go to a page from nowhere, as from a link, and wait until it has drawn."""
+        self.open("about:blank")
+        self.open(address)
+        self.run(SETTLED)
+
+    def drag(self, start, *steps, modifiers=0):
+        """Press the left button at a place, move through others, and let it go at the last."""
+        kinds = ["mousePressed", *["mouseMoved"] * len(steps), "mouseReleased"]
+        for kind, (x, y) in zip(kinds, (start, *steps, steps[-1]), strict=True):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
+        self.run(SETTLED)
 
     def reload(self):
         """Load the page again and wait until it is there."""
@@ -137,3 +153,19 @@ def browser(profile, *, width=1366, height=768, dark=False, moving=False):
             process.kill()
             process.wait()
         os.close(from_read)
+
+
+@pytest.fixture
+def shown(tmp_path):
+    """A function that gives a tab which shows an address; in the end its page has nothing to complain of, unless it may."""
+    quiet = []
+    with ExitStack() as stack:
+
+        def show(address, *, complains=False, **how):
+            tab = stack.enter_context(browser(tmp_path / "profile", **how))
+            tab.open(address)
+            quiet.extend([tab] * (not complains))
+            return tab
+
+        yield show
+        assert [tab.complaints() for tab in quiet] == [[]] * len(quiet)

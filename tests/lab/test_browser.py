@@ -4,7 +4,6 @@ import re
 import shutil
 
 import pytest
-from tests.lab.browser import browser
 from tests.lab.proved import GIVEN, blocks_with_given
 
 from bristle.exports.page.described import example_named
@@ -21,10 +20,9 @@ def page(tmp_path_factory):
     return file
 
 
-def test_a_browser_computes_the_bits_of_python(page, tmp_path):
-    with browser(tmp_path / "profile") as tab:
-        tab.open(f"{page.as_uri()}#selftest")
-        message = tab.run("document.getElementById('selftest').textContent")
+def test_a_browser_computes_the_bits_of_python(page, shown):
+    tab = shown(f"{page.as_uri()}#selftest")
+    message = tab.run("document.getElementById('selftest').textContent")
     assert message == f"0 of {blocks_with_given()} blocks differ"
 
 
@@ -44,47 +42,39 @@ SLIDE = """
 """
 FIELD = "document.getElementById(document.querySelector('.card:has([name=\"F_S\"]) label').htmlFor).value"
 READING = "(({ textContent, className }) => [textContent, className])(document.getElementById('loop-reading'))"
-MOUSE = {"button": "left", "buttons": 1, "clickCount": 1}
 
 
-def test_the_page_moves_undoes_and_sends_no_requests(page, tmp_path):
-    with browser(tmp_path / "profile", width=360, height=740) as tab:
-        tab.open(f"{page.as_uri()}#model=lugre&path=loops&F_C=19")
-        before, start = tab.run(DRAWN), tab.run(FIELD)
-        tab.run(SLIDE)
-        after = tab.run(DRAWN)
-        assert after != before
-        assert float(tab.run(FIELD)) > float(start)
-        assert re.search(r"model=lugre&path=loops&F_C=19&F_S=", tab.run("location.hash"))
-        # The link alone shows the same again.
-        link = tab.run("location.href")
-        tab.run("document.getElementById('undo').click()")
-        tab.run("new Promise((done) => setTimeout(done, 50))")
-        assert (tab.run(DRAWN), tab.run(FIELD)) == (before, start)
-        tab.open("about:blank")
-        tab.open(link)
-        assert tab.run(DRAWN) == after
-        # A loop that does not close is red, and one that does is not.
-        for name, words in (("lugre", "does not close"), ("preisach_contact", "the loop closes")):
-            tab.open("about:blank")
-            tab.open(f"{page.as_uri()}#model={name}&path=minor")
-            reading = tab.run(READING)
-            assert words in reading[0]
-            assert tab.run("lab.values.amplitude[0] / lab.model.scales.reach") == pytest.approx(1.0, rel=0.01)
-            assert ("alert" in reading[1]) == (name == "lugre")
-        # A drag of the block draws a path.
-        x, y = tab.run("(({ x, y }) => [x + lab.machine.x, y + lab.machine.top + 20])(machine.getBoundingClientRect())")
-        tab.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **MOUSE)
-        for step in (20, 60, 10):
-            tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x + step, y=y, **MOUSE)
-        tab.call("Input.dispatchMouseEvent", type="mouseReleased", x=x + 10, y=y, **MOUSE)
-        turns = tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()
-        assert len(turns) == 3
-        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-        assert tab.complaints() == []
-        # A blob is the page's own: the script that its worker runs.
-        requested = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
-        assert requested <= {page.as_uri(), "about:blank"}
+def test_the_page_moves_undoes_and_sends_no_requests(page, shown):
+    tab = shown(f"{page.as_uri()}#model=lugre&path=loops&F_C=19", width=360, height=740)
+    before, start = tab.run(DRAWN), tab.run(FIELD)
+    tab.run(SLIDE)
+    after = tab.run(DRAWN)
+    assert after != before
+    assert float(tab.run(FIELD)) > float(start)
+    assert re.search(r"model=lugre&path=loops&F_C=19&F_S=", tab.run("location.hash"))
+    # The link alone shows the same again.
+    link = tab.run("location.href")
+    tab.run("document.getElementById('undo').click()")
+    tab.run("new Promise((done) => setTimeout(done, 50))")
+    assert (tab.run(DRAWN), tab.run(FIELD)) == (before, start)
+    tab.open_anew(link)
+    assert tab.run(DRAWN) == after
+    # A loop that does not close is red, and one that does is not.
+    for name, words in (("lugre", "does not close"), ("preisach_contact", "the loop closes")):
+        tab.open_anew(f"{page.as_uri()}#model={name}&path=minor")
+        reading = tab.run(READING)
+        assert words in reading[0]
+        assert tab.run("lab.values.amplitude[0] / lab.model.scales.reach") == pytest.approx(1.0, rel=0.01)
+        assert ("alert" in reading[1]) == (name == "lugre")
+    # A drag of the block draws a path.
+    x, y = tab.run("(({ x, y }) => [x + lab.machine.x, y + lab.machine.top + 20])(machine.getBoundingClientRect())")
+    tab.drag((x, y), *((x + step, y) for step in (20, 60, 10)))
+    turns = tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()
+    assert len(turns) == 3
+    assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+    # A blob is the page's own: the script that its worker runs.
+    requested = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
+    assert requested <= {page.as_uri(), "about:blank"}
 
 
 TICK = """
@@ -102,41 +92,38 @@ WAIT = "new Promise((done) => setTimeout(done, 100))"
 
 
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre"])
-def test_slots_are_added_and_removed(name, page, tmp_path):
-    with browser(tmp_path / "profile") as tab:
-        tab.open(f"{page.as_uri()}#model={name}&path=loops&F_S=29")
-        bare, cards = tab.run(DRAWN), tab.run("lab.model.variables.length")
-        address, names = tab.run(TICK.replace("SLOT", "asymmetry"))
-        assert address == f"#model={name}&slots=asymmetry&path=loops&F_S_pos=31.9&F_S_neg=26.1"
-        assert {"F_C_pos", "F_C_neg"} <= set(names)
-        sided = tab.run(DRAWN)
-        assert sided != bare
-        address, names = tab.run(TICK.replace("SLOT", "ripple"))
-        assert {"pitch", "h_c1"} <= set(names)
-        both, link = tab.run(DRAWN), tab.run("location.href")
-        assert both not in (bare, sided)
-        # A slider of a slot moves the loop.
-        tab.run(SLIDE.replace("F_S", "h_s2"))
-        assert tab.run(DRAWN) != both
-        assert "h_s2=" in tab.run("location.hash")
-        for wanted in (both, sided, bare):
-            tab.run("document.getElementById('undo').click()")
-            tab.run(WAIT)
-            assert tab.run(DRAWN) == wanted
-        assert tab.run("lab.model.variables.length") == cards
-        tab.run("document.getElementById('redo').click()")
+def test_slots_are_added_and_removed(name, page, shown):
+    tab = shown(f"{page.as_uri()}#model={name}&path=loops&F_S=29")
+    bare, cards = tab.run(DRAWN), tab.run("lab.model.variables.length")
+    address, names = tab.run(TICK.replace("SLOT", "asymmetry"))
+    assert address == f"#model={name}&slots=asymmetry&path=loops&F_S_pos=31.9&F_S_neg=26.1"
+    assert {"F_C_pos", "F_C_neg"} <= set(names)
+    sided = tab.run(DRAWN)
+    assert sided != bare
+    address, names = tab.run(TICK.replace("SLOT", "ripple"))
+    assert {"pitch", "h_c1"} <= set(names)
+    both, link = tab.run(DRAWN), tab.run("location.href")
+    assert both not in (bare, sided)
+    # A slider of a slot moves the loop.
+    tab.run(SLIDE.replace("F_S", "h_s2"))
+    assert tab.run(DRAWN) != both
+    assert "h_s2=" in tab.run("location.hash")
+    for wanted in (both, sided, bare):
+        tab.run("document.getElementById('undo').click()")
         tab.run(WAIT)
-        assert tab.run(DRAWN) == sided
-        # Taken off again, it is what it was: dashed: initial values either way.
-        tab.run(TICK.replace("SLOT", "asymmetry"))
-        assert tab.run(DRAWN) == bare
-        tab.open("about:blank")
-        tab.open(link)
-        assert tab.run(DRAWN) == both
-        assert tab.run("byId('broken').textContent") == ""
-        copied = tab.run("asToml(lab.model, lab.values)")
-        assert f'model = "{name}+ripple+asymmetry"' in copied
-        assert tab.complaints() == []
+        assert tab.run(DRAWN) == wanted
+    assert tab.run("lab.model.variables.length") == cards
+    tab.run("document.getElementById('redo').click()")
+    tab.run(WAIT)
+    assert tab.run(DRAWN) == sided
+    # Taken off again, it is what it was: dashed: initial values either way.
+    tab.run(TICK.replace("SLOT", "asymmetry"))
+    assert tab.run(DRAWN) == bare
+    tab.open_anew(link)
+    assert tab.run(DRAWN) == both
+    assert tab.run("byId('broken').textContent") == ""
+    copied = tab.run("asToml(lab.model, lab.values)")
+    assert f'model = "{name}+ripple+asymmetry"' in copied
 
 
 ERRORS = "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"
@@ -148,38 +135,35 @@ OTHER_ERRORS = """
 """
 
 
-def test_removing_a_slot_of_a_given_model_shows_the_difference(page, tmp_path):
-    with browser(tmp_path / "profile") as tab:
-        tab.open(page.as_uri())
-        assert tab.run("[lab.isMoved(), lab.model.slots]") == [False, ["asymmetry"]]
-        tab.run(FOLLOWED)
-        alone, fed = tab.run(ERRORS)
-        address, _ = tab.run(TICK.replace("SLOT", "asymmetry"))
-        assert address == "#slots="
-        tab.run(OTHER_ERRORS.replace("BEFORE", str(fed[1])))
-        after = tab.run(ERRORS)
-        # The mass keeps the friction of the start, what is fed forward does not.
-        assert after[0] == alone
-        assert after[1] != fed
-        assert "dashed: initial values" in tab.run("byId('loop-reading').textContent")
-        assert tab.complaints() == []
+def test_removing_a_slot_of_a_given_model_shows_the_difference(page, shown):
+    tab = shown(page.as_uri())
+    assert tab.run("[lab.isMoved(), lab.model.slots]") == [False, ["asymmetry"]]
+    tab.run(FOLLOWED)
+    alone, fed = tab.run(ERRORS)
+    address, _ = tab.run(TICK.replace("SLOT", "asymmetry"))
+    assert address == "#slots="
+    tab.run(OTHER_ERRORS.replace("BEFORE", str(fed[1])))
+    after = tab.run(ERRORS)
+    # The mass keeps the friction of the start, what is fed forward does not.
+    assert after[0] == alone
+    assert after[1] != fed
+    assert "dashed: initial values" in tab.run("byId('loop-reading').textContent")
 
 
-def test_a_slow_loop_has_fewer_samples_during_a_move(page, tmp_path):
+def test_a_slow_loop_has_fewer_samples_during_a_move(page, shown):
     moved = SLIDE.replace('slider.dispatchEvent(new Event("change"));', "")
-    with browser(tmp_path / "profile") as tab:
-        tab.open(f"{page.as_uri()}#model=lugre")
-        tab.run("new Promise((done) => setTimeout(done, 300))")
-        assert tab.run("lab.samples") == 20000
-        tab.run("loopTook = 12")
-        tab.run(moved)
-        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [10000, True]
-        tab.run("new Promise((done) => setTimeout(done, 400))")
-        assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [20000, False]
-        # Let go, it has all of them at once.
-        tab.run("loopTook = 12")
-        tab.run(SLIDE)
-        assert tab.run("lab.samples") == 20000
+    tab = shown(f"{page.as_uri()}#model=lugre")
+    tab.run("new Promise((done) => setTimeout(done, 300))")
+    assert tab.run("lab.samples") == 20000
+    tab.run("loopTook = 12")
+    tab.run(moved)
+    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [10000, True]
+    tab.run("new Promise((done) => setTimeout(done, 400))")
+    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [20000, False]
+    # Let go, it has all of them at once.
+    tab.run("loopTook = 12")
+    tab.run(SLIDE)
+    assert tab.run("lab.samples") == 20000
 
 
 FOLLOWED = """
@@ -192,21 +176,20 @@ FOLLOWED = """
 
 
 @pytest.mark.parametrize("host_lets_it", [True, False])
-def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets_it):
+def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets_it, shown):
     text = page.read_text(encoding="utf-8")
     file = tmp_path / "lab.html"
     file.write_text(text if host_lets_it else text.replace("worker-src blob:; ", ""), encoding="utf-8")
-    with browser(tmp_path / "profile") as tab:
-        tab.open(f"{file.as_uri()}#model=lugre")
-        worker, errors = tab.run(FOLLOWED)
-        assert worker == ("object" if host_lets_it else "string")
-        assert "Peak-to-peak" in errors
-        # What drifts and does not close is red.
-        tab.run("openTab('checks')")
-        tab.run("new Promise((done) => setTimeout(done, 400))")
-        classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
-        assert tab.run(classes) == ["alert", "alert"]
-        assert (tab.complaints() == []) == host_lets_it
+    tab = shown(f"{file.as_uri()}#model=lugre", complains=not host_lets_it)
+    worker, errors = tab.run(FOLLOWED)
+    assert worker == ("object" if host_lets_it else "string")
+    assert "Peak-to-peak" in errors
+    # What drifts and does not close is red.
+    tab.run("openTab('checks')")
+    tab.run("new Promise((done) => setTimeout(done, 400))")
+    classes = "[...document.getElementById('verdicts').children].map(({ className }) => className)"
+    assert tab.run(classes) == ["alert", "alert"]
+    assert bool(tab.complaints()) != host_lets_it
 
 
 PICTURES = """
@@ -229,18 +212,16 @@ PICTURES = """
 """
 
 
-def test_every_view_can_be_saved_as_a_picture(page, tmp_path):
-    with browser(tmp_path / "profile") as tab:
-        tab.open(f"{page.as_uri()}#model=preisach_lugre&path=loops")
-        tab.run(FOLLOWED)
-        rows = {row[0]: row[1:] for row in tab.run(PICTURES)}
-        assert set(rows) == {"loop", "plane", "speed", "track"}
-        for is_read, paths, (opened, closed), texts, size, unchanged in rows.values():
-            assert is_read
-            assert paths > 3
-            assert opened == closed
-            assert size > 2000
-            assert unchanged
-            assert any("[" in text for text in texts)
-        assert "position [µm]" in rows["loop"][3]
-        assert tab.complaints() == []
+def test_every_view_can_be_saved_as_a_picture(page, shown):
+    tab = shown(f"{page.as_uri()}#model=preisach_lugre&path=loops")
+    tab.run(FOLLOWED)
+    rows = {row[0]: row[1:] for row in tab.run(PICTURES)}
+    assert set(rows) == {"loop", "plane", "speed", "track"}
+    for is_read, paths, (opened, closed), texts, size, unchanged in rows.values():
+        assert is_read
+        assert paths > 3
+        assert opened == closed
+        assert size > 2000
+        assert unchanged
+        assert any("[" in text for text in texts)
+    assert "position [µm]" in rows["loop"][3]

@@ -6,7 +6,6 @@ import sys
 
 import numpy as np
 import pytest
-from tests.lab.browser import browser
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
@@ -172,32 +171,30 @@ OTHER = """
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
-def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width):
+def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, shown):
     widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
-    with browser(tmp_path / "profile", width=width) as tab:
-        tab.open(page.as_uri())
-        values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
-        for name, value in values.items():
-            tab.run(f"window.{name} = {json.dumps(value)}; 0")
-        tab.run(STUB + "0")
-        assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
-        moves, saved, shown = tab.run(SLIDE)
-        assert moves
-        assert saved[-1]["F_S"] == [shown]
-        assert shown > 28.0
-        assert saved[-1]["v_d"] == ["Infinity"]
-        come(widget, **saved[-1])
-        assert shown == widget.model.F_S
-        assert tab.run(SET) == [True, True, "12.5", len(saved)]
-        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-        assert tab.run(DARK) == [["dark", True], ["light", False]]
-        names, message, left, listeners = tab.run(OTHER)
-        assert "k_i[2]" in names
-        assert message == "F_C: out of range"
-        assert (left, listeners) == (0, 0)
-        assert tab.complaints() == []
-        assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}
+    tab = shown(page.as_uri(), width=width)
+    values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
+    for name, value in values.items():
+        tab.run(f"window.{name} = {json.dumps(value)}; 0")
+    tab.run(STUB + "0")
+    assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
+    moves, saved, shown = tab.run(SLIDE)
+    assert moves
+    assert saved[-1]["F_S"] == [shown]
+    assert shown > 28.0
+    assert saved[-1]["v_d"] == ["Infinity"]
+    come(widget, **saved[-1])
+    assert shown == widget.model.F_S
+    assert tab.run(SET) == [True, True, "12.5", len(saved)]
+    assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+    assert tab.run(DARK) == [["dark", True], ["light", False]]
+    names, message, left, listeners = tab.run(OTHER)
+    assert "k_i[2]" in names
+    assert message == "F_C: out of range"
+    assert (left, listeners) == (0, 0)
+    assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}

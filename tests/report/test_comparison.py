@@ -71,14 +71,27 @@ def test_verdict_has_the_numbers_of_the_change():
     assert reason.replace("\u00a0", " ") == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
 
 
-def test_warning_lowers_the_verdict_to_care():
-    doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
-    assert comparison_ruling(compared(change(), diagnostics=(note,))).level == "usable"
-    doubted = comparison_ruling(compared(change(), diagnostics=(doubt, note)))
-    assert (doubted.level, doubted.reasons[1:]) == ("with_care", ("the cycles are too few to estimate their scatter",))
-    assert comparison_ruling(compared(HIGHER, diagnostics=(doubt,))).level == "no"
-    untold = comparison_ruling(compared(change("effort.rms", 9.0, 8.0, (-1.5, -0.5)), diagnostics=(doubt,)))
-    assert untold.reasons == ("without a reference, the following error is unknown", "the cycles are too few to estimate their scatter")
+DOUBT, NOTE = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
+FEW = "the cycles are too few to estimate their scatter"
+
+
+@pytest.mark.parametrize(
+    ("item", "diagnostics", "level", "reasons"),
+    [
+        (change(), (NOTE,), "usable", ()),
+        (change(), (DOUBT, NOTE), "with_care", (FEW,)),
+        (HIGHER, (DOUBT,), "no", (FEW,)),
+        (change("effort.rms", 9.0, 8.0, (-1.5, -0.5)), (DOUBT,), "with_care", (FEW,)),
+    ],
+)
+def test_warning_lowers_the_verdict_to_care(item, diagnostics, level, reasons):
+    ruling = comparison_ruling(compared(item, diagnostics=diagnostics))
+    assert (ruling.level, ruling.reasons[1:]) == (level, reasons)
+
+
+def test_without_a_reference_the_effect_is_unknown():
+    untold = comparison_ruling(compared(change("effort.rms", 9.0, 8.0, (-1.5, -0.5))))
+    assert untold.reasons == ("without a reference, the following error is unknown",)
     assert comparison_sentences(compared())[0] == "Without a reference, the effect on the following error is unknown."
 
 
@@ -98,11 +111,22 @@ def test_each_quantity_has_its_interval():
     ]
 
 
-@pytest.mark.parametrize(("percent", "text"), [(12.3, "+12"), (-12.3, "−12"), (0.0, "0")])
-def test_percentage_has_its_sign(percent, text):
-    assert report._signed(percent, ONCE) == text
-    narrow = change(interval=(-1e-5, -1e-5 + 1e-12))
-    assert report._signed(percent, narrow) == {"+12": "+12.30", "−12": "−12.30", "0": "0.00"}[text]
+NARROW = change(interval=(-1e-5, -1e-5 + 1e-12))
+
+
+@pytest.mark.parametrize(
+    ("percent", "item", "text"),
+    [
+        (12.3, ONCE, "+12"),
+        (-12.3, ONCE, "−12"),
+        (0.0, ONCE, "0"),
+        (12.3, NARROW, "+12.30"),
+        (-12.3, NARROW, "−12.30"),
+        (0.0, NARROW, "0.00"),
+    ],
+)
+def test_percentage_has_its_sign(percent, item, text):
+    assert report._signed(percent, item) == text
 
 
 @pytest.mark.parametrize(
@@ -118,8 +142,7 @@ def test_percentage_has_its_sign(percent, text):
     ],
 )
 def test_compared_cycles_are_listed_between_warnings_and_notes(shared, turns, words):
-    doubt, note = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
-    remarks = remarks_of(compared(change(), diagnostics=(note, doubt), turns=turns, **shared))
+    remarks = remarks_of(compared(change(), diagnostics=(NOTE, DOUBT), turns=turns, **shared))
     assert remarks[0].startswith("warning: one side has only 3 cycles")
     assert remarks[1] == words
     assert remarks[2].startswith("one side has a single log")
@@ -133,9 +156,9 @@ def test_first_page_has_gain_and_uncertainty():
     turn = change("reversals.forward_to_backward", 4e-5, 3e-5, (-2e-5, 1e-5))
     effort = change("effort.rms", 8.0, 9.0, (0.5, 1.5))
     page = front((change(), turn, effort))
-    assert page.heading == "axis: before and after"
     assert page.facts.endswith("8 and 9 cycles")
-    assert (page.title, page.basis) == ("Following error: 20 → 10\u00a0µm rms, ×2.0", "(a.csv)")
+    title = "Following error: 20 → 10\u00a0µm rms, ×2.0"
+    assert (page.heading, page.title, page.basis) == ("axis: before and after", title, "(a.csv)")
     assert [(card.label, card.value, card.remark) for card in page.cards] == [
         ("Following error, rms", "−50 %", "95 %: −60 to −40 %"),
         ("Forward to backward", "no clear change", "95 %: −50 to +25 %"),
@@ -150,10 +173,9 @@ def test_worse_change_advises_the_old_values():
     assert page.next == ("Undo the change, then", "bristle identify BEFORE --axis axis.toml")
 
 
-def test_unclear_change_asks_for_more_cycles():
-    for item in ((OPEN,), (ONCE,), ()):
-        assert front(item).next.text == "Record ten cycles or more of one motion on each side, with the reference"
-    assert front(()).title == ""
+@pytest.mark.parametrize("item", [(OPEN,), (ONCE,), ()])
+def test_unclear_change_asks_for_more_cycles(item):
+    assert front(item).next.text == "Record ten cycles or more of one motion on each side, with the reference"
 
 
 @pytest.mark.parametrize(
@@ -177,15 +199,9 @@ def test_summary_of_a_comparison_is_grouped_by_quantity(monkeypatch):
     turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
     monkeypatch.setattr(report, "_logs", len)
     summary = comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})
-    assert summary["following_error"]["rms"]["before"] == 2e-5
-    assert summary["reversals"]["window"] == 0.15
-    assert list(summary["reversals"]) == ["window", "forward_to_backward"]
-    assert summary["friction"]["at_speeds"][0]["speed"] == 0.01
-    assert (summary["effort"], summary["error_unit"], summary["effort_unit"], summary["logs"]) == (
-        None,
-        "m",
-        "N",
-        {"before": 2, "after": 2},
-    )
+    assert (summary["following_error"]["rms"]["before"], summary["friction"]["at_speeds"][0]["speed"]) == (2e-5, 0.01)
+    assert (list(summary["reversals"]), summary["reversals"]["window"]) == (["window", "forward_to_backward"], 0.15)
+    expected = {"effort": None, "error_unit": "m", "effort_unit": "N", "logs": {"before": 2, "after": 2}}
+    assert {name: summary[name] for name in expected} == expected
     bare = comparison_summary(compared(change()), name="axis", provenance={})
     assert (bare["reversals"], bare["friction"]) == (None, None)

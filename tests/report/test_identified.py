@@ -93,9 +93,8 @@ def test_data_frame_gives_the_same_result(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0, blocks=0)
     assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
-    table = result.to_dataframe()
-    assert table.loc["M", "value"] == result.parameters["M"].value
-    assert (table.loc["M", "low"], table.loc["M", "high"]) == result.parameters["M"].interval
+    mass = result.parameters["M"]
+    assert result.to_dataframe().loc["M", ["value", "low", "high"]].tolist() == [mass.value, *mass.interval]
 
 
 def test_columns_of_a_rotary_axis_need_only_its_kind(columns):
@@ -112,14 +111,12 @@ def test_prediction_uses_axis_and_treatment_of_the_result(columns, result, folde
     predicted = result.predict(columns)
     treatment = read_model(folder / "model.toml").info["treatment"]
     assert (treatment["cutoff"], treatment["decimation"]) == (60.0, 7)
-    bands = result.best.resampling.bands
-    low = predict(result.plant, result.model, br.Log.from_columns(columns), bands=bands, **treatment)
+    low = predict(result.plant, result.model, br.Log.from_columns(columns), bands=result.best.resampling.bands, **treatment)
     np.testing.assert_array_equal(predicted.effort_predicted, low.effort_predicted)
     np.testing.assert_array_equal(predicted.half_width, low.half_width)
     assert 85.0 < predicted.inside_percent <= 100.0
-    quick = {**columns, "time": columns["time"] / 3.0}
-    doubts = [each.code for each in result.predict(quick).diagnostics if each.severity == "warning"]
-    assert doubts, "three times as fast as what was fitted, and nothing is said of it"
+    quick = {**columns, "time": columns["time"] / 3.0}  # three times as fast as what was fitted
+    assert [each.code for each in result.predict(quick).diagnostics if each.severity == "warning"]
 
 
 def test_covariance_is_of_the_identified_parameters(columns, result):
@@ -168,30 +165,25 @@ def test_folder_has_the_files_for_further_use(result, folder):
     table = br.read_axis(folder / "axis.toml")
     assert {name: item.name for name, item in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
     curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
-    F_C, F_v = result.model.F_C, result.model.F_v
     assert np.all(np.diff(curve[:, 0]) >= 0.0)
-    fastest = curve[-1]
-    assert fastest[1] == pytest.approx(F_C + F_v * fastest[0] + result.parameters["offset"].value, rel=1e-4)
+    velocity, force = curve[-1, :2]
+    assert force == pytest.approx(result.model.F_C + result.model.F_v * velocity + result.parameters["offset"].value, rel=1e-4)
     summary = json.loads((folder / "summary.json").read_text())
     assert summary["parameters"]["M"]["value"] == result.parameters["M"].value
-    assert "passive" in summary["certificates"]
-    assert "identify" in summary["provenance"]["command"]
+    assert ("passive" in summary["certificates"], "identify" in summary["provenance"]["command"]) == (True, True)
 
 
 def test_report_is_a_self_contained_file(result, loaded, tmp_path):
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
-    assert "Certificates of" in page
-    assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
+    assert [part in page for part in ("Certificates of", 'src="http', 'href="http', "<link")] == [True, False, False, False]
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
 def test_figure_has_the_effort_whole_and_close_up(result):
-    whole, close = result.plot().axes
-    for axes in (whole, close):
-        assert [line.get_label() for line in axes.lines[:2]] == ["measured", "predicted"]
-    spans = [np.ptp(axes.lines[0].get_xdata()) for axes in (whole, close)]
-    assert 0.0 < spans[1] < spans[0]
+    whole, close = ([(line.get_label(), np.ptp(line.get_xdata())) for line in axes.lines[:2]] for axes in result.plot().axes)
+    assert [name for name, _ in (*whole, *close)] == ["measured", "predicted"] * 2
+    assert 0.0 < close[0][1] < whole[0][1]
 
 
 @pytest.mark.parametrize(
@@ -211,9 +203,7 @@ def test_axis_file_is_written_as_read_or_as_changed():
     axis = axis_simulated.axis()
     assert axis_text(axis) == Path(axis_simulated.AXIS_FILE).read_bytes()
     changed = replace(axis, mass=28.0, cutoff=77.0, seeks_delay=True, span=(0.5, 3.0), at_rest=True)
-    again = br.read_axis(axis_text(changed))
-    assert again == changed
-    assert again != axis
+    assert br.read_axis(axis_text(changed)) == changed != axis
 
 
 def test_axis_without_a_file_form_is_not_written():
@@ -233,8 +223,9 @@ def test_notebook_runs_and_its_job_has_ten_lines(tmp_path, monkeypatch):
     names = {}
     for cell in cells:
         exec(cell, names)
-    assert names["again"].parameters["M"].value == names["found"].parameters["M"].value
-    assert names["found"].parameters["M"].interval[0] < 12.0 < names["found"].parameters["M"].interval[1]
+    mass = names["found"].parameters["M"]
+    assert names["again"].parameters["M"].value == mass.value
+    assert mass.interval[0] < 12.0 < mass.interval[1]
     assert {"model.toml", "report.html", "draws.parquet"} <= {item.name for item in Path("results").iterdir()}
     assert Path("report.html").is_file()
 
@@ -301,9 +292,11 @@ def test_prediction_uses_the_treatment_of_the_fit(monkeypatch):
     monkeypatch.setattr("bristle.prediction.predict", lambda *a, **k: called.append((a, k)))
     in_hand().predict("log")
     in_hand(resampling=Some(bands="bands")).predict("log", "open-loop", axis="other")
-    assert called[0] == (("p", "f", "log", "axis", "inverse"), {"bands": None, "cutoff": 60.0, "decimation": 7})
-    assert called[1][0] == ("p", "f", "log", "other", "open-loop")
-    assert called[1][1]["bands"] == "bands"
+    treatment = {"cutoff": 60.0, "decimation": 7}
+    assert called == [
+        (("p", "f", "log", "axis", "inverse"), {"bands": None} | treatment),
+        (("p", "f", "log", "other", "open-loop"), {"bands": "bands"} | treatment),
+    ]
     assert isinstance(called[0][1]["decimation"], int)
 
 
@@ -333,26 +326,23 @@ def test_saved_model_lists_the_next_models():
     loaded = Loaded(None, {}, None, summary, "page")
     assert loaded._words() == ("a.csv", ["next in rank: b, c"])
     assert Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == ("", [])
-    assert loaded.to_dict() == summary
-    assert loaded.to_dict() is not summary
+    assert (loaded.to_dict(), loaded.to_dict() is summary) == (summary, False)
 
 
-@pytest.mark.parametrize("missing", ["plant", "traces", "parameters"])
-def test_folder_without_plant_or_traces_is_refused(tmp_path, monkeypatch, missing):
-    summary = {} if missing == "parameters" else {"parameters": {}}
-    (tmp_path / "summary.json").write_text(json.dumps(summary))
-    plant, traces = None if missing == "plant" else "p", {} if missing == "traces" else {"time": 1}
+@pytest.mark.parametrize(
+    ("summary", "plant", "traces", "words"),
+    [
+        ("{}", "p", {"time": 1}, "contains no identification"),
+        ('{"parameters": {}}', None, {"time": 1}, "contains no identification"),
+        ('{"parameters": {}}', "p", {}, "contains no identification"),
+        ('{"parameters": {}}', "p", {"time": 1}, "has missing or invalid entries"),
+    ],
+)
+def test_folder_without_plant_traces_or_numbers_is_refused(tmp_path, monkeypatch, summary, plant, traces, words):
+    (tmp_path / "summary.json").write_text(summary)
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: (plant, "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: traces)
-    with pytest.raises(InputError, match="contains no identification"):
-        load(tmp_path)
-
-
-def test_summary_without_the_numbers_of_a_fit_is_refused(tmp_path, monkeypatch):
-    (tmp_path / "summary.json").write_text('{"parameters": {}}')
-    monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: ("p", "f", {"bands": None}))
-    monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: {"time": 1})
-    with pytest.raises(InputError, match="has missing or invalid entries"):
+    with pytest.raises(InputError, match=words):
         load(tmp_path)
 
 
@@ -411,16 +401,14 @@ def never_slid(log):
 def test_level_above_the_effort_of_the_log_is_not_identified(log, never_slid):
     level = never_slid.best.parameters["f_p"]
     assert level.value > 1.2 * np.max(np.abs(log.effort.values))
-    assert level.status == "unidentifiable"
-    assert level.reason.code == "beyond_effort"
+    assert (level.status, level.reason.code) == ("unidentifiable", "beyond_effort")
     (message,) = [diagnostic for diagnostic in never_slid.best.diagnostics if diagnostic.code == "never_slides"]
     assert "f_p" in message.numbers["names"]
 
 
 def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
-    assert level_values(never_slid.best) is None
-    assert drive_table(never_slid.best) == []
-    assert values_to_enter(never_slid.best, None).rows == []
+    best = never_slid.best
+    assert (level_values(best), drive_table(best), values_to_enter(best, None).rows) == (None, [], [])
     never_slid.save(tmp_path / "out")
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 

@@ -50,12 +50,18 @@ def test_loops_are_reported_with_their_depth(depth, levels, remark):
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
 
-def test_oscillations_are_reported_with_their_frequencies():
-    table = passage_table(
-        [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))], "translational"
-    )
-    assert [row[-1] for row in table.rows] == ["1 Hz to 9 Hz", "", ""]
-    assert [row[-1] for row in passage_table([passage("oscillation", frequencies=(2.0,))], "translational").rows] == ["2 Hz"]
+@pytest.mark.parametrize(
+    ("passages", "remarks"),
+    [
+        (
+            [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))],
+            ["1 Hz to 9 Hz", "", ""],
+        ),
+        ([passage("oscillation", frequencies=(2.0,))], ["2 Hz"]),
+    ],
+)
+def test_oscillations_are_reported_with_their_frequencies(passages, remarks):
+    assert [row[-1] for row in passage_table(passages, "translational").rows] == remarks
 
 
 def test_treatment_of_a_log_has_units():
@@ -244,9 +250,8 @@ def test_loop_of_the_folder_uses_the_model_as_feedforward(tmp_path, monkeypatch)
     assert _loop_beside(file, "dahl", axis) == (None, ())  # there is no such file
     file.write_text("")
     assert _loop_beside(file, "dahl", axis) == (variants[2], ())
-    assert _loop_beside(file, "other", axis) == (None, ())
-    assert _loop_beside(file, "dahl", None) == (None, ())
-    assert _loop_beside(file, "dahl", Some(controller=None)) == (None, ())
+    for model, other in (("other", axis), ("dahl", None), ("dahl", Some(controller=None))):
+        assert _loop_beside(file, model, other) == (None, ())
 
 
 def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
@@ -256,9 +261,8 @@ def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
     monkeypatch.setattr("bristle.files.read_experiment", fails)
     file = tmp_path / "experiment.toml"
     file.write_text("")
-    loop, (remark,) = _loop_beside(file, "dahl", Some(controller="law"))
-    assert loop is None
-    assert remark == "bristle did not simulate the loop of experiment.toml: is broken"
+    remark = "bristle did not simulate the loop of experiment.toml: is broken"
+    assert _loop_beside(file, "dahl", Some(controller="law")) == (None, (remark,))
 
 
 @pytest.mark.parametrize("holds_operator", [True, False])
@@ -269,10 +273,6 @@ def test_operator_is_exported_with_its_constant_and_models_if_admitted(holds_ope
     monkeypatch.setattr("bristle.files.read_model", lambda file, allow_code: ("plant", "friction", {"known": allow_code}))
     monkeypatch.setattr("bristle.hysteresis.with_constant", lambda operator, offset: (operator, offset))
     monkeypatch.setattr("bristle.testing.admit", admitted.append)
-    reported = exported._read("file", allow_code=True)
-    if holds_operator:
-        assert reported == (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
-        assert admitted == []
-    else:
-        assert reported == ("plant", "friction", {"known": True})
-        assert admitted == ["friction"]
+    of_operator = (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
+    assert exported._read("file", allow_code=True) == (of_operator if holds_operator else ("plant", "friction", {"known": True}))
+    assert admitted == ([] if holds_operator else ["friction"])

@@ -80,8 +80,7 @@ def test_codes_and_sentences_match():
 def test_codes_are_lower_case_identifiers_with_a_meaning():
     for code, item in SENTENCES.items():
         assert re.fullmatch(r"[a-z]+(_[a-z]+)*", code), code
-        assert item.means, code
-        assert item.advice, code
+        assert all((item.means, item.advice)), code
 
 
 @pytest.fixture(scope="module")
@@ -120,8 +119,7 @@ def test_diagnostic_survives_pickle_and_json_has_its_sentence(fits):
 
 def test_units_follow_the_kind_of_axis():
     turning = Diagnostic("low_speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
-    assert message(turning) == "F_v cannot be identified: the log never exceeds 2 rad/s"
-    assert clause(turning) == "the log never exceeds 2 rad/s"
+    assert message(turning) == f"F_v cannot be identified: {clause(turning)}" == "F_v cannot be identified: the log never exceeds 2 rad/s"
     assert all(exponents_of(spec) for spec in fields_of("few_reversals").values() if "length" in spec)
 
 
@@ -191,11 +189,16 @@ def test_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The control law chatters")
 
 
-def test_head_of_a_sentence_follows_the_status_of_the_parameter():
-    held = Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"})
-    assert message(held) == "M is held constant at 12 kg: given as known"
-    assert message(Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"})) == "M cannot be identified: given as known"
-    assert message(Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"})).startswith("in this log friction does not fall")
+@pytest.mark.parametrize(
+    ("diagnostic", "words"),
+    [
+        (Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"}), "M is held constant at 12 kg: given as known"),
+        (Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"}), "M cannot be identified: given as known"),
+        (Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"}), "in this log friction does not fall"),
+    ],
+)
+def test_head_of_a_sentence_follows_the_status_of_the_parameter(diagnostic, words):
+    assert message(diagnostic).startswith(words)
 
 
 def fit_with(*diagnostics):
@@ -211,19 +214,30 @@ def test_warnings_list_errors_first_and_no_notes():
     assert notes_of(fit) == (message(note), f"warning: {message(warning)}", f"error: {message(error)}")
 
 
-def test_reason_of_effective_parameters_is_model_or_log():
-    first, second = LACKING[:2]
-    assert why_effective(fit_with()) == "the model lacks a force"
-    assert why_effective(fit_with(Diagnostic(first))) == "the model lacks a force"
-    assert why_effective(fit_with(Diagnostic(second))) == SENTENCES[second].means
-    assert why_effective(fit_with(Diagnostic(second), Diagnostic(first))) == f"{SENTENCES[second].means} and the model lacks a force"
+FORCE_LACKS = "the model lacks a force"
+
+
+@pytest.mark.parametrize(
+    ("codes", "reason"),
+    [
+        ((), FORCE_LACKS),
+        (LACKING[:1], FORCE_LACKS),
+        (LACKING[1:2], SENTENCES[LACKING[1]].means),
+        (LACKING[1::-1], f"{SENTENCES[LACKING[1]].means} and {FORCE_LACKS}"),
+    ],
+)
+def test_reason_of_effective_parameters_is_model_or_log(codes, reason):
+    assert why_effective(fit_with(*map(Diagnostic, codes))) == reason
 
 
 def test_fields_of_a_sentence_have_their_formats():
-    assert fields_of("low_speed") == {"speed": "length/time", "std_percent": ".0f"}
-    assert fields_of("filter_suspect") == {"lag": "time", "channel": "", "half_width": ""}
+    formats = {"low_speed": {"speed": "length/time", "std_percent": ".0f"}, "held_levels": {"levels": ""}}
+    formats |= {"filter_suspect": {"lag": "time", "channel": "", "half_width": ""}}
+    assert {code: fields_of(code) for code in formats} == formats
     assert "parameter" not in fields_of("noisy_acceleration")
-    assert fields_of("held_levels") == {"levels": ""}
+
+
+def test_a_note_is_the_reason_of_a_parameter():
     assert picked(SimpleNamespace(a=1, b=2, c=3), "a", "c") == {"a": 1, "c": 3}
     assert note_of(SimpleNamespace(reason=None)) == ""
     assert note_of(SimpleNamespace(reason=Diagnostic("low_speed", "F_v", numbers={"speed": 1.0}))) == "the log never exceeds 1 m/s"
@@ -367,13 +381,18 @@ def test_text_of_a_code_follows_the_numbers(code, numbers, words):
     assert words in clause(Diagnostic(code, "F_C", "note", numbers))
 
 
-def test_missing_numbers_omit_their_clauses():
-    assert "biases" not in clause(Diagnostic("clipped", "", "note", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7}))
-    numbers = {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False}
-    assert "57.3" not in clause(Diagnostic("resolution_contradicts", "", "note", numbers))
-    assert "depend on this choice" not in clause(Diagnostic("delay_or_filter", "", "note", {"delay": 1e-3, "names": ()}))
-    assert "at most" not in clause(Diagnostic("loop_diverges", "", "note", LOOP | {"longest_delay": 0}))
-    assert "effective" not in clause(Diagnostic("structure", "", "note", STRUCTURE))
+@pytest.mark.parametrize(
+    ("code", "numbers", "words"),
+    [
+        ("clipped", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7}, "biases"),
+        ("resolution_contradicts", {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False}, "57.3"),
+        ("delay_or_filter", {"delay": 1e-3, "names": ()}, "depend on this choice"),
+        ("loop_diverges", LOOP | {"longest_delay": 0}, "at most"),
+        ("structure", STRUCTURE, "effective"),
+    ],
+)
+def test_missing_numbers_omit_their_clauses(code, numbers, words):
+    assert words not in clause(Diagnostic(code, "", "note", numbers))
 
 
 def test_each_suspect_of_a_loop_has_its_factor():
@@ -406,9 +425,8 @@ def test_first_present_number_chooses_the_text(numbers, text):
 
 
 def test_short_forms_build_sentences():
-    assert says("a", "b") == Sentence(("a",), "b", "nothing")
-    assert held("a", "b", "c") == Sentence(("a",), "b", "c", "parameter")
-    assert held("a", "b").advice == "nothing"
+    sentences = [says("a", "b"), held("a", "b", "c"), held("a", "b")]
+    assert sentences == [Sentence(("a",), "b", "nothing"), *(Sentence(("a",), "b", advice, "parameter") for advice in ("c", "nothing"))]
     reason = cause("means", "advice", "text")
     assert (reason.means, reason.advice, reason.about, reason.texts[0]) == ("means", "advice", "parameter", "text")
     assert reason.template({}) == "text"

@@ -73,18 +73,19 @@ def test_numbers_of_a_parameter_share_a_scaled_unit():
     assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
 
 
-def test_standard_errors_are_reported_without_intervals():
-    assert "Standard error" in row_of(estimate())
-    row = row_of(estimate(), resampling=Some())
-    assert ("Standard error" in row, "Standard error [%]" in row, row["Value"]) == (False, False, "8.00")
-    assert "Standard error" not in row_of(estimate(std=math.inf, relative_std_percent=math.inf))
+@pytest.mark.parametrize(
+    ("item", "changes", "value"),
+    [(estimate(), {"resampling": Some()}, "8.00"), (estimate(std=math.inf, relative_std_percent=math.inf), {}, "8.00")],
+)
+def test_standard_errors_are_reported_without_intervals(item, changes, value):
+    row = row_of(item, **changes)
+    assert (row["Value"], {"Standard error", "Standard error [%]"} & set(row)) == (value, set())
 
 
-def test_interval_without_width_has_a_thousandth_of_a_percent():
-    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0, 8.0), interval_percent=0.0))
-    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == ("8.000", "8.000000, to the last digit", "< 0.001 %"[:7])
-    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - 1e-9, 8.0 + 1e-9), interval_percent=1e-8))
-    assert row["Value"] == "8.000000"
+@pytest.mark.parametrize(("half", "value"), [(0.0, "8.000"), (1e-9, "8.000000")])
+def test_interval_without_width_has_a_thousandth_of_a_percent(half, value):
+    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - half, 8.0 + half), interval_percent=10.0 * half))
+    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == (value, "8.000000, to the last digit", "< 0.001")
 
 
 @pytest.mark.parametrize(
@@ -100,15 +101,14 @@ def test_interval_without_width_has_a_thousandth_of_a_percent():
 )
 def test_small_value_has_the_unit_of_its_interval(ends, unit, interval):
     row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
-    assert (row["Unit"], row["95 % interval"]) == (unit, interval)
-    assert row["95 % interval [%]"] == "> 1000"
+    assert (row["Unit"], row["95 % interval"], row["95 % interval [%]"]) == (unit, interval, "> 1000")
 
 
-@pytest.mark.parametrize("low", [-3.0, -0.1])
-def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(low):
-    assert row_of(estimate(value=0.5, std=None, interval=(low, 4.0)))["Unit"] == "mN"
-    assert row_of(estimate(value=0.3, std=None, interval=(low, 4.0)))["Unit"] == "N"
-    assert row_of(estimate(value=0.3, std=None, interval=(0.0, 4.0)))["Unit"] == "mN"
+@pytest.mark.parametrize(
+    ("value", "low", "unit"), [(0.5, -3.0, "mN"), (0.5, -0.1, "mN"), (0.3, -3.0, "N"), (0.3, -0.1, "N"), (0.3, 0.0, "mN")]
+)
+def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value, low, unit):
+    assert row_of(estimate(value=value, std=None, interval=(low, 4.0)))["Unit"] == unit
 
 
 @pytest.mark.parametrize(
@@ -126,12 +126,17 @@ def test_infinite_constant_parameter_is_left_out():
     assert table.caption == "Parameters of coulomb"
 
 
-def test_remarks_of_a_parameter_are_joined():
-    row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
-    assert row["Remark"] == "effective; doubtful: see the warnings"
-    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "valid only with the given offset"
-    assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly identified; effective"
-    assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
+@pytest.mark.parametrize(
+    ("item", "changes", "remark"),
+    [
+        ({}, {"effective": ("F_C",), "doubted": ("F_C",), "with_constant": ("M",)}, "effective; doubtful: see the warnings"),
+        ({}, {"with_constant": ("F_C",)}, "valid only with the given offset"),
+        ({"is_rough": True}, {"effective": ("F_C",)}, "roughly identified; effective"),
+        ({"status": "unidentifiable"}, {"effective": ("F_C",)}, "not identified"),
+    ],
+)
+def test_remarks_of_a_parameter_are_joined(item, changes, remark):
+    assert row_of(estimate(**item), **changes)["Remark"] == remark
 
 
 def test_products_of_parameters_are_the_last_rows():
@@ -180,9 +185,7 @@ def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
     table = comparison_table(Some(fits=fits))
     assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
     assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
-    assert table.rows[0][2:5] == ["5", "2.60", "0"]
-    assert table.rows[0][-1] == "M"
-    assert table.rows[2][2:5] == ["1", "–", "–"]
+    assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (["5", "2.60", "0"], "M", ["1", "–", "–"])
     assert "one standard error of the smallest" in table.caption
     short = comparison_table(Some(fits=fits), details=False)
     assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
@@ -201,17 +204,22 @@ def test_drive_table_has_a_row_for_each_side_of_rest():
     table = drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
-    odd = drive_rows([(0.0123456, 8.76543)], "translational")
-    assert odd.rows == [["1", "12.346", "8.765"]]
+    assert drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
     assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
     in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
     assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 
-def test_drive_table_for_copying_is_in_si():
-    assert as_csv(STEPS[2:], "translational") == "velocity [m/s],effort [N]\n0,8\n0.1,9"
-    assert as_csv([(1 / 3, 2 / 3)], "rotational") == "velocity [rad/s],effort [N*m]\n0.333333,0.666667"
+@pytest.mark.parametrize(
+    ("table", "kind", "text"),
+    [
+        (STEPS[2:], "translational", "velocity [m/s],effort [N]\n0,8\n0.1,9"),
+        ([(1 / 3, 2 / 3)], "rotational", "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
+    ],
+)
+def test_drive_table_for_copying_is_in_si(table, kind, text):
+    assert as_csv(table, kind) == text
 
 
 def test_changed_thresholds_are_listed_with_their_defaults():
@@ -302,15 +310,23 @@ def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
     assert length_text(value, kind).replace("\u00a0", " ") == text
 
 
-def test_short_texts_of_numbers():
-    assert fixed(8.25, "N") == "8.25\u00a0N"
-    assert (short_text(3.14159), percent_text(12.345)) == ("3.14", "12.3\u00a0%")
-    assert (span_text([3e-3, 1e-3, 2e-3], "m"), span_text([2e-3, 2e-3], "m")) == ("1 mm to 3 mm", "2 mm")
-    assert (interval_text("1", "2"), interval_text("1", "1")) == ("1 to 2", "1, to the last digit")
-    assert (stiffness_text(5e7, "translational"), stiffness_text(123.4, "rotational")) == ("50.0 N/µm", "123 N·m/rad")
-
-
-def test_a_sentence_begins_with_a_capital_or_with_the_name_of_the_program():
-    assert capital("the log is short") == "The log is short"
-    assert capital("bristle removed a delay") == "bristle removed a delay"
-    assert capital("") == ""
+@pytest.mark.parametrize(
+    ("function", "arguments", "text"),
+    [
+        (fixed, (8.25, "N"), "8.25\u00a0N"),
+        (short_text, (3.14159,), "3.14"),
+        (percent_text, (12.345,), "12.3\u00a0%"),
+        (span_text, ([3e-3, 1e-3, 2e-3], "m"), "1 mm to 3 mm"),
+        (span_text, ([2e-3, 2e-3], "m"), "2 mm"),
+        (interval_text, ("1", "2"), "1 to 2"),
+        (interval_text, ("1", "1"), "1, to the last digit"),
+        (stiffness_text, (5e7, "translational"), "50.0 N/µm"),
+        (stiffness_text, (123.4, "rotational"), "123 N·m/rad"),
+        # A sentence begins with a capital or with the name of the program.
+        (capital, ("the log is short",), "The log is short"),
+        (capital, ("bristle removed a delay",), "bristle removed a delay"),
+        (capital, ("",), ""),
+    ],
+)
+def test_short_texts_of_numbers(function, arguments, text):
+    assert function(*arguments) == text

@@ -8,7 +8,6 @@ import warnings
 from importlib import resources
 from types import SimpleNamespace as Some
 
-import numpy as np
 import pytest
 from markupsafe import Markup
 from matplotlib.figure import Figure
@@ -33,18 +32,23 @@ def test_a_tab_lists_the_reasons_if_there_are_several(reasons, more):
     assert Front("a", "b", None if reasons is None else Ruling("no", "No", reasons)).has_more is more
 
 
-def test_figures_are_in_place_or_at_the_end():
-    pictures = {"a": [ONE, TWO], "b": []}
-    assert _filled(Section("a", "A", ["text"]), pictures).blocks == ["text", ONE, TWO]
-    assert _filled(Section("a", "A", [Figures("a"), "text"]), pictures).blocks == [ONE, TWO, "text"]
-    assert _filled(Section("other", "A", [Figures("a"), "text"]), pictures).blocks == [ONE, TWO, "text"]
-    assert _filled(Section("b", "B", ["text"]), pictures).blocks == ["text"]
+TABLE = Table("t", ["a"], [["1"]])
 
 
-def test_empty_blocks_are_left_out():
-    table = Table("t", ["a"], [["1"]])
-    blocks = [None, "", Block("items", []), Block("items", ["x"]), Table("t", [], []), table]
-    assert _filled(Section("s", "S", blocks), {}).blocks == [Block("items", ["x"]), table]
+@pytest.mark.parametrize(
+    ("identifier", "blocks", "filled"),
+    [
+        # Figures are in place or at the end.
+        ("a", ["text"], ["text", ONE, TWO]),
+        ("a", [Figures("a"), "text"], [ONE, TWO, "text"]),
+        ("other", [Figures("a"), "text"], [ONE, TWO, "text"]),
+        ("b", ["text"], ["text"]),
+        # Empty blocks are left out.
+        ("s", [None, "", Block("items", []), Block("items", ["x"]), Table("t", [], []), TABLE], [Block("items", ["x"]), TABLE]),
+    ],
+)
+def test_a_section_has_its_figures_and_no_empty_blocks(identifier, blocks, filled):
+    assert _filled(Section(identifier, "A", blocks), {"a": [ONE, TWO], "b": []}).blocks == filled
 
 
 def rendered(sections, **options):
@@ -54,10 +58,8 @@ def rendered(sections, **options):
 
 def test_empty_sections_are_left_out_and_the_banner_is_first():
     text = rendered([Section("kept", "Kept", ["words"]), Section("gone", "Gone", [None])], banner="Unfinished.")
-    assert "Kept" in text
-    assert "Gone" not in text
     assert text.index("Unfinished.") < text.index("Kept")
-    assert "Further figures" not in text
+    assert not re.search("Gone|Further figures", text)
 
 
 def custom(draw, takes="log"):
@@ -86,8 +88,7 @@ def test_failing_figure_of_the_user_is_a_remark(figure, facts, words):
 def test_figure_of_the_user_is_under_its_title_and_published():
     with page.plates() as collected:
         title, drawing = page._own_blocks(custom(lambda log: style.panels(2.0)[0]), {"log": 1})
-    assert title == "<h3>Mine</h3>"
-    assert (drawing.id, drawing.caption) == ("figure-own-mine", "See.")
+    assert (title, drawing.id, drawing.caption) == ("<h3>Mine</h3>", "figure-own-mine", "See.")
     (plate,) = collected
     assert (plate.name, plate.alternative, plate.caption, plate.own) == ("mine", "mine", "See.", True)
     assert page._plates.get() is None
@@ -120,13 +121,21 @@ def test_commands_are_code_and_markup_is_unchanged():
     assert worded(Markup("<b>x</b>")) == "<b>x</b>"
 
 
-def test_long_names_can_break():
-    breakable = page._environment().filters["breakable"]
-    assert breakable("short_name x") == "short_name x"
-    assert breakable("twelve_words") == "twelve_words"
-    assert breakable("thirteen_word") == "thirteen_<wbr>word"
-    assert breakable("a_rather_long x_y") == "a_<wbr>rather_<wbr>long x_y"
-    assert breakable("<" * 13) == "&lt;" * 13
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("short_name x", "short_name x"),
+        ("twelve_words", "twelve_words"),
+        ("thirteen_word", "thirteen_<wbr>word"),
+        ("a_rather_long x_y", "a_<wbr>rather_<wbr>long x_y"),
+        ("<" * 13, "&lt;" * 13),
+    ],
+)
+def test_long_names_can_break(name, shown):
+    assert page._environment().filters["breakable"](name) == shown
+
+
+def test_long_and_unbroken_texts_and_prose_are_told_apart():
     tests = page._environment().tests
     assert [tests["long"]("x" * count) for count in (40, 41)] == [False, True]
     assert [tests["unbroken"](" ".join(["y" * 30, "x" * count])) for count in (40, 41)] == [False, True]
@@ -205,7 +214,7 @@ def test_a_value_lies_where_matplotlib_draws_it(scale, ends, values, tmp_path):
 
 @needs_node
 def test_marks_are_round_and_inside(tmp_path):
-    assert computed(tmp_path, "ticksBetween(-0.13, 0.62, 4, true)") == [0.0, 0.2, 0.4, 0.6]
-    assert computed(tmp_path, "ticksBetween(0.5, 200, 4, false)") == [1, 10, 100]
-    assert computed(tmp_path, "ticksBetween(-20, 0.5, 4, false)")[:2] == [-10, -1]
-    assert np.array(computed(tmp_path, "ticksBetween(18.7, 19.9, 8, true)")) == pytest.approx([18.8, 19.0, 19.2, 19.4, 19.6, 19.8])
+    sides = ("-0.13, 0.62, 4, true", "0.5, 200, 4, false", "-20, 0.5, 4, false", "18.7, 19.9, 8, true")
+    plain, decades, signed, fine = computed(tmp_path, f"[{', '.join(f'ticksBetween({side})' for side in sides)}]")
+    assert (plain, decades, signed[:2]) == ([0.0, 0.2, 0.4, 0.6], [1, 10, 100], [-10, -1])
+    assert fine == pytest.approx([18.8, 19.0, 19.2, 19.4, 19.6, 19.8])

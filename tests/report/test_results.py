@@ -19,14 +19,17 @@ from bristle.report.page import FaultWarning, Plate, picture, plates
 from bristle.report.results import _is_written, captions, figure_files, log_names, write_logs
 
 
-def test_log_of_a_single_variant_is_log_csv():
-    assert log_names(["any thing"]) == {"any thing": "log.csv"}
-    assert log_names(["as recorded", "b.2-c"]) == {"as recorded": "log_as_recorded.csv", "b.2-c": "log_b.2-c.csv"}
-
-
-@pytest.mark.parametrize(("letters", "numbered"), [(200, False), (201, True)])
-def test_names_too_long_for_a_file_are_numbered(letters, numbered):
-    assert (log_names(["x" * letters, "b"])["b"] == "log_2.csv") is numbered
+@pytest.mark.parametrize(
+    ("names", "files"),
+    [
+        (["any thing"], ["log.csv"]),
+        (["as recorded", "b.2-c"], ["log_as_recorded.csv", "log_b.2-c.csv"]),
+        (["x" * 200, "b"], [f"log_{'x' * 200}.csv", "log_b.csv"]),
+        (["x" * 201, "b"], ["log_1.csv", "log_2.csv"]),  # too long for a file
+    ],
+)
+def test_names_of_variants_are_names_of_files(names, files):
+    assert log_names(names) == dict(zip(names, files, strict=True))
 
 
 class Folder(dict):
@@ -45,12 +48,10 @@ def plate(name="one", own=False, panels=1):
 
 
 def test_each_panel_has_a_separate_csv_file():
-    folder = Folder()
-    assert _is_written(folder, plate(), ["csv", "svg"])
-    assert list(folder) == ["figures/one.csv", "figures/one.svg"]
-    folder.clear()
-    assert _is_written(folder, plate(panels=2), ["csv"])
-    assert list(folder) == ["figures/one-panel-1.csv", "figures/one-panel-2.csv"]
+    for panels, forms, files in ((1, ["csv", "svg"], ["one.csv", "one.svg"]), (2, ["csv"], ["one-panel-1.csv", "one-panel-2.csv"])):
+        folder = Folder()
+        assert _is_written(folder, plate(panels=panels), forms)
+        assert list(folder) == [f"figures/{file}" for file in files]
 
 
 @pytest.mark.parametrize(("own", "category"), [(True, InputWarning), (False, FaultWarning)])
@@ -106,11 +107,9 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     variants = [Some(name=name, axis=axis, plant=Some(kind="rotational")) for name, axis in (("a", None), ("b", "known"), ("gone", None))]
     result = Some(variants={"a": outcome, "b": outcome}, experiment=Some(variants=variants))
     assert write_logs(Folder(), result) == {"a": "log_a.csv", "b": "log_b.csv"}
-    assert set(written) == {"log_a.csv", "log_b.csv"}
-    axis, signals = written["log_a.csv"]
-    assert axis.kind == "rotational"
+    (axis, signals), (known, _) = (written.pop(f"log_{name}.csv") for name in "ab")
+    assert (axis.kind, known, written) == ("rotational", "known", {})
     assert signals == {"time": 1, "position": 2, "effort": 3} | ({} if is_open else {"reference": 4})
-    assert written["log_b.csv"][0] == "known"
 
 
 # --- Figures of a report as separate files in several formats, with captions and numbers
@@ -166,8 +165,7 @@ def test_each_collector_keeps_only_its_figures():
         with plates() as inner:
             picture("b", DRAW["expected"], "", "two")
     picture("c", DRAW["expected"], "", "three")
-    assert [(item.name, item.caption) for item in outer] == [("first", "another")]
-    assert [(item.name, item.caption) for item in inner] == [("b", "two")]
+    assert [[(item.name, item.caption) for item in each] for each in (outer, inner)] == [[("first", "another")], [("b", "two")]]
 
 
 def test_report_does_not_depend_on_figure_files(tmp_path):

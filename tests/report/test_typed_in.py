@@ -48,13 +48,19 @@ def test_levels_are_by_direction_with_the_viscous_part(entered):
         "Viscous friction backward": ("30 N·s/m",),
         "Mass or inertia": ("12 kg",),
     }
-    assert entered(constant=2.0)[1]["Constant force"] == ("2 N",)
-    assert "Friction forward, F+" not in entered(forward=None)[1]
-    assert entered(item=fit(kind="rotational"))[1]["Mass or inertia"] == ("12 kg·m²",)
 
 
-def test_unidentified_mass_is_not_reported(entered):
-    assert "Mass or inertia" not in entered(item=fit(mass="unidentifiable"))[1]
+@pytest.mark.parametrize(
+    ("options", "name", "value"),
+    [
+        ({"constant": 2.0}, "Constant force", ("2 N",)),
+        ({"forward": None}, "Friction forward, F+", None),
+        ({"item": fit(kind="rotational")}, "Mass or inertia", ("12 kg·m²",)),
+        ({"item": fit(mass="unidentifiable")}, "Mass or inertia", None),
+    ],
+)
+def test_a_value_is_reported_if_it_is_known(entered, options, name, value):
+    assert entered(**options)[1].get(name) == value
 
 
 def test_units_of_the_drive_are_first(entered):
