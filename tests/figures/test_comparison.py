@@ -118,11 +118,11 @@ def test_runs_without_numbers_have_no_median():
 
 def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
-    grid, plain = (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
-    assert FIGURES["many_runs.spread"].caption(grid, spread).endswith("A line for each point of the grid.")
-    assert FIGURES["many_runs.spread"].caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
-    assert FIGURES["many_runs.spread"].alternative(plain, spread) == "Distribution of m over the runs"
-    assert FIGURES["many_runs.spread"].draw(plain, spread).axes[0].get_xlabel() == "Way [m]"
+    figure, (grid, plain) = FIGURES["many_runs.spread"], (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
+    assert figure.caption(grid, spread).endswith("A line for each point of the grid.")
+    assert figure.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
+    told = figure.alternative(plain, spread), figure.draw(plain, spread).axes[0].get_xlabel()
+    assert told == ("Distribution of m over the runs", "Way [m]")
     assert FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
 
 
@@ -150,10 +150,7 @@ def marks(axes):
 def test_logs_without_a_value_or_beyond_the_panel_have_special_marks():
     runs, axes = drawn()
     result = marks(axes)
-    assert [place for place, _ in result["above"]] == [3.0]
-    assert [place for place, _ in result["none"]] == [9.0]
-    assert result["below"] == []
-    assert [height for _, height in result["above"] + result["none"]] == pytest.approx([0.97, 0.0])
+    assert result == {"above": [[3.0, pytest.approx(0.97)]], "below": [], "none": [[9.0, pytest.approx(0.0)]]}
     value = runs.columns["F_C"].copy()
     value[4] = -40.0
     assert marks(drawn(F_C=value)[1])["below"] == [[4.0, pytest.approx(0.03)]]

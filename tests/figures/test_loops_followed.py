@@ -35,8 +35,7 @@ def test_zero_errors_have_bars():
 )
 def test_flattened_loops_get_a_separate_panel(focus, panels, title):
     figure = following_error(looped(NAMES), focus)
-    assert len(figure.axes) == panels
-    assert figure.get_size_inches()[1] == pytest.approx(1.6 * (panels - 1))
+    assert (len(figure.axes), figure.get_size_inches()[1]) == (panels, pytest.approx(1.6 * (panels - 1)))
     assert figure.axes[panels - 4].get_title(loc="right") == title
     shares = sum(patch.get_data()[0].sum() for patch in figure.axes[panels - 3].patches)
     assert shares == pytest.approx(100.0 * (2 if title else 3))
@@ -44,12 +43,14 @@ def test_flattened_loops_get_a_separate_panel(focus, panels, title):
 
 def test_a_measured_error_is_below_all_and_not_a_loop():
     figure = following_error(looped(NAMES), ("fed",), np.full(T.size, 9e-6))
-    whole, compensated = lines(figure.axes[1]), lines(figure.axes[2])
-    assert list(whole) == ["measured", *NAMES]
-    assert list(compensated) == ["fed"]
+    whole = lines(figure.axes[1])
+    assert [list(whole), list(lines(figure.axes[2])), list(lines(figure.axes[-1]))] == [
+        ["measured", *NAMES],
+        ["fed"],
+        [f"_{name}" for name in NAMES],
+    ]
     assert whole["measured"].get_ydata() == pytest.approx(9.0)
     assert whole["measured"].get_linewidth() > whole["base"].get_linewidth()
-    assert list(lines(figure.axes[-1])) == [f"_{name}" for name in NAMES]
 
 
 def test_the_worst_reversal_of_a_single_loop_has_its_name():
@@ -72,7 +73,6 @@ def test_without_a_reversal_the_close_up_is_around_the_largest_error():
     item.measured = T - 1e-6 * (np.abs(T - 3.0) < 0.01)
     x = gain_at_reversal(result, ("a",)).axes[0].get_lines()[0].get_xdata()
     assert x[0] < (3.0 if x[-1] < 10.0 else 3000.0) < x[-1]
-    assert x.size == 40 or np.ptp(x) > 0.0
 
 
 def test_a_completed_loop_is_finite_and_longer_than_the_settling_time():

@@ -33,8 +33,7 @@ def lines(axes):
 def test_forces_have_the_same_unit_and_a_margin():
     units = loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
     assert (units.x, units.y) == ("Position [µm]", "Friction torque [N·m]")
-    low, high = units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))])
-    assert (low, high) == pytest.approx((-4.5, 6.5))
+    assert units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))]) == pytest.approx((-4.5, 6.5))
     assert units.height([(X, np.array([-4.0, 6.0]))], 0.1) == pytest.approx((-5.0, 7.0))
     axes = Figure().add_subplot()
     units.plot(axes, 2e-6, 3.0, "o")
@@ -90,9 +89,8 @@ def test_a_letter_is_written_twice_if_the_points_are_apart():
     axes = Figure().add_subplot()
     axes.set_ylim(0.0, 100.0)
     small_multiples._write_letters(axes, np.zeros(4), np.array([10.0, 12.0, 14.0, 50.0]), "aaab")
-    assert [text.get_text() for text in axes.texts] == ["a", "a", "b"]
-    assert [text.xy[1] for text in axes.texts] == [10.0, 14.0, 50.0]
-    assert [text.xyann for text in axes.texts] == [(5, 2), (5, -9), (5, 2)]
+    drawn = [(text.get_text(), text.xy[1], text.xyann) for text in axes.texts]
+    assert drawn == [("a", 10.0, (5, 2)), ("a", 14.0, (5, -9)), ("b", 50.0, (5, 2))]
     left = Figure().add_subplot()
     small_multiples._write_letters(left, np.array([0.0, 2.0]), np.array([0.1, 0.9]), "xy")
     assert [text.xyann for text in left.texts] == [(-5, -9), (5, 2)]
@@ -105,8 +103,7 @@ def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
     assert widths == [[2.2, 2.2, 0.9], [0.9, 0.9]]
     assert [axes.get_ylim() for axes in figure.axes] == [pytest.approx((-0.4, 8.4))] * 2
     alone = loop_family({"A": {"one": loops}})
-    assert not alone.legends
-    assert alone.axes[0].get_legend() is None
+    assert [alone.axes[0].get_legend(), *alone.legends] == [None]
     assert alone.get_size_inches()[1] == pytest.approx(3.5)
 
 
@@ -214,8 +211,10 @@ def test_below_the_staircase_are_the_relays_that_are_up(history):
             assert relay == (1.0 if cells[i] < height else -1.0)
 
 
-def test_an_operator_without_turning_points_has_no_plane():
-    with pytest.raises(InputError, match="has no turning points"):
-        figures.preisach_plane(hysteresis.play(r=1.0), [1.0])
-    with pytest.raises(InputError, match="is empty"):
-        figures.preisach_plane(hysteresis.preisach(s=1.0, f_p=1.0), [])
+@pytest.mark.parametrize(
+    ("operator", "history", "words"),
+    [(hysteresis.play(r=1.0), [1.0], "has no turning points"), (hysteresis.preisach(s=1.0, f_p=1.0), [], "is empty")],
+)
+def test_an_operator_without_turning_points_has_no_plane(operator, history, words):
+    with pytest.raises(InputError, match=words):
+        figures.preisach_plane(operator, history)

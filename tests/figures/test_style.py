@@ -1,5 +1,7 @@
 """The common look of figures: words and units of axes, panels to the inch, titles and legends that have room."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -62,12 +64,13 @@ def test_time_is_in_milliseconds_below_half_a_second(end, unit, factor):
 def test_a_signal_of_four_samples_a_column_is_drawn_whole():
     assert style.envelope(np.zeros(4 * 480)).size == 4 * 480
     assert style.envelope(np.zeros(4 * 480 + 1)).size < 2 * 480
-    assert style.envelope(np.zeros(8), 2).tolist() == list(range(8))
 
 
-def test_a_column_keeps_the_ends_and_the_extremes():
-    y = np.array([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0])
-    assert style.envelope(y, 2).tolist() == [0, 1, 3, 5, 6, 10]
+@pytest.mark.parametrize(
+    ("y", "kept"), [([0.0] * 8, list(range(8))), ([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0], [0, 1, 3, 5, 6, 10])]
+)
+def test_a_column_keeps_the_ends_and_the_extremes(y, kept):
+    assert style.envelope(np.array(y), 2).tolist() == kept
 
 
 @pytest.mark.parametrize(("step", "parts"), [(1.4, 1), (1.6, 2)])
@@ -98,21 +101,29 @@ def test_stretches_of_equal_length_have_the_same_share_of_the_width():
     assert [side.size for side in style.line(t, np.full(8000, np.nan))] == [0, 0]
 
 
-def test_a_cloud_has_a_point_in_each_cell_of_the_grid():
+@pytest.mark.parametrize(
+    ("x", "y", "cells", "kept"),
+    [
+        ([], [], (9, 9), []),
+        ([1.0] * 3, [1.0] * 3, (9, 9), [0]),
+        ([0.0, 1.0, 2.0, 3.0], [0.0] * 4, (2, 1), [0, 2, 3]),
+        ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 0.5, 0.0, 1.0], (2, 3), list(range(6))),
+    ],
+)
+def test_a_cloud_has_a_point_in_each_cell(x, y, cells, kept):
+    assert style.spread(np.array(x), np.array(y), cells).tolist() == kept
+
+
+def test_the_grid_of_a_cloud_is_240_by_120_wherever_it_lies():
     x, y = (side.ravel() for side in np.meshgrid(np.arange(480.0), np.arange(240.0)))
     assert 240 * 120 <= style.spread(x, y).size <= 240 * 120 + 4
-    assert style.spread(np.empty(0), np.empty(0)).size == 0
-    assert style.spread(np.ones(3), np.ones(3)).tolist() == [0]
-    assert style.spread(np.arange(4.0), np.zeros(4), (2, 1)).tolist() == [0, 2, 3]
-    corners = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.5, 1.0, 0.5, 0.0, 1.0])
-    assert style.spread(*corners, (2, 3)).tolist() == list(range(6))
     cloud = np.random.default_rng(2).normal(size=(2, 500))
     assert style.spread(*cloud, (8, 6)).tolist() == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
 
 
-def test_shares_are_percent_of_all_values():
-    assert style.shares(np.array([1.0, 2.0, 3.0, 9.0]), np.array([0.0, 2.5, 5.0])).tolist() == [50.0, 25.0]
-    assert style.shares(np.empty(0), np.array([0.0, 1.0])).tolist() == [0.0]
+@pytest.mark.parametrize(("values", "edges", "shares"), [([1.0, 2.0, 3.0, 9.0], [0.0, 2.5, 5.0], [50.0, 25.0]), ([], [0.0, 1.0], [0.0])])
+def test_shares_are_percent_of_all_values(values, edges, shares):
+    assert style.shares(np.array(values), np.array(edges)).tolist() == shares
 
 
 def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
@@ -122,6 +133,8 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert len({look["linestyle"] for look in style.LINES[1:]}) == 4
     assert [look["marker"] for look in style.SERIES] == list("os^Dv")
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
+        *zip("os^Dv", (look["color"] for look in style.LINES), strict=True)
+    ]
 
 
 @pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
@@ -167,8 +180,7 @@ def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
         whole.append(text)
     assert len(whole[1]) < len(whole[0])
     style.title(axes, f"of {name}", name)
-    assert "…" in axes.get_title(loc="right")
-    assert axes.get_title(loc="right").startswith("of W")
+    assert re.match("of W+…", axes.get_title(loc="right"))
     style.title(axes, name)
     assert width(axes.get_title(loc="right"), 8.5) > available - 0.3
     style.title(axes, "short", "short")
@@ -178,11 +190,10 @@ def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
 def test_no_line_joins_the_two_sides_of_rest():
     _, ((axes,),) = style.panels(3.0)
     points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
-    style.plot_by_side(axes, points, "model", style.DASHED)
-    assert [line.get_label() for line in axes.get_lines()] == ["model", "_same"]
-    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-4.0, 5.0], [-5.0, 4.0]]
-    style.plot_by_side(axes, points[2:], "forward", style.DASHED)
-    assert [line.get_label() for line in axes.get_lines()[2:]] == ["forward"]
+    for drawn, name in ((points, "model"), (points[2:], "forward")):
+        style.plot_by_side(axes, drawn, name, style.DASHED)
+    lines = [(line.get_label(), line.get_ydata().tolist()) for line in axes.get_lines()]
+    assert lines == [("model", [-4.0, 5.0]), ("_same", [-5.0, 4.0]), ("forward", [-4.0, 5.0])]
 
 
 def named(*names, **layout):
@@ -377,12 +388,10 @@ def test_a_name_ends_with_its_unit_unless_the_axis_has_names(axes, word):
     assert unlabelled_axes(axes.figure) == []
 
 
-def test_hidden_panels_have_no_faults(axes):
+@pytest.mark.parametrize("hide", [("set_axis_off",), ("set_visible", False)])
+def test_hidden_panels_have_no_faults(axes, hide):
     axes.set(xlabel="", ylabel="")
-    axes.set_axis_off()
-    assert unlabelled_axes(axes.figure) == []
-    axes.set_axis_on()
-    axes.set_visible(False)
+    getattr(axes, hide[0])(*hide[1:])
     assert unlabelled_axes(axes.figure) == []
 
 
@@ -409,8 +418,7 @@ def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
     axes.set_xticks(ticks)
     axes.set_xlim(0.0, 1.0)
     axes.set_yticks([])
-    assert sum(text.get_text() in ("0.0", "0.5", "1.0") for text, _ in texts_of(axes.figure)) == 3
-    assert len(texts_of(axes.figure)) == 5
+    assert sorted(text.get_text() for text, _ in texts_of(axes.figure)) == ["0.0", "0.5", "1.0", "Force [N]", "Time [s]"]
 
 
 @pytest.mark.parametrize(("overlap", "faults"), [(0.5, 0), (1.5, 1)])
