@@ -133,8 +133,6 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert len({look["linestyle"] for look in style.LINES[1:]}) == 4
     assert [look["marker"] for look in style.SERIES] == list("os^Dv")
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
-        *zip("os^Dv", (look["color"] for look in style.LINES), strict=True)
-    ]
 
 
 @pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
