@@ -218,10 +218,7 @@ def test_every_view_can_be_saved_as_a_picture(page, shown):
     rows = {row[0]: row[1:] for row in tab.run(PICTURES)}
     assert set(rows) == {"loop", "plane", "speed", "track"}
     for is_read, paths, (opened, closed), texts, size, unchanged in rows.values():
-        assert is_read
-        assert paths > 3
-        assert opened == closed
-        assert size > 2000
-        assert unchanged
+        assert (is_read, opened == closed, unchanged) == (True, True, True)
+        assert min(paths / 3, size / 2000) > 1.0
         assert any("[" in text for text in texts)
     assert "position [µm]" in rows["loop"][3]

@@ -49,23 +49,20 @@ def test_a_result_is_old_after_a_change_of_its_file(case, role, old):
     names = ("looked", "checked", "identified", "predicted", "exported", "excited")
     for name in names:
         left(case, name, name)
-    assert not any(case.is_old(name) for name in names)
+    assert not any(case.is_old(name) for name in (*names, "missing"))
     case.changed(role)
-    assert {name for name in names if case.is_old(name)} == old
-    assert {name for name, part in case.as_data()["parts"].items() if part["old"]} == old
+    assert {name for name, part in case.as_data()["parts"].items() if part["old"]} == {name for name in names if case.is_old(name)} == old
 
 
 def test_a_new_part_removes_the_files_of_the_previous_part(case):
     first, second = left(case, "looked", "first"), left(case, "looked", "second")
-    assert (first.exists(), second.exists()) == (False, True)
-    assert case.parts["looked"].folder == second
+    assert (first.exists(), second.exists(), case.parts["looked"].folder) == (False, True, second)
 
 
 def test_logs_come_in_their_order_by_role(case):
-    files = [dropped(case, role) for role in ("fit", "held_out", "fit")]
-    assert case.logs("fit") == [files[0], files[2]]
-    assert case.logs("held_out", "fit") == files
-    assert case.logs() == []
+    first, second, third = (dropped(case, role) for role in ("fit", "held_out", "fit"))
+    asked = [case.logs(*roles) for roles in (("fit",), ("held_out", "fit"), ())]
+    assert asked == [[first, third], [first, second, third], []]
 
 
 def test_the_page_gets_the_complete_state_of_an_analysis(case):
@@ -95,12 +92,10 @@ def cases(tmp_path):
 
 def test_an_analysis_is_found_by_its_name_until_it_is_closed(cases):
     first, second = cases.new(), cases.new()
-    assert first.identifier != second.identifier
-    assert cases[first.identifier] is first
+    assert (cases[first.identifier], cases[second.identifier]) == (first, second)
     assert first.folder.stat().st_mode & 0o777 == 0o700
     cases.close(first)
-    assert not first.folder.exists()
-    assert list(cases) == [second]
+    assert (first.folder.exists(), list(cases)) == (False, [second])
     with pytest.raises(RefusedRequestError, match="no longer open") as refused:
         cases[first.identifier]
     assert refused.value.status == 404

@@ -75,9 +75,7 @@ def test_without_the_token_there_is_only_the_page(app, token):
     # Neither the address nor a cookie stands for it.
     assert client.post(f"/api/cases?token={TOKEN}", headers=headers | {"cookie": f"x-bristle-token={TOKEN}"}).status_code == 401
     page = client.get("/")
-    assert page.status_code == 200
-    assert TOKEN not in page.text
-    assert "set-cookie" not in page.headers
+    assert (page.status_code, TOKEN in page.text, "set-cookie" in page.headers) == (200, False, False)
 
 
 def test_the_host_is_checked_before_reading(client):
@@ -91,16 +89,13 @@ def test_the_host_is_checked_before_reading(client):
 def test_the_policy_allows_exactly_the_scripts_of_the_page(client):
     answer = client.get("/")
     rules = dict(rule.strip().split(" ", 1) for rule in answer.headers["content-security-policy"].split(";"))
-    assert rules["default-src"] == "'none'"
-    assert rules["frame-ancestors"] == "'none'"
     for element, rule in (("script", "script-src"), ("style", "style-src")):
         (text,) = re.findall(rf"<{element}>(.*?)</{element}>", answer.text, re.DOTALL)
         digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
         assert rules[rule] == f"'sha256-{digest}'"
-    assert rules["connect-src"] == "'self'"
+    assert rules.items() >= {"default-src": "'none'", "frame-ancestors": "'none'", "connect-src": "'self'"}.items()
     assert "unsafe" not in answer.headers["content-security-policy"]
-    assert answer.headers["cache-control"] == "no-store"
-    assert answer.headers["referrer-policy"] == "no-referrer"
+    assert (answer.headers["cache-control"], answer.headers["referrer-policy"]) == ("no-store", "no-referrer")
 
 
 def test_the_page_is_self_contained(client):
