@@ -136,15 +136,13 @@ def test_python_in_pages_prints_the_stated_output(page, at_the_reader, results):
 
 @each("toml axis")
 def test_axis_files_in_pages_are_read(block):
-    axis = axis_from(tomllib.loads(block.text))
-    assert "position" in axis.columns
+    assert "position" in axis_from(tomllib.loads(block.text)).columns
 
 
 @each("toml axis-part")
 def test_parts_of_axis_files_in_pages_are_read(block):
     part = tomllib.loads(block.text)
-    axis = axis_from(merged(LEAST_AXIS, part))
-    assert axis.columns["position"].name == part["columns"]["position"]["column"]
+    assert axis_from(merged(LEAST_AXIS, part)).columns["position"].name == part["columns"]["position"]["column"]
 
 
 @each("toml joints")

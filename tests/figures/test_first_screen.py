@@ -188,8 +188,7 @@ def test_the_band_of_white_noise_contains_95_percent():
     box = white.patches[0].get_patch_transform().transform_path(white.patches[0].get_path()).vertices[:, 1]
     assert (box.min(), box.max()) == pytest.approx((-1.96 / 50.0, 1.96 / 50.0), rel=1e-3)
     assert white.get_ylim() == (-0.3, 1.05)
-    alternating = with_residual(np.tile([1.0, -1.0], 500)).axes[2]
-    assert alternating.get_ylim()[0] == pytest.approx(-1.05, abs=0.01)
+    assert with_residual(np.tile([1.0, -1.0], 500)).axes[2].get_ylim()[0] == pytest.approx(-1.05, abs=0.01)
 
 
 def test_zero_residuals_have_no_normal_distribution():

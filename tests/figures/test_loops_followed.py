@@ -100,8 +100,7 @@ def test_captions_follow_the_drawing():
     assert "Reference minus encoder reading: over time" in FIGURE.caption(looped(NAMES), (), None)
     assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(looped(NAMES), (), 1)
     assert AT_REVERSAL.alternative(None, ["a", "b"]) == "Error of a and b at the worst reversal; below, the whole run"
-    error = Some(error=np.full(T.size, 9e-6))
-    assert "measured" in lines(FIGURE.draw(looped(NAMES), (), error).axes[1])
+    assert "measured" in lines(FIGURE.draw(looped(NAMES), (), Some(error=np.full(T.size, 9e-6))).axes[1])
     assert "measured" not in lines(FIGURE.draw(looped(NAMES), (), None).axes[1])
 
 

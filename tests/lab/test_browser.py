@@ -69,8 +69,7 @@ def test_the_page_moves_undoes_and_sends_no_requests(page, shown):
     # A drag of the block draws a path.
     x, y = tab.run("(({ x, y }) => [x + lab.machine.x, y + lab.machine.top + 20])(machine.getBoundingClientRect())")
     tab.drag((x, y), *((x + step, y) for step in (20, 60, 10)))
-    turns = tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()
-    assert len(turns) == 3
+    assert len(tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()) == 3
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
     # A blob is the page's own: the script that its worker runs.
     requested = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
@@ -122,8 +121,7 @@ def test_slots_are_added_and_removed(name, page, shown):
     tab.open_anew(link)
     assert tab.run(DRAWN) == both
     assert tab.run("byId('broken').textContent") == ""
-    copied = tab.run("asToml(lab.model, lab.values)")
-    assert f'model = "{name}+ripple+asymmetry"' in copied
+    assert f'model = "{name}+ripple+asymmetry"' in tab.run("asToml(lab.model, lab.values)")
 
 
 ERRORS = "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"

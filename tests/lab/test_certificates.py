@@ -96,8 +96,7 @@ def compared(name, slots, count, folder):
             if custom is not None:
                 verdicts[i].add(custom[0])
                 assert custom[0] == other[0], (model, i, custom, other)
-                same = pytest.approx(other[1], **CLOSE[i])
-                assert custom[1] == same, (model, i, custom, other)
+                assert custom[1] == pytest.approx(other[1], **CLOSE[i]), (model, i, custom, other)
     return verdicts
 
 

@@ -100,6 +100,5 @@ def test_texts_of_a_user_model_are_escaped():
 def test_a_user_parameter_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
-    facts = model_described(model, proven=False)
-    assert {row["name"] for row in facts["variables"]} == set(model.values)
+    assert {row["name"] for row in model_described(model, proven=False)["variables"]} == set(model.values)
     assert inner_of(model.parameters) == model.parameters

@@ -44,8 +44,7 @@ def test_every_model_walks_as_in_python(builtin, tmp_path):
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre", "gms"])
 def test_a_model_with_every_slot_walks_as_in_python(name, tmp_path):
-    model = page_model(example_of(with_slots(MODELS[name], SLOTS)))
-    assert node(tmp_path, [model], WALK) == [0, 5]
+    assert node(tmp_path, [page_model(example_of(with_slots(MODELS[name], SLOTS)))], WALK) == [0, 5]
 
 
 def test_a_single_different_bit_is_detected(builtin, tmp_path):
@@ -244,8 +243,7 @@ def test_conditions_are_the_relations_of_the_model(tmp_path):
         const cases = {json.dumps(plain(cases))};
         say(cases.map((values) => broken(models[0], Object.fromEntries(numbered(values))).length === 0));
         """
-        argument = node(tmp_path, [page_model(model)], script)
-        assert argument == truths
+        assert node(tmp_path, [page_model(model)], script) == truths
         assert len(set(truths)) == 2
         assert conditions_of(model.component)
 

@@ -82,8 +82,7 @@ def test_comparison_is_saved_once(result, tmp_path):
 
 
 def test_comparison_survives_pickle(result):
-    again = pickle.loads(pickle.dumps(result))
-    assert again.to_dict() == result.to_dict()
+    assert pickle.loads(pickle.dumps(result)).to_dict() == result.to_dict()
 
 
 def test_figure_draws_the_numbers_of_the_changes(result):

@@ -79,8 +79,7 @@ def test_caveat_states_the_limits_of_the_simulation(stage):
         variants = tuple(replace(variant, **changes) for variant in experiment.variants)
         return gain_of(replace(stage.looped, experiment=replace(experiment, variants=variants))).caveat
 
-    known = stage.looped.experiment.variants[-1].feedforward.friction
-    assert "upper limit" in caveat(friction=known)
+    assert "upper limit" in caveat(friction=stage.looped.experiment.variants[-1].feedforward.friction)
     assert "includes the unexplained force" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
 
@@ -190,8 +189,7 @@ def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
 )
 def test_large_gain_is_a_factor(best, words):
     loops = (Loop(name=name, following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
-    told = Standing(*loops, alike=False).instead.replace("\u00a0", " ")
-    assert told.endswith(f"peak to peak, {words}")
+    assert Standing(*loops, alike=False).instead.replace("\u00a0", " ").endswith(f"peak to peak, {words}")
 
 
 def run_of(name, peak, spread=None):

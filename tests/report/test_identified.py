@@ -283,8 +283,7 @@ def test_inertia_from_before_the_fit_is_independent_in_the_covariance():
 
 def test_draws_equal_those_of_the_bands():
     assert in_hand().draws == {}
-    bands = Some(draws={"a": [1.0, 2.0]})
-    assert in_hand(resampling=Some(bands=bands)).draws["a"].tolist() == [1.0, 2.0]
+    assert in_hand(resampling=Some(bands=Some(draws={"a": [1.0, 2.0]}))).draws["a"].tolist() == [1.0, 2.0]
 
 
 def test_prediction_uses_the_treatment_of_the_fit(monkeypatch):

@@ -458,8 +458,7 @@ def test_unidentified_parameters_are_named_once_on_the_first_page(workbenches):
     fit = bench.identified.best
     open_ = tuple(replace(estimate, status="unidentifiable") for estimate in fit.estimates)
     text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
-    verdict = Page(text.partition('<div class="tabs">')[0]).words
-    assert "the level of friction is not identified" in verdict
+    assert "the level of friction is not identified" in Page(text.partition('<div class="tabs">')[0]).words
     assert "Values to enter" not in Page(text).words
     assert Page(text).words.count("not identified: M") == 1
 

@@ -335,8 +335,7 @@ def test_the_strip_selects_the_part_of_the_large_picture(file, shown):
     wanted = [span[0] + share * (span[1] - span[0]) for share in (0.2, 0.5)]
     assert [low, high_end] == pytest.approx(wanted, abs=0.02 * (span[1] - span[0]))
     # The large picture has lines there, too.
-    places = tab.run("plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length")
-    assert places > 500
+    assert tab.run("plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length") > 500
 
 
 STIFFER = """

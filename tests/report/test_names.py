@@ -47,8 +47,7 @@ def assert_harmless(text):
 
 
 def hostile_log(bench):
-    channel = replace(bench.log.position, column=ALL)
-    return replace(bench.log, position=channel, source=Path(FILE), notes=(ALL,))
+    return replace(bench.log, position=replace(bench.log.position, column=ALL), source=Path(FILE), notes=(ALL,))
 
 
 def hostile_loop(bench):
@@ -60,8 +59,7 @@ def hostile_loop(bench):
 
 
 def renamed(fit, name):
-    component = replace(fit.friction.component, name=name)
-    return replace(fit, friction=replace(fit.friction, component=component))
+    return replace(fit, friction=replace(fit.friction, component=replace(fit.friction.component, name=name)))
 
 
 def identification(bench):

@@ -144,8 +144,7 @@ def test_long_and_unbroken_texts_and_prose_are_told_apart():
 
 def test_sections_with_the_same_tab_share_it():
     text = rendered([Section("a", "A", ["x"], "Both"), Section("b", "B", ["y"], "Both"), Section("c", "C", ["z"])])
-    labels = re.findall(r"<label[^>]*>(.*?)</label>", text)
-    assert labels == ["Both", "C", "Repeat"]
+    assert re.findall(r"<label[^>]*>(.*?)</label>", text) == ["Both", "C", "Repeat"]
 
 
 # --- The colours of all pages: letters stay readable on their grounds in light and dark, and paper is light
