@@ -11,8 +11,7 @@ import pytest
 from tests.loop.conftest import loop
 from tests.report.known import UNSTABLE, assessed, point
 from tests.report.pages import Page, without_plots
-from tests.report.test_names import ALL, assert_harmless
-from tests.report.test_pages import COMMON
+from tests.report.test_pages import ALL, COMMON, assert_harmless
 
 from bristle import controllers
 from bristle.core.axis import Axis
