@@ -373,11 +373,6 @@ def test_a_table_marks_columns_of_numbers():
     assert (list(data["heads"]), data["numbers"]) == (["Name", "Value"], [False, True])
 
 
-def test_the_page_asks_for_tasks_by_name():
-    assert list(tasks.TASKS) == ["look", "check", "identify", "predict", "compensate", "export", "excite", "plan", "tune", "undo"]
-    assert all(task.__name__ == name for name, task in tasks.TASKS.items())
-
-
 class Written:
     """Something that writes a file into a folder of results."""
 

@@ -93,8 +93,7 @@ def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
         time.sleep(0.02)
     assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
     state = settled(client, case)
-    assert state["job"]["state"] == "done"
-    assert state["parts"]["identified"]["unfinished"] == "stopped early"
+    assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == ("done", "stopped early")
 
 
 def test_a_job_ends_at_once_on_request(server, client, case, work):
@@ -113,8 +112,7 @@ def test_after_its_time_a_job_is_asked_to_end_and_then_killed(server, client, ca
     assert LIMITS.job_seconds - LIMITS.grace_seconds < time.monotonic() - begin < LIMITS.job_seconds
     work(SLEEPS)
     job = ended(client, case, "look")["job"]
-    assert job["state"] == "failed"
-    assert "stopped after 6 s" in job["message"]
+    assert (job["state"], "stopped after 6 s" in job["message"]) == ("failed", True)
 
 
 def test_the_memory_of_a_job_is_limited(client, case, work):
