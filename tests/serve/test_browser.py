@@ -191,7 +191,7 @@ def test_a_motion_is_designed_and_a_damaged_log_is_reported(server, tmp_path, pe
     for purpose in ("break-away", "damping", "presliding"):
         person.clicks(f'#excitation input[value="{purpose}"]')
     person.clicks("#design")
-    person.waits("state.parts.excited && byId('excited').querySelector('iframe')", 120)
+    person.waits("state.parts.excited && byId('excited').querySelector('iframe')", 300)
     motion = archived(person.loads("#excited .tools button", "motion.zip"))
     assert {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "report.html", "summary.json"} == set(motion)
     assert motion["motion.csv"].count(b"\n") > 1000

@@ -21,18 +21,18 @@ STEPS = "[...document.querySelectorAll('#run-steps li')]"
 
 
 @pytest.fixture
-def server():
-    with served() as server:
-        yield server
-
-
-@pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A simulated machine in the folder where the lab is started."""
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "state"))
     shutil.copytree(EXAMPLE, tmp_path / "machine")
     monkeypatch.chdir(tmp_path / "machine")
     return tmp_path / "machine"
+
+
+@pytest.fixture
+def server(folder):
+    with served() as server:
+        yield server
 
 
 def test_plan_stop_run_report_and_undo(server, folder, tmp_path, person_at):
