@@ -136,6 +136,7 @@ def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(file,
     assert json.loads(result) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("file", "environment", "words"),
     [

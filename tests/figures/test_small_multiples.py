@@ -154,6 +154,7 @@ def loops_of(result):
     return figures.minor_loops({name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational")
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("draw", [drift_of, closure_of, loops_of])
 def test_every_model_has_a_legible_panel_of_one_scale(draw, result):
     figure = draw(result)

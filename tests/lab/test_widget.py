@@ -73,11 +73,11 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
 
 
 def test_an_identification_shows_its_model_with_its_intervals():
-    t = np.arange(4000) * 1e-3
+    t = np.arange(2000) * 1e-3
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()
     assert widget.model == identification.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")

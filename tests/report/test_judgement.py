@@ -139,9 +139,9 @@ def test_contradicted_loop_asks_for_care(actual):
 
 
 def test_levels_are_by_direction_without_the_weight():
-    motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    motion = sines(20.0, 2e-3, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
-    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, offset=20.0).best)
+    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, cutoff=60.0, offset=20.0).best)
     viscous = TRUTH["F_v"] * np.max(np.abs(motion.velocity))
     assert (levels.constant, levels.inertia) == pytest.approx((20.0, TRUTH["M"]), rel=0.01)
     assert levels.forward - levels.backward == pytest.approx(1.5 + 2.0 * TRUTH["offset"], abs=0.25)
