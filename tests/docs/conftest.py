@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from tests.cli.conftest import EXPERIMENT
 
+from bristle import friction, plants
 from bristle.cli.main import main
 from bristle.demo import axis_simulated
+from bristle.files import write_model
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")])
@@ -65,7 +67,7 @@ seed = 7
 
 @pytest.fixture(scope="session")
 def readers_folder(tmp_path_factory):
-    """A folder with log.csv, unseen.csv, axis.toml, a model of one's own, and the results of an identification."""
+    """A folder with log.csv, unseen.csv, axis.toml, and models."""
     folder = tmp_path_factory.mktemp("reader")
     axis_simulated.write_log(folder / "log.csv", seed=1)
     axis_simulated.write_log(folder / "unseen.csv", seed=2)
@@ -75,10 +77,17 @@ def readers_folder(tmp_path_factory):
         shutil.copyfile(ROOT / "examples" / name, folder / name)
     (folder / "experiment.toml").write_text(EXPERIMENT)
     (folder / "study.toml").write_text(STUDY)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        assert main(["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+asymmetry", "--out", "results"]) == 0
+    write_model(folder / "model.toml", plants.inertia(M=28.0), friction.coulomb_viscous(F_C=20.0, F_v=200.0))
     return folder
+
+
+@pytest.fixture(scope="session")
+def results(readers_folder):
+    """The results of an identification in the folder of the reader."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(readers_folder)
+        assert main(["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+asymmetry", "--out", "results"]) == 0
+    return readers_folder / "results"
 
 
 @pytest.fixture

@@ -69,6 +69,7 @@ def test_the_table_by_direction(fits):
     assert fit.force_error_percent == pytest.approx(rows(EMPS / "README.md", "force error")[1][-1], abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_effort_with_zero_order_hold(log, axis):
     fixed = replace(axis, held=True)
     identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=fixed, blocks=0, draws=0)
@@ -86,6 +87,7 @@ def test_the_effort_with_zero_order_hold(log, axis):
     )
 
 
+@pytest.mark.slow
 def test_the_presliding_distance(fits, log, axis):
     table = rows(DECISIONS / "0005-presliding-distance-in-loops.md", "2 ")
     table += rows(DECISIONS / "0005-presliding-distance-in-loops.md", "10 ")

@@ -13,6 +13,7 @@ from tests.docs.conftest import PAGES, ROOT, blocks
 
 from bristle.arm.robot import read_robot
 from bristle.cli.application import app
+from bristle.cli.main import main
 from bristle.core import Content
 from bristle.core.dimensions import NAMES
 from bristle.core.errors import InputError, InputWarning
@@ -24,6 +25,7 @@ from bristle.files.model import friction_from
 from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, RUN, SECTIONS
+from bristle.identification import Determined
 from bristle.study import read_study_file
 from bristle.study.values import fitted_at
 
@@ -103,13 +105,21 @@ def test_the_map_reaches_every_page():
 WITH_PYTHON = sorted({item.page for item in blocks("python")})
 
 
-@pytest.mark.fast_cases(2)
+def session_of(page):
+    text = "\n".join(block.text for block in blocks("python") if block.page == page)
+    return doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
+
+
+@each("python")
+def test_python_in_pages_is_a_session_whose_output_is_checked(block):
+    assert block.text.startswith(">>>")
+    assert all(compile(example.source, block.name, "single") for example in session_of(block.page).examples)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=page_ids)
-def test_python_in_pages_prints_the_stated_output(page, at_the_reader):
-    mine = [block for block in blocks("python") if block.page == page]
-    assert all(block.text.startswith(">>>") for block in mine), "write Python as a session, so that its output is checked"
-    text = "\n".join(block.text for block in mine)
-    session = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
+def test_python_in_pages_prints_the_stated_output(page, at_the_reader, results):
+    session = session_of(page)
     report = []
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
     runner.run(session, out=report.append)
@@ -122,15 +132,13 @@ def test_python_in_pages_prints_the_stated_output(page, at_the_reader):
 
 @each("toml axis")
 def test_axis_files_in_pages_are_read(block):
-    axis = axis_from(tomllib.loads(block.text))
-    assert "position" in axis.columns
+    assert "position" in axis_from(tomllib.loads(block.text)).columns
 
 
 @each("toml axis-part")
 def test_parts_of_axis_files_in_pages_are_read(block):
     part = tomllib.loads(block.text)
-    axis = axis_from(merged(LEAST_AXIS, part))
-    assert axis.columns["position"].name == part["columns"]["position"]["column"]
+    assert axis_from(merged(LEAST_AXIS, part)).columns["position"].name == part["columns"]["position"]["column"]
 
 
 @each("toml joints")
@@ -160,16 +168,18 @@ def test_studies_in_pages_are_read(block, at_the_reader):
     assert list(study.units) == [*tomllib.loads(block.text)["vary"], *tomllib.loads(block.text)["grid"]]
 
 
+@pytest.mark.slow
 @each("toml study-part")
-def test_draws_of_a_fit_in_pages_are_found(block, at_the_reader):
+def test_draws_of_a_fit_in_pages_are_found(block, at_the_reader, results):
     for place, table in tomllib.loads(block.text)["vary"].items():
         assert {"F_C_pos", "F_C_neg"} <= fitted_at(table, at_the_reader, place).draws.keys()
 
 
 @each("toml experiment")
 def test_experiments_in_pages_are_read(block, at_the_reader):
-    experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml", Sources(at_the_reader))
-    assert len(experiment.variants) == len(tomllib.loads(block.text)["compare"])
+    table = tomllib.loads(block.text.replace("results/model.toml", "model.toml"))
+    experiment = experiment_from(table, at_the_reader / "experiment.toml", Sources(at_the_reader))
+    assert len(experiment.variants) == len(table["compare"])
 
 
 @each("toml experiment-part")
@@ -263,16 +273,17 @@ def test_commands_in_pages_exist(block):
         assert [word for word in words if word.startswith("--") and word not in options] == [], line
 
 
-def test_the_steps_of_the_main_job_work_as_written(at_the_reader, tmp_path, capsys, monkeypatch):
-    from bristle.cli.main import main
-    from bristle.identification import Determined
+MAIN_JOB = [line for block in blocks("sh") if block.page == ROOT / "docs/how-to/your-own-log.md" for line in block.text.splitlines()]
 
+
+def test_the_main_job_has_five_steps():
+    assert [line.split()[:2] for line in MAIN_JOB] == [["bristle", name] for name in ("log", "log", "identify", "check", "predict")]
+
+
+@pytest.mark.slow
+def test_the_steps_of_the_main_job_work_as_written(at_the_reader, results, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(Determined, "by_simulated_logs", lambda *_, **__: ())  # ten more identifications
-
-    page = ROOT / "docs/how-to/your-own-log.md"
-    lines = [line for block in blocks("sh") if block.page == page for line in block.text.splitlines()]
-    assert [line.split()[1] for line in lines] == ["log", "log", "identify", "check", "predict"]
-    for line in lines:
+    for line in MAIN_JOB:
         # The results of the folder are there already; a second copy goes elsewhere. Two models stand for all of them.
         stand_ins = {"results": str(tmp_path / "again"), "all": "coulomb_viscous,viscous"}
         words = [stand_ins.get(word, word) for word in shlex.split(line)[1:]]

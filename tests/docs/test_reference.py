@@ -7,19 +7,26 @@ import re
 import pytest
 from tests.docs.conftest import ROOT
 
+import bristle
 from bristle.cli.main import main
 from bristle.core.status import SENTENCES
 
 REFERENCE = ROOT / "docs" / "reference"
 
+SLOW = {"python.md": pytest.mark.slow}
 _spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
 generate = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(generate)
 
 
-@pytest.mark.parametrize("name", sorted(generate.PAGES))
+@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW[name]) if name in SLOW else name for name in sorted(generate.PAGES)])
 def test_pages_made_from_the_code_are_up_to_date(name):
     assert (REFERENCE / name).read_text() == generate.PAGES[name](), "run: python docs/generate.py"
+
+
+def test_the_page_of_python_lists_every_name():
+    page = (REFERENCE / "python.md").read_text()
+    assert [name for name in bristle.__all__ if name != "__version__" and not re.search(rf"\b{name}\b", page)] == []
 
 
 def printed(arguments, capsys):

@@ -1,6 +1,7 @@
 """Every figure, drawn from made-up results in no time, with names as a person might choose them."""
 
 import importlib
+from functools import cache
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -221,6 +222,12 @@ def predicted():
         position_predicted=0.99 * X,
         position_half_width=None,
     )
+
+
+@cache
+def figure_of(name):
+    """Return a figure, drawn once for all tests that only read it."""
+    return gallery()[name]()
 
 
 def drawn(names=PLAIN, many=None):

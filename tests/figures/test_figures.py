@@ -4,6 +4,7 @@ import itertools
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import matplotlib
 import numpy as np
@@ -11,38 +12,34 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from bristle import figures
-from bristle.figures.legibility import illegible_texts, texts_of
+from bristle.core.variable import KINDS
+from bristle.figures.fit import effort_over_time, prediction, residuals
+from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
 from bristle.prediction import drive_table
 
-
-def draw(name, bench):
-    best = bench.identified.best
-    curve = drive_table(best, 100)
-    return {
-        "effort_over_time": lambda: figures.fit.effort_over_time(best),
-        "following_error": lambda: figures.following_error(bench.looped),
-        "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
-        "prediction": lambda: figures.fit.prediction(bench.predicted, best.plant.kind),
-        "residuals": lambda: figures.fit.residuals(best),
-    }[name]()
+DRAW = {
+    "effort_over_time": lambda bench: effort_over_time(bench.identified.best),
+    "following_error": lambda bench: figures.following_error(bench.looped),
+    "following_error_focus": lambda bench: figures.following_error(bench.looped, ("feedforward", "compensated")),
+    "friction_over_velocity": lambda bench: figures.friction_over_velocity(bench.identified.best, drive_table(bench.identified.best, 100)),
+    "prediction": lambda bench: prediction(bench.predicted, bench.axis.kind),
+    "residuals": lambda bench: residuals(bench.identified.best),
+}
 
 
-NAMES = ("effort_over_time", "following_error", "following_error_focus", "friction_over_velocity", "prediction", "residuals")
+@pytest.fixture(scope="module")
+def drawn(workbenches):
+    """Each figure of each kind of axis."""
+    return {(kind, name): DRAW[name](workbenches[kind]) for kind in KINDS for name in DRAW}
 
 
-@pytest.fixture(params=NAMES)
-def figure(request, workbench):
-    return draw(request.param, workbench)
+@pytest.fixture(params=itertools.product(KINDS, DRAW), ids="-".join)
+def figure(request, drawn):
+    return drawn[request.param]
 
 
-@pytest.mark.fast_cases(8)
 def test_every_axis_has_a_name_and_a_unit(figure):
-    for axes in figure.axes:
-        assert axes.get_xlabel()
-        assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
-        for label in (axes.get_xlabel(), axes.get_ylabel()):
-            assert not label or re.search(r"\[[^\]]+\]$", label), label
+    assert unlabelled_axes(figure) == []
 
 
 @pytest.mark.fast_cases(1)
@@ -64,20 +61,28 @@ def test_lines_with_a_name_differ_without_colour(figure):
             assert abs(lightness[0] - lightness[1]) > 0.2 or shapes[0] != shapes[1]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_rotational_axis_is_labelled_torque_and_angle(name, workbenches):
-    labels = {kind: " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in draw(name, bench).axes) for kind, bench in workbenches.items()}
-    assert not re.search(r"rad|N·m|Torque|Angle", labels["translational"], re.IGNORECASE)
-    assert not re.search(r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position", labels["rotational"])
+FOREIGN = {"translational": r"(?i:rad|N·m|Torque|Angle)", "rotational": r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position"}
+
+
+@pytest.mark.parametrize("name", DRAW)
+def test_a_rotational_axis_is_labelled_torque_and_angle(name, drawn):
+    for kind, words in FOREIGN.items():
+        assert not re.search(words, " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in drawn[kind, name].axes))
 
 
 def test_drawing_does_not_change_the_settings_of_matplotlib(stage):
     before = dict(matplotlib.rcParams)
-    for name in NAMES:
-        draw(name, stage)
+    DRAW["residuals"](stage)
     assert dict(matplotlib.rcParams) == before
 
 
+def test_no_file_of_figures_imports_the_stateful_interface():
+    files = list(Path(figures.__file__).parent.glob("*.py"))
+    assert len(files) > 20
+    assert not [file.name for file in files if re.search(r"import .*pyplot|pyplot import", file.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.slow
 def test_the_stateful_interface_is_never_loaded():
     code = "import bristle.figures, sys; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

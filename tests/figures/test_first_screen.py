@@ -4,11 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.figures.gallery import PLAIN, F, T, V, fit, looped
+from matplotlib.figure import Figure
+from scipy.signal import lfilter
+from tests.figures.gallery import PLAIN, F, T, V, X, fit, looped, predicted
 
 from bristle.figures import first_screen as figures
-from bristle.figures.following_error import at_worst_reversal, loops_of
-from bristle.palette import LIGHT
+from bristle.figures import fit as fit_module
+from bristle.figures.report_figure import FIGURES
 
 NAMES = ("base", "plain", "fed")
 
@@ -17,40 +19,30 @@ def lines(axes):
     return {line.get_label(): line for line in axes.get_lines() if not line.get_label().startswith("_")}
 
 
-def test_the_gain_has_the_worst_reversal_and_the_whole_log():
-    result = looped(NAMES)
-    near, strip = figures.gain_at_reversal(result, NAMES[1:]).axes
-    assert list(lines(near)) == list(lines(strip)) == ["without", "with friction"]
-    window = at_worst_reversal(loops_of(result, None)[1])
-    for axes, ends in ((near, window[[0, -1]]), (strip, (0.5, T[-1]))):
-        assert lines(axes)["without"].get_xdata()[[0, -1]] == pytest.approx(ends)
-    (shade,) = strip.patches
-    assert (shade.get_x(), shade.get_x() + shade.get_width()) == pytest.approx(tuple(window[[0, -1]]))
-    inside = (window[0] <= T) & (window[-1] >= T)
-    error = 1e6 * (result.variants["fed"].reference - result.variants["fed"].measured)[inside]
-    assert lines(near)["with friction"].get_ydata() == pytest.approx(error)
-    assert [lines(near)[name].get_color() for name in ("without", "with friction")] == [LIGHT["without"], LIGHT["with"]]
-    assert near.get_ylabel() == "Following error [µm]"
+@pytest.mark.parametrize(
+    ("names", "pair", "size", "drawn"),
+    [
+        (NAMES, NAMES[1:], 1e-6, ["measured", "without", "with friction"]),
+        (NAMES, NAMES[1:], 1.0, ["without", "with friction"]),  # it would flatten the others
+        (("measured", "plain", "fed"), ("measured", "fed"), 1e-6, ["measured", "without", "with friction"]),
+    ],
+)
+def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others(names, pair, size, drawn):
+    assert list(lines(figures.gain_at_reversal(looped(names), pair, size * np.sin(9.0 * T)).axes[0])) == drawn
 
 
-def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others():
-    def drawn(size):
-        return list(lines(figures.gain_at_reversal(looped(NAMES), NAMES[1:], size * np.sin(9.0 * T)).axes[0]))
-
-    assert drawn(1e-6) == ["measured", "without", "with friction"]
-    assert drawn(1.0) == ["without", "with friction"]
+def boxes_of(figure, texts):
+    """Where texts are once a figure is drawn, from below."""
+    figure.canvas.draw()
+    return sorted((text.get_window_extent() for text in texts), key=lambda box: box.y0)
 
 
 def test_lines_carry_their_names_apart_from_each_other():
     figure = figures.gain_at_reversal(looped(NAMES), NAMES[1:], 1e-6 * np.sin(9.0 * T))
-    figure.canvas.draw()
-    texts = [text for text in figure.axes[0].texts if text.get_text() in ("measured", "without", "with friction")]
-    boxes = sorted((text.get_window_extent() for text in texts), key=lambda box: box.y0)
+    boxes = boxes_of(figure, [text for text in figure.axes[0].texts if text.get_text() in ("measured", "without", "with friction")])
     assert len(boxes) == 3
     assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
     assert all(box.x0 >= 0.0 and box.x1 <= figure.bbox.x1 for box in boxes)
-    colours = {text.get_text(): text.get_color() for text in texts}
-    assert colours == {"measured": LIGHT["care"], "without": LIGHT["without"], "with friction": LIGHT["with"]}
 
 
 def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
@@ -63,8 +55,6 @@ def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
     assert [line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"] == [[-6.0, -5.0]]
     assert (axes.get_xscale(), axes.get_xlabel(), axes.get_ylabel()) == ("symlog", "Velocity [mm/s]", "Friction force [N]")
     assert [label.get_text() for label in axes.get_xticklabels()] == ["−100", "−10", "0", "10", "100"]
-    share = axes.transAxes.inverted().transform(axes.transData.transform([[10.0, 0.0], [-10.0, 0.0]]))[:, 0]
-    assert 0.3 < share[0] - share[1] < 0.6
 
 
 def test_the_band_of_the_model_contains_its_curve_on_both_sides():
@@ -95,7 +85,7 @@ def test_units_are_those_of_the_larger_of_measured_and_modelled(measured, modell
 def test_reversals_begin_after_a_motion_in_the_other_direction_or_a_rest():
     velocity = np.array([0.0, 1.0, 1.0, 1.0, -2.0, -2.0, -2.0, 0.0, 0.0, 3.0, 3.0, 3.0, 3.0])
     motions = figures.reversals_of(np.arange(13.0), velocity)
-    assert [(motion.rows.start, motion.rows.stop, motion.way) for motion in motions] == [(9, 13, 1.0), (4, 7, -1.0), (1, 4, 1.0)]
+    assert [(motion.rows, motion.way) for motion in motions] == [(slice(9, 13), 1.0), (slice(4, 7), -1.0), (slice(1, 4), 1.0)]
     assert motions[0].displacement.tolist() == [3.0, 6.0, 9.0, 12.0]
     # A gap in time is no reversal, and a tiny motion is left out.
     assert figures.reversals_of(np.array([0.0, 1.0, 2.0, 9.0, 10.0, 11.0]), np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])) == []
@@ -106,50 +96,27 @@ def test_reversals_begin_after_a_motion_in_the_other_direction_or_a_rest():
 def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distance():
     best = fit(PLAIN, "lugre")
     best.traces.residual = 0.5 * np.ones(T.size)
-    figure = figures.friction_after_reversals(best, 1e-4)
+    figure, large = figures.friction_after_reversals(best, 1e-4), figures.friction_after_reversals(best, 0.0, large=True)
     (axes,) = figure.axes
     x, y = lines(axes)["measured"].get_data()
-    assert np.nanmax(x) <= 1.02 * axes.get_xlim()[1]
     assert axes.get_xlim() == pytest.approx((0.0, 400.0))
-    assert axes.get_xlabel() == "Displacement after a reversal [µm]"
-    motions = figures.reversals_of(T, V)
     runs = np.split(y, np.flatnonzero(np.isnan(y)))
     assert all(np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any())  # friction acts against both directions
-    first = [motion for motion in motions if np.any(np.isclose(1e6 * motion.displacement[0], x[0]))]
-    assert first
-    assert y[0] == pytest.approx(first[0].way * F[first[0].rows][0])
+    first = next(motion for motion in figures.reversals_of(T, V) if np.any(np.isclose(1e6 * motion.displacement[0], x[0])))
+    assert y[0] == pytest.approx(first.way * F[first.rows][0])
     gaps = lines(axes)["model"].get_ydata() - y
     assert np.unique(np.round(np.abs(gaps[np.isfinite(gaps)]), 9)).tolist() == [0.5]
-    assert "95 %" in "".join(text.get_text() for text in axes.texts)
-    large = figures.friction_after_reversals(best, 0.0, large=True)
+    assert ["95 %" in "".join(text.get_text() for text in drawn.axes[0].texts) for drawn in (figure, large)] == [True, False]
     assert large.get_size_inches()[0] > figure.get_size_inches()[0]
-    assert "95 %" not in "".join(text.get_text() for text in large.axes[0].texts)
-
-
-def test_the_effort_has_the_largest_change_and_the_whole_log():
-    near, strip = figures.effort_at_reversal(fit(PLAIN, "lugre")).axes
-    assert list(lines(near)) == list(lines(strip)) == ["measured", "model"]
-    assert np.ptp(lines(near)["model"].get_xdata()) < 0.2 * np.ptp(lines(strip)["model"].get_xdata())
 
 
 def test_a_log_is_about_presliding_if_no_motion_ends_far_beyond_the_build_up():
     best = fit(PLAIN, "lugre")
     best.never_slid = False
     longest = float(figures.reversals_of(best.traces.time, best.traces.velocity)[0].displacement[-1])
-    assert figures.is_presliding(best, 0.3 * longest)
-    assert not figures.is_presliding(best, 0.2 * longest)
+    assert [figures.is_presliding(best, share * longest) for share in (0.3, 0.2)] == [True, False]
     best.never_slid = True
     assert figures.is_presliding(best, 0.0)
-
-
-def test_a_variant_may_have_the_name_of_the_measured_error():
-    result = looped(("measured", "plain", "fed"))
-    assert list(lines(figures.gain_at_reversal(result, ("plain", "fed")).axes[0])) == ["without", "with friction"]
-    assert list(lines(figures.gain_at_reversal(result, ("measured", "fed"), 1e-6 * np.sin(9.0 * T)).axes[0])) == [
-        "measured",
-        "without",
-        "with friction",
-    ]
 
 
 def test_names_of_lines_that_end_at_one_place_do_not_overlap():
@@ -157,12 +124,135 @@ def test_names_of_lines_that_end_at_one_place_do_not_overlap():
     for name in ("a", "b", "c"):
         axes.plot([0.0, 1.0], [0.0, 1.0], label=name)
     figures.style.label_lines(axes)
-    figure.canvas.draw()
-    boxes = sorted((text.get_window_extent() for text in axes.texts), key=lambda box: box.y0)
-    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes))
+    assert all(low.y1 <= high.y0 + 1.0 for low, high in pairwise(boxes_of(figure, axes.texts)))
 
 
 def test_the_window_at_a_reversal_ends_where_samples_are_left_out():
     time = np.concatenate([np.arange(5), 40.0 + np.arange(9), 90.0 + np.arange(3)])
-    assert figures.without_gap(time, slice(2, 17)) == slice(5, 14)
-    assert figures.without_gap(time, slice(5, 12)) == slice(5, 12)
+    assert [figures.without_gap(time, window) for window in (slice(2, 17), slice(5, 12))] == [slice(5, 14), slice(5, 12)]
+
+
+# --- A fit and a prediction beside their log: signals close up, bands, residuals and their distribution
+
+
+WORDS = "Shaded: the 95 % band of the measurement."
+
+
+def all_lines(axes):
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
+def test_a_prediction_is_drawn_around_the_largest_difference_in_its_band():
+    result = predicted()
+    result.effort = F.copy()
+    result.effort[400] += 50.0
+    near, _ = fit_module.prediction(result).axes
+    x = all_lines(near)["measured"].get_xdata()
+    assert x[0] < T[400] < x[-1]
+    (band,) = near.collections
+    corners, middle = band.get_paths()[0].vertices, all_lines(near)["model"]
+    at = np.interp(corners[:, 0], middle.get_xdata(), middle.get_ydata())
+    assert np.abs(corners[:, 1] - at).max() == pytest.approx(0.2, abs=0.02)
+
+
+def test_a_band_with_a_gap_has_a_single_name():
+    axes, x = Figure().add_subplot(), np.array([0.0, 1.0, 2.0, 8.0, 9.0])
+    fit_module.draw_band(axes, x, np.zeros(5), np.ones(5))
+    assert [band.get_label() for band in axes.collections] == ["95 % band", "_95 % band"]
+    assert [band.get_paths()[0].vertices[:, 0].max() for band in axes.collections] == [2.0, 9.0]
+    assert {float(end) for end in axes.collections[0].get_paths()[0].vertices[:, 1]} == {-1.0, 1.0}
+
+
+def with_residual(residual):
+    best = fit(PLAIN, "lugre")
+    best.traces.residual, best.traces.time = residual, 5e-3 * np.arange(residual.size)
+    return fit_module.residuals(best)
+
+
+def test_the_distribution_of_residuals_is_drawn_with_a_normal_distribution():
+    residual = 3.0 + 0.5 * np.random.default_rng(3).normal(size=4000)
+    over_time, spread, white = with_residual(residual).axes
+    shares, edges, _ = spread.patches[0].get_data()
+    assert shares.size == 40
+    assert (edges[0], edges[-1]) == pytest.approx((residual.mean() - 4.0 * residual.std(), residual.mean() + 4.0 * residual.std()))
+    assert shares.sum() == pytest.approx(100.0, abs=0.1)
+    normal, at = all_lines(spread)["normal"].get_data()
+    assert normal == pytest.approx(np.interp(at, 0.5 * (edges[1:] + edges[:-1]), shares), abs=1.5)
+    assert at[normal.argmax()] == pytest.approx(residual.mean(), abs=0.05)
+    assert spread.get_ylim() == over_time.get_ylim()
+    assert [float(bar.vertices[0, 0]) for bar in white.collections[0].get_paths()[:3]] == pytest.approx([0.0, 5.0, 10.0])
+
+
+def test_the_band_of_white_noise_contains_95_percent():
+    *_, white = with_residual(np.random.default_rng(4).normal(size=2500)).axes
+    box = white.patches[0].get_patch_transform().transform_path(white.patches[0].get_path()).vertices[:, 1]
+    assert (box.min(), box.max()) == pytest.approx((-1.96 / 50.0, 1.96 / 50.0), rel=1e-3)
+    assert white.get_ylim() == (-0.3, 1.05)
+    assert with_residual(np.tile([1.0, -1.0], 500)).axes[2].get_ylim()[0] == pytest.approx(-1.05, abs=0.01)
+
+
+def test_zero_residuals_have_no_normal_distribution():
+    _, spread, _ = with_residual(np.zeros(500)).axes
+    assert not all_lines(spread)
+    assert spread.patches[0].get_data()[1][[0, -1]].tolist() == [-1.0, 1.0]
+
+
+def test_no_lag_is_longer_than_the_longest_stretch():
+    correlation, count = fit_module.autocorrelation(np.arange(5.0), np.array([1.0, -1.0, 1.0, -1.0, 1.0]))
+    assert (correlation.size, count) == (5, 5)
+    assert fit_module.autocorrelation(np.arange(100.0), np.sin(np.arange(100.0)))[0].size == 61
+    assert fit_module.autocorrelation(np.arange(3.0), np.full(3, np.nan))[0].size == 1
+    assert np.all(fit_module.autocorrelation(np.arange(100.0), np.zeros(100))[0] == 0.0)
+
+
+def test_a_first_order_process_decays_by_its_pole():
+    noise = np.random.default_rng(1).normal(size=40_000)
+    signal = lfilter([1.0], [1.0, -0.8], noise)
+    correlation, _ = fit_module.autocorrelation(np.arange(signal.size, dtype=float), signal)
+    assert correlation[:6] == pytest.approx(0.8 ** np.arange(6), abs=0.03)
+
+
+def test_no_product_is_taken_across_a_gap():
+    signal = np.random.default_rng(2).normal(size=500)
+    signal -= signal.mean()
+    t = np.arange(500.0)
+    alone, _ = fit_module.autocorrelation(t, signal)
+    twice, count = fit_module.autocorrelation(np.concatenate([t, 1000.0 + t]), np.concatenate([signal, -signal]))
+    assert count == 1000
+    assert twice == pytest.approx(alone, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unknown", "first", "errors"),
+    [
+        ((), "Force [N]", ["Force error [mN]", "Position error [µm]"]),
+        (("position_predicted",), "Force [N]", ["Force error [mN]"]),
+        (("effort_predicted",), "Position [mm]", ["Position error [µm]"]),
+    ],
+)
+def test_a_prediction_shows_the_predicted_signals(unknown, first, errors):
+    result = predicted()
+    vars(result).update(dict.fromkeys(unknown))
+    assert fit_module.prediction(result).axes[0].get_ylabel() == first
+    assert [axes.get_ylabel() for axes in fit_module.prediction_error(result).axes] == errors
+    assert [FIGURES[name].applies(result, "translational") for name in ("fit.prediction", "fit.error")] == [True, True]
+    result.effort_predicted = result.position_predicted = None
+    assert not FIGURES["fit.prediction"].applies(result, "translational")
+
+
+def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
+    result = predicted()
+    result.position_half_width = np.full(T.size, 1e-4)
+    *_, off = fit_module.prediction_error(result).axes
+    (error,) = off.get_lines()
+    assert error.get_ydata().max() == pytest.approx(1e6 * (0.01 * X).max(), rel=1e-3)
+    assert np.sign(error.get_ydata()[20]) == np.sign(X[20])
+    ends = off.collections[0].get_paths()[0].vertices[:, 1]
+    assert (ends.min(), ends.max()) == pytest.approx((-100.0, 100.0))
+
+
+@pytest.mark.parametrize("band", [None, np.full(T.size, 0.2)])
+def test_a_caption_mentions_a_band_only_if_it_is_drawn(band):
+    result = predicted()
+    result.half_width = band
+    assert (FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)

@@ -5,7 +5,7 @@ from types import SimpleNamespace as Some
 
 import pytest
 from tests.figures import gallery as made_up
-from tests.figures.gallery import PLAIN, F, T, X, gallery, looped, simulated
+from tests.figures.gallery import PLAIN, F, T, X, figure_of, gallery, looped, simulated
 from tests.figures.looks import differences, frozen, look_of
 
 from bristle.figures import (
@@ -26,7 +26,7 @@ from bristle.figures import (
 )
 from bristle.palette import LIGHT
 
-DRAWS, FROZEN = gallery(), frozen()
+FROZEN = frozen()
 MODULES = (
     bars,
     comparison,
@@ -43,9 +43,9 @@ MODULES = (
 MODULES += (rig_layout, small_multiples)
 
 
-@pytest.mark.parametrize("name", DRAWS)
+@pytest.mark.parametrize("name", gallery())
 def test_a_figure_looks_as_frozen(name):
-    assert list(differences(FROZEN[name], look_of(DRAWS[name]()))) == []
+    assert list(differences(FROZEN[name], look_of(figure_of(name)))) == []
 
 
 def test_a_changed_look_is_reported_with_its_place():

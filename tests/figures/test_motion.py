@@ -34,16 +34,12 @@ def test_pieces_of_a_purpose_in_a_row_are_a_single_part():
     assert parts == {"presliding": slice(0, 200), "stribeck": slice(200, 300), "inertia": slice(300, 400)}
 
 
-def test_each_purpose_has_a_panel_in_which_the_motion_begins_at_zero():
+def test_the_motion_of_a_purpose_begins_at_zero():
     figure = motion(planned("presliding", "presliding", "stribeck"))
-    first, second = figure.axes
+    line, other = (axes.get_lines()[0] for axes in figure.axes)
     assert [axes.get_title(loc="right") for axes in figure.axes] == ["presliding", "stribeck"]
-    assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2)
-    assert (first.get_xlabel(), first.get_ylabel()) == ("Time [s]", "Position [mm]")
-    line = first.get_lines()[0]
-    assert line.get_xdata()[[0, -1]] == pytest.approx([0.0, 1.99])
+    assert [*line.get_xdata()[[0, -1]], other.get_xdata()[0]] == pytest.approx([0.0, 1.99, 2.0])
     assert (line.get_ydata()[0], line.get_ydata().max(), line.get_ydata().min()) == pytest.approx((0.0, 1.0, -1.0))
-    assert second.get_lines()[0].get_xdata()[0] == 2.0
     assert motion(planned("stribeck", kind="rotational")).axes[0].get_ylabel() == "Angle [mrad]"
 
 
@@ -57,15 +53,11 @@ def test_a_slide_is_represented_by_its_second_half():
     assert slides == pytest.approx(np.array([[2e-3, np.arange(39, 58).mean()], [-4e-3, np.arange(119, 138).mean()]]))
 
 
-@pytest.mark.parametrize(("steps", "slides"), [(4, 0), (5, 1)])
+@pytest.mark.parametrize(("steps", "slides"), [(0, 0), (4, 0), (5, 1)])
 def test_a_slide_has_more_than_four_steps_at_the_same_speed(steps, slides):
     velocity = np.linspace(0.0, 1e-3, 401)
     velocity[100 : 101 + steps] = 5e-3
     assert _steady(planned("stribeck", velocity=velocity), np.ones(401), slice(0, 401)).shape == (slides, 2)
-
-
-def test_rest_is_no_slide():
-    assert _steady(planned("stribeck", velocity=np.zeros(401)), np.ones(401), slice(0, 401)).shape == (0, 2)
 
 
 def test_expected_friction_is_loops_over_position_and_levels_over_speed():
@@ -73,30 +65,20 @@ def test_expected_friction_is_loops_over_position_and_levels_over_speed():
     friction = 4.0 * np.sign(velocity)
     course = planned("presliding", "stribeck", "stribeck", velocity=velocity)
     loops, speeds = expected(course, friction).axes
-    assert (loops.get_xlabel(), loops.get_ylabel()) == ("Position [mm]", "Friction force [N]")
     line = loops.get_lines()[0]
     assert line.get_xdata() == pytest.approx(1e3 * (course.position[:100:4] - 7e-3))
     assert line.get_ydata() == pytest.approx(friction[:100:4])
-    assert (speeds.get_xlabel(), speeds.get_ylabel(), speeds.get_xscale()) == ("Speed [mm/s]", "Friction force [N]", "log")
     x, y = speeds.get_lines()[0].get_data()
     assert x == pytest.approx([20.0, 5.0])
     assert y == pytest.approx([4.0, 4.0])
-    assert speeds.xaxis.get_major_formatter().format_data(20.0) == "20" or speeds.xaxis.get_major_formatter()(20.0, 0) == "20"
-    assert speeds.xaxis.get_minorticklocs().size == 0
+    assert speeds.xaxis.get_major_formatter()(20.0, 0) == "20"
     speeds.set_xlim(1.0, 100.0)
     assert {1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0} <= set(np.round(speeds.xaxis.get_majorticklocs(), 9))
 
 
-@pytest.mark.parametrize("purpose", ["presliding", "break-away", "damping", "stribeck"])
-def test_an_absent_purpose_has_no_panel(purpose):
-    (axes,) = expected(planned(purpose, velocity=np.full(401, 1e-3)), np.ones(401)).axes
-    assert axes.get_xlabel() == ("Speed [mm/s]" if purpose == "stribeck" else "Position [mm]")
-    assert axes.get_position().x1 > 0.9
-
-
 @pytest.mark.parametrize("purpose", PURPOSES)
-def test_a_motion_for_a_single_purpose_has_its_expected_friction(purpose):
+def test_a_motion_for_a_single_purpose_has_one_panel_of_its_expected_friction(purpose):
     speed = np.where(T < 2.0, 2e-3, -2e-3)
-    figure = expected(planned(purpose, velocity=speed), np.sin(T))
-    assert len(figure.axes) == 1
-    assert figure.axes[0].lines[0].get_xdata().size > 0
+    (axes,) = expected(planned(purpose, velocity=speed), np.sin(T)).axes
+    assert axes.lines[0].get_xdata().size > 0
+    assert axes.get_xlabel() == ("Speed [mm/s]" if purpose == "stribeck" else "Position [mm]")

@@ -1,16 +1,21 @@
 """The common look of figures: words and units of axes, panels to the inch, titles and legends that have room."""
 
+import re
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from matplotlib.colors import to_rgb
-from tests.figures.gallery import gallery
-from tests.figures.looks import differences, frozen, look_of
+from matplotlib.figure import Figure
+from matplotlib.transforms import IdentityTransform
 
-from bristle.core import scale_of
 from bristle.figures import style
 from bristle.figures.drawing import own_settings, width
 from bristle.figures.files import Drawing
-from bristle.figures.legibility import illegible_texts, texts_of
+from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
+from bristle.figures.style import envelope, line, runs, spread
 
 WORDS = {
     "translational": ("Force", "Position"),
@@ -33,19 +38,14 @@ def inches(axes):
     return tuple(round(float(edge), 9) for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall))
 
 
-@pytest.mark.parametrize("name", ["break_away", "errors_by_truth", "following_error", "loops_proposed", "residuals"])
-def test_looks_of_lines_and_marks_are_frozen(name):
-    assert list(differences(frozen()[name], look_of(gallery()[name]()))) == []
-
-
 @pytest.mark.parametrize("kind", WORDS)
 def test_words_for_effort_and_position_depend_on_the_kind_of_axis(kind):
     assert (style.effort_word(kind), style.position_word(kind)) == WORDS[kind]
 
 
-def test_the_largest_of_signals_ignores_infinities():
-    assert style.largest(np.array([1.0, -3.0]), np.array([np.nan, np.inf, 2.0])) == 3.0
-    assert style.largest() == style.largest(np.array([np.nan])) == style.largest(np.empty(0)) == 0.0
+@pytest.mark.parametrize(("signals", "largest"), [(([1.0, -3.0], [np.nan, np.inf, 2.0]), 3.0), ((), 0.0), (([np.nan],), 0.0), (([],), 0.0)])
+def test_the_largest_of_signals_ignores_infinities(signals, largest):
+    assert style.largest(*map(np.array, signals)) == largest
 
 
 def test_a_common_multiple_of_the_unit_suits_all_signals():
@@ -64,12 +64,13 @@ def test_time_is_in_milliseconds_below_half_a_second(end, unit, factor):
 def test_a_signal_of_four_samples_a_column_is_drawn_whole():
     assert style.envelope(np.zeros(4 * 480)).size == 4 * 480
     assert style.envelope(np.zeros(4 * 480 + 1)).size < 2 * 480
-    assert style.envelope(np.zeros(8), 2).tolist() == list(range(8))
 
 
-def test_a_column_keeps_the_ends_and_the_extremes():
-    y = np.array([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0])
-    assert style.envelope(y, 2).tolist() == [0, 1, 3, 5, 6, 10]
+@pytest.mark.parametrize(
+    ("y", "kept"), [([0.0] * 8, list(range(8))), ([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0], [0, 1, 3, 5, 6, 10])]
+)
+def test_a_column_keeps_the_ends_and_the_extremes(y, kept):
+    assert style.envelope(np.array(y), 2).tolist() == kept
 
 
 @pytest.mark.parametrize(("step", "parts"), [(1.4, 1), (1.6, 2)])
@@ -78,11 +79,17 @@ def test_a_step_of_more_than_half_above_the_usual_is_a_gap(step, parts):
     assert len(style.runs(x, x)) == parts
 
 
-def test_a_single_sample_is_a_stretch():
-    assert style.runs(np.zeros(1), np.zeros(1)) == [slice(0, 1)]
-    assert style.runs(np.arange(3.0), np.array([1.0, np.nan, 2.0])) == [slice(0, 1), slice(2, 3)]
-    assert style.runs(np.array([0.0, np.nan, 2.0]), np.zeros(3)) == [slice(0, 1), slice(2, 3)]
-    assert style.runs(np.arange(3.0), np.full(3, np.nan)) == []
+@pytest.mark.parametrize(
+    ("x", "y", "parts"),
+    [
+        ([0.0], [0.0], [slice(0, 1)]),
+        ([0.0, 1.0, 2.0], [1.0, np.nan, 2.0], [slice(0, 1), slice(2, 3)]),
+        ([0.0, np.nan, 2.0], [0.0] * 3, [slice(0, 1), slice(2, 3)]),
+        ([0.0, 1.0, 2.0], [np.nan, np.inf, np.nan], []),
+    ],
+)
+def test_a_single_sample_is_a_stretch(x, y, parts):
+    assert style.runs(np.array(x), np.array(y)) == parts
 
 
 def test_stretches_of_equal_length_have_the_same_share_of_the_width():
@@ -94,21 +101,29 @@ def test_stretches_of_equal_length_have_the_same_share_of_the_width():
     assert [side.size for side in style.line(t, np.full(8000, np.nan))] == [0, 0]
 
 
-def test_a_cloud_has_a_point_in_each_cell_of_the_grid():
+@pytest.mark.parametrize(
+    ("x", "y", "cells", "kept"),
+    [
+        ([], [], (9, 9), []),
+        ([1.0] * 3, [1.0] * 3, (9, 9), [0]),
+        ([0.0, 1.0, 2.0, 3.0], [0.0] * 4, (2, 1), [0, 2, 3]),
+        ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 0.5, 0.0, 1.0], (2, 3), list(range(6))),
+    ],
+)
+def test_a_cloud_has_a_point_in_each_cell(x, y, cells, kept):
+    assert style.spread(np.array(x), np.array(y), cells).tolist() == kept
+
+
+def test_the_grid_of_a_cloud_is_240_by_120_wherever_it_lies():
     x, y = (side.ravel() for side in np.meshgrid(np.arange(480.0), np.arange(240.0)))
     assert 240 * 120 <= style.spread(x, y).size <= 240 * 120 + 4
-    assert style.spread(np.empty(0), np.empty(0)).size == 0
-    assert style.spread(np.ones(3), np.ones(3)).tolist() == [0]
-    assert style.spread(np.arange(4.0), np.zeros(4), (2, 1)).tolist() == [0, 2, 3]
-    corners = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.5, 1.0, 0.5, 0.0, 1.0])
-    assert style.spread(*corners, (2, 3)).tolist() == list(range(6))
     cloud = np.random.default_rng(2).normal(size=(2, 500))
     assert style.spread(*cloud, (8, 6)).tolist() == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
 
 
-def test_shares_are_percent_of_all_values():
-    assert style.shares(np.array([1.0, 2.0, 3.0, 9.0]), np.array([0.0, 2.5, 5.0])).tolist() == [50.0, 25.0]
-    assert style.shares(np.empty(0), np.array([0.0, 1.0])).tolist() == [0.0]
+@pytest.mark.parametrize(("values", "edges", "shares"), [([1.0, 2.0, 3.0, 9.0], [0.0, 2.5, 5.0], [50.0, 25.0]), ([], [0.0, 1.0], [0.0])])
+def test_shares_are_percent_of_all_values(values, edges, shares):
+    assert style.shares(np.array(values), np.array(edges)).tolist() == shares
 
 
 def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
@@ -118,32 +133,6 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert len({look["linestyle"] for look in style.LINES[1:]}) == 4
     assert [look["marker"] for look in style.SERIES] == list("os^Dv")
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
-
-
-def test_a_panel_leaves_room_for_the_words_at_the_edges():
-    figure, ((axes,),) = style.panels(3.0)
-    assert figure.get_size_inches().tolist() == [7.2, 3.0]
-    assert inches(axes) == (0.68, 0.12, 0.46, 0.32)
-    assert not figure.has_room_above
-
-
-def test_panels_have_the_same_distance_for_any_number():
-    figure, grid = style.panels(6.0, rows=2, columns=3)
-    assert [len(row) for row in grid] == [3, 3]
-    wide, tall = figure.get_size_inches()
-    boxes = [[axes.get_position() for axes in row] for row in grid]
-    assert [(right.x0 - left.x1) * wide for left, right in zip(boxes[0], boxes[0][1:], strict=False)] == pytest.approx([0.62] * 2)
-    assert (boxes[0][0].y0 - boxes[1][0].y1) * tall == pytest.approx(0.66)
-    assert len({round(box.width, 9) for row in boxes for box in row}) == len({round(box.height, 9) for row in boxes for box in row}) == 1
-
-
-def test_panels_divide_their_room_as_specified():
-    _, grid = style.panels(6.0, rows=2, columns=2, heights=(1.0, 3.0), widths=(2.0, 1.0), undivided=(1,), between=0.5, gap=0.4)
-    assert [len(row) for row in grid] == [2, 1]
-    (left, right), (below,) = ([axes.get_position() for axes in row] for row in grid)
-    assert left.width == pytest.approx(2.0 * right.width)
-    assert below.height == pytest.approx(3.0 * left.height)
-    assert (below.x0, below.x1) == pytest.approx((left.x0, right.x1))
 
 
 @pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
@@ -158,21 +147,10 @@ def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
 def test_a_grid_has_the_given_number_of_panels(count, rows, columns):
     figure, axes = style.grid_of(count)
     assert figure.axes == axes
-    assert len(axes) == count
     assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2 * rows)
     assert len({round(item.get_position().x0, 6) for item in axes}) == columns
     assert [item.get_position().y0 for item in axes] == sorted((item.get_position().y0 for item in axes), reverse=True)
     assert style.grid_of(count, top=0.5)[0].get_size_inches()[1] == pytest.approx(0.5 + 2.2 * rows)
-
-
-def test_rows_have_their_names_from_the_top_down_at_the_first_panel():
-    figure, (first, second) = style.named_rows(["upper", "lower"], columns=2)
-    assert figure.get_size_inches()[1] == pytest.approx(0.9 + 2 * 0.3)
-    assert [label.get_text() for label in first.get_yticklabels()] == ["upper", "lower"]
-    assert [label.get_text() for label in second.get_yticklabels()] == ["", ""]
-    assert first.get_yticks().tolist() == second.get_yticks().tolist() == [0.0, 1.0]
-    assert first.get_ylim() == second.get_ylim() == (1.5, -0.7)
-    assert first.yaxis.get_tick_params()["length"] == 0
 
 
 @pytest.mark.parametrize(("name", "left"), [("a", 1.0), ("i" * 18, 0.45 + 18 * 0.085), ("W" * 90, 0.45 + 2.4)])
@@ -183,29 +161,9 @@ def test_names_of_rows_have_room_up_to_the_longest(name, left):
     assert illegible_texts(figure) == []
 
 
-def test_names_of_rows_are_cut_if_room_is_short():
+def test_names_of_rows_are_cut_if_room_is_short_and_may_be_none():
     assert 1.9 < inches(style.named_rows(["W" * 90], longest=1.6)[1][0])[0] <= 0.45 + 1.6
-
-
-def test_no_rows_have_no_names():
-    figure, (axes,) = style.named_rows([])
-    assert figure.get_size_inches()[1] == pytest.approx(0.9)
-    assert inches(axes)[0] == pytest.approx(1.0)
-
-
-def test_a_row_of_panels_has_name_and_numbers_of_y_at_the_first_panel():
-    _, (row,) = style.panels(3.0, columns=3)
-    style.share_y(row, "Force [N]")
-    assert [axes.get_ylabel() for axes in row] == ["Force [N]", "", ""]
-    assert [axes.yaxis.get_tick_params().get("labelleft", True) for axes in row] == [True, False, False]
-
-
-def test_panels_of_the_same_height_reach_from_the_lowest_to_the_highest():
-    _, (row,) = style.panels(3.0, columns=3)
-    for axes, limits in zip(row, ((0.0, 1.0), (-2.0, 0.5), (0.0, 4.0)), strict=True):
-        axes.set_ylim(limits)
-    style.one_height(row)
-    assert {axes.get_ylim() for axes in row} == {(-2.0, 4.0)}
+    assert inches(style.named_rows([])[1][0])[0] == pytest.approx(1.0)
 
 
 def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
@@ -220,45 +178,20 @@ def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
         whole.append(text)
     assert len(whole[1]) < len(whole[0])
     style.title(axes, f"of {name}", name)
-    assert "…" in axes.get_title(loc="right")
-    assert axes.get_title(loc="right").startswith("of W")
+    assert re.match("of W+…", axes.get_title(loc="right"))
     style.title(axes, name)
     assert width(axes.get_title(loc="right"), 8.5) > available - 0.3
     style.title(axes, "short", "short")
     assert axes.get_title(loc="right") == "short"
 
 
-def test_signals_over_time_are_in_the_units_at_their_axes():
-    _, ((axes,),) = style.panels(3.0)
-    time, signal = np.array([0.0, 0.1, 0.2]), np.array([1e-6, 2e-6, -3e-6])
-    style.over_time(axes, time, (signal, style.MEASURED, "a"), (2.0 * signal, style.REST, "b"), scale=scale_of("m", 3e-6), word="Error")
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("Time [ms]", "Error [µm]")
-    first, second = axes.get_lines()
-    assert first.get_xdata() == pytest.approx([0.0, 100.0, 200.0])
-    assert first.get_ydata() == pytest.approx([1.0, 2.0, -3.0])
-    assert second.get_ydata() == pytest.approx([2.0, 4.0, -6.0])
-    assert [line.get_label() for line in (first, second)] == ["a", "b"]
-    assert first.get_linewidth() == style.MEASURED["linewidth"]
-
-
-def test_a_window_is_shaded_from_the_first_to_the_last_time_behind_all_lines():
-    _, ((axes,),) = style.panels(3.0)
-    style.mark_window(axes, np.empty(0))
-    assert not axes.patches
-    style.mark_window(axes, np.array([2.0, 2.5, 3.0]))
-    (shade,) = axes.patches
-    assert (shade.get_x(), shade.get_width()) == (2.0, 1.0)
-    assert (shade.get_zorder(), shade.get_linewidth()) == (0, 0)
-
-
 def test_no_line_joins_the_two_sides_of_rest():
     _, ((axes,),) = style.panels(3.0)
     points = np.array([[-2.0, -5.0], [-0.0, 4.0], [0.0, -4.0], [2.0, 5.0]])
-    style.plot_by_side(axes, points, "model", style.DASHED)
-    assert [line.get_label() for line in axes.get_lines()] == ["model", "_same"]
-    assert [line.get_ydata().tolist() for line in axes.get_lines()] == [[-4.0, 5.0], [-5.0, 4.0]]
-    style.plot_by_side(axes, points[2:], "forward", style.DASHED)
-    assert [line.get_label() for line in axes.get_lines()[2:]] == ["forward"]
+    for drawn, name in ((points, "model"), (points[2:], "forward")):
+        style.plot_by_side(axes, drawn, name, style.DASHED)
+    lines = [(line.get_label(), line.get_ydata().tolist()) for line in axes.get_lines()]
+    assert lines == [("model", [-4.0, 5.0]), ("_same", [-5.0, 4.0]), ("forward", [-4.0, 5.0])]
 
 
 def named(*names, **layout):
@@ -271,18 +204,13 @@ def named(*names, **layout):
 def test_a_panel_without_names_has_no_legend():
     figure, axes = named()
     style.legend(axes)
-    assert axes.get_legend() is None
-    assert not figure.legends
+    assert [axes.get_legend(), *figure.legends] == [None]
 
 
 def test_a_legend_of_few_names_is_a_single_line_above_the_panel_from_the_left():
     figure, axes = named("measured", "predicted", "a third", "a fourth", "a fifth")
     style.legend(axes)
-    legend = axes.get_legend()
-    assert legend._ncols == 5
-    assert not legend.get_frame_on()
-    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
-    assert legend.get_bbox_to_anchor().y0 == pytest.approx(axes.bbox.y1)
+    assert axes.get_legend()._ncols == 5
     boxes = [box for text, box in texts_of(figure) if text.get_text() in ("measured", "a fifth")]
     assert all(box.y0 > axes.bbox.y1 for box in boxes)
 
@@ -294,22 +222,12 @@ def test_names_that_fit_in_full_take_at_most_three_lines(letters, columns):
     assert (axes.get_legend() or axes.figure.legends[0])._ncols == columns
 
 
-def test_a_legend_with_room_above_all_panels_is_at_the_top():
-    figure, axes = named("one", "two", over_titles=True)
-    style.legend(axes)
-    assert axes.get_legend() is None
-    (legend,) = figure.legends
-    assert legend.get_bbox_to_anchor().y0 == pytest.approx(figure.bbox.y1)
-    assert legend.get_bbox_to_anchor().x0 == pytest.approx(axes.bbox.x0)
-
-
 def test_a_long_name_takes_the_room_that_short_names_leave():
     figure, axes = named("a", "W" * 200)
     style.legend(axes)
     texts = {text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"}
     assert texts["W"].width / figure.dpi > 4.5
     assert texts["W"].x1 < figure.bbox.x1
-    assert illegible_texts(figure) == [] or all("W" not in fault for fault in illegible_texts(figure))
 
 
 def test_two_long_names_share_the_room_of_a_legend():
@@ -342,14 +260,13 @@ def test_a_legend_in_the_corner_returns_its_height():
     assert style.legend_in_corner(figure, axes) == 0.0
 
 
-@pytest.mark.parametrize(("worst", "first"), [(500, 485), (0, 0), (999, 970)])
-def test_a_window_is_around_the_largest_error_and_within_the_log(worst, first):
+@pytest.mark.parametrize("worst", [500, 0, 999])
+def test_a_window_is_around_the_largest_error_and_within_the_log(worst):
     error = np.zeros(1000)
     error[worst] = -0.5
     error[[10, 20]] = np.nan, np.inf
     assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(max(worst - 30, 0), max(worst - 30, 0) + 60)
     assert style.window(np.arange(1000.0), error, 0.03) == slice(min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40)
-    assert first >= 0
 
 
 def test_a_window_of_a_short_log_is_all_of_the_log():
@@ -366,10 +283,165 @@ def test_a_function_of_figures_draws_with_the_common_look():
     assert drawn.__doc__ == "Words."
 
 
-def test_axes_and_grids_are_no_wider_than_any_line_and_lie_below_them():
-    narrowest = min(look["linewidth"] for look in (*style.LINES, style.REST, style.AID))
-    _, ((axes,),) = style.panels(2.0)
-    spines, grid = [axes.spines[side] for side in ("left", "bottom", "right", "top")], axes.xaxis.get_gridlines()[0]
-    assert [spine.get_visible() for spine in spines] == [True, True, False, False]
-    assert 0.0 < grid.get_linewidth() < spines[0].get_linewidth() <= narrowest
-    assert (axes.get_axisbelow(), grid.get_visible()) == (True, True)
+# --- A long signal is drawn short, and nothing that a line of this width can show is lost
+
+
+SIGNALS = arrays(float, st.integers(1, 600), elements=st.floats(-1e3, 1e3))
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_extremes_and_ends_are_kept_exactly(y, columns):
+    kept = envelope(y, columns)
+    assert kept.size <= max(4 * columns, 1)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, y.size - 1)
+    assert (y[kept].min(), y[kept].max()) == (y.min(), y.max())
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_each_sample_lies_between_kept_samples_nearby(y, columns):
+    kept = envelope(y, columns)
+    reach = -(-y.size // columns)
+    for k in range(y.size):
+        near = y[kept[np.abs(kept - k) <= reach]]
+        assert near.min() <= y[k] <= near.max()
+
+
+@given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
+def test_a_line_breaks_only_at_gaps(lengths):
+    starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
+    t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    x, y = line(t, np.cos(t))
+    assert np.isnan(y).sum() == len(lengths) - 1
+    assert set(x[np.isfinite(x)]) <= set(t)
+    assert [part.stop - part.start for part in runs(t, t)] == lengths
+
+
+def test_short_stretches_do_not_make_a_long_stretch_coarse():
+    lengths = [9000, *[5] * 60]
+    starts = np.cumsum([0.0, *(2.0 + n for n in lengths[:-1])])
+    t = np.concatenate([start + np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    y = np.sin(0.05 * t)
+    x, kept = line(t, y)
+    long = np.isfinite(x) & (x < lengths[0])
+    # Straight lines between what is drawn stay close to the signal.
+    assert np.max(np.abs(np.interp(t[: lengths[0]], x[long], kept[long]) - y[: lengths[0]])) < 0.35
+    assert x.size < 4 * 480 + 12 * len(lengths)
+
+
+@settings(max_examples=50)
+@given(points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10)))
+def test_every_point_of_a_cloud_is_near_a_drawn_point(points):
+    x, y = points
+    cells = (12, 8)
+    kept = spread(x, y, cells)
+    assert kept.size <= 12 * 8 + 4
+    cell = np.array([np.ptp(x) / cells[0], np.ptp(y) / cells[1]])
+    apart = np.abs(points[:, :, None] - points[:, None, kept]) <= cell[:, None, None] + 1e-9
+    assert apart.all(axis=0).any(axis=1).all()
+    for ends in (x, y):
+        assert (ends[kept].min(), ends[kept].max()) == (ends.min(), ends.max())
+
+
+# --- What makes a figure illegible: axes without a name or a unit, texts on one another or outside of the page
+
+
+@pytest.fixture
+def axes():
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    panel = figure.add_axes((0.2, 0.2, 0.6, 0.6))
+    panel.set(xlabel="Time [s]", ylabel="Force [N]")
+    return panel
+
+
+def at(figure, x, y, text="word", **how):
+    """A text whose lower left corner is at these pixels."""
+    return figure.text(x, y, text, transform=IdentityTransform(), ha="left", va="bottom", **how)
+
+
+def box_of(text):
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    at(figure, 100.0, 100.0, text)
+    ((_, box),) = texts_of(figure)
+    return box
+
+
+def test_axes_with_a_name_and_a_unit_pass(axes):
+    assert unlabelled_axes(axes.figure) == []
+
+
+@pytest.mark.parametrize("word", "xy")
+def test_numbers_without_a_name_fail_and_a_bare_axis_passes(axes, word):
+    axes.set(**{f"{word}label": ""})
+    assert unlabelled_axes(axes.figure) == [f"an axis {word} has no label"]
+    axes.tick_params(labelbottom=False, labelleft=False)
+    assert unlabelled_axes(axes.figure) == []
+
+
+@pytest.mark.parametrize("word", "xy")
+def test_a_name_ends_with_its_unit_unless_the_axis_has_names(axes, word):
+    axes.set(**{f"{word}label": "Share [%] of all"})
+    assert unlabelled_axes(axes.figure) == [f"the axis {word}, 'Share [%] of all', has no unit"]
+    getattr(axes, f"set_{word}ticks")([0.0, 1.0], ["first", "second"])
+    assert unlabelled_axes(axes.figure) == []
+
+
+@pytest.mark.parametrize("hide", [("set_axis_off",), ("set_visible", False)])
+def test_hidden_panels_have_no_faults(axes, hide):
+    axes.set(xlabel="", ylabel="")
+    getattr(axes, hide[0])(*hide[1:])
+    assert unlabelled_axes(axes.figure) == []
+
+
+def test_exactly_the_visible_texts_of_a_figure_are_found(axes):
+    figure = axes.figure
+    axes.plot([0.0, 1.0], [0.0, 1.0], label="of the panel")
+    axes.legend()
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower left").get_texts()[0].set_text("of the page")
+    for place in ("left", "center", "right"):
+        axes.set_title(place, loc=place)
+    axes.text(0.5, 0.5, "inside")
+    axes.text(0.5, 0.5, "hidden").set_visible(False)
+    axes.text(0.5, 0.5, "")
+    at(figure, 10.0, 10.0, "aside")
+    axes.set_xticks([0.0, 0.1 + 0.2, 1.0], ["zero", "some", "beyond"])
+    axes.set_xlim(0.3, 0.0)  # against the usual way, and a rounding below the tick
+    axes.set_yticks([])
+    named = {"of the panel", "of the page", "left", "center", "right", "inside", "aside", "zero", "some", "Time [s]", "Force [N]"}
+    assert sorted(text.get_text() for text, _ in texts_of(figure)) == sorted(named)
+
+
+@pytest.mark.parametrize("ticks", [[-0.5, 0.0, 0.5, 1.0], [0.0, 0.5, 1.0, 1.5]])
+def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
+    axes.set_xticks(ticks)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_yticks([])
+    assert sorted(text.get_text() for text, _ in texts_of(axes.figure)) == ["0.0", "0.5", "1.0", "Force [N]", "Time [s]"]
+
+
+@pytest.mark.parametrize(("overlap", "faults"), [(0.5, 0), (1.5, 1)])
+@pytest.mark.parametrize("beside", [True, False])
+def test_texts_may_touch_by_a_pixel(overlap, faults, beside):
+    figure, box = Figure(figsize=(4.0, 3.0), dpi=100.0), box_of("word")
+    at(figure, 100.0, 100.0)
+    at(figure, 100.0 + (box.width - overlap) * beside, 100.0 + (box.height - overlap) * (not beside))
+    assert illegible_texts(figure) == ["'word' and 'word' overlap"] * faults
+
+
+@pytest.mark.parametrize(("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)])
+def test_texts_with_the_same_slant_do_not_overlap(angles, faults):
+    figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
+    for angle in angles:
+        at(figure, 100.0, 100.0, rotation=angle)
+    assert len(illegible_texts(figure)) == faults
+
+
+@pytest.mark.parametrize("side", ["left", "right", "below", "above"])
+@pytest.mark.parametrize(("beyond", "faults"), [(0.5, 0), (1.5, 1)])
+def test_a_text_may_reach_a_pixel_over_the_edge_of_the_page(side, beyond, faults):
+    figure, box = Figure(figsize=(4.0, 3.0), dpi=100.0), box_of("word")
+    x = {"left": -beyond, "right": 400.0 - box.width + beyond}.get(side, 100.0)
+    y = {"below": -beyond, "above": 300.0 - box.height + beyond}.get(side, 100.0)
+    shift = box.y0 - 100.0  # letters may begin beside the place of their text
+    at(figure, x - (box.x0 - 100.0), y - shift)
+    assert illegible_texts(figure) == ["'word' lies outside of the figure"] * faults

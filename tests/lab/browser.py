@@ -3,7 +3,14 @@
 import json
 import os
 import subprocess
-from contextlib import contextmanager
+import time
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+PATIENCE = 60.0  # [s]
+SETTLED = "new Promise((done) => setTimeout(done, 150))"
+NO_DOCUMENT = "Cannot find default execution context"
 
 
 class Browser:
@@ -15,6 +22,11 @@ class Browser:
 
     def call(self, method, **parameters):
         """Return what a method of the protocol gives."""
+        answer = self._answer(method, parameters)
+        assert "error" not in answer, answer["error"]
+        return answer["result"]
+
+    def _answer(self, method, parameters):
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         if self.session:
@@ -23,8 +35,7 @@ class Browser:
         while True:
             answer = self._next()
             if answer.get("id") == self._number:
-                assert "error" not in answer, answer["error"]
-                return answer["result"]
+                return answer
             self.events.append(answer)
 
     def _next(self):
@@ -49,11 +60,42 @@ class Browser:
         self.wait_for("Page.loadEventFired")
         self.run("typeof begun === 'undefined' ? 0 : begun")
 
+    def open_anew(self, address):
+        """Go to a page from nowhere, as from a link, and wait until it has drawn."""
+        self.open("about:blank")
+        self.open(address)
+        self.run(SETTLED)
+
+    def drag(self, start, *steps, modifiers=0):
+        """Press the left button at a place, move through others, and let it go at the last."""
+        kinds = ["mousePressed", *["mouseMoved"] * len(steps), "mouseReleased"]
+        for kind, (x, y) in zip(kinds, (start, *steps, steps[-1]), strict=True):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
+        self.run(SETTLED)
+
+    def reload(self):
+        """Load the page again and wait until it is there."""
+        self.call("Page.reload")
+        self.wait_for("Page.loadEventFired")
+
     def run(self, expression):
-        """Return the value of an expression, awaited where it is a promise."""
-        values = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        """Return the value of an expression, awaited where it is a promise; between two documents there is none."""
+        parameters = {"expression": expression, "awaitPromise": True, "returnByValue": True}
+        until = time.monotonic() + PATIENCE
+        while NO_DOCUMENT in str((answer := self._answer("Runtime.evaluate", parameters)).get("error")) and time.monotonic() < until:
+            time.sleep(0.02)
+        assert "error" not in answer, answer["error"]
+        values = answer["result"]
         assert "exceptionDetails" not in values, values["exceptionDetails"]
         return values["result"].get("value")
+
+    def waits(self, expression, seconds=PATIENCE):
+        """Return the value of an expression once it is true; one that fails is not true yet."""
+        until = time.monotonic() + seconds
+        while not (value := self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()")):
+            assert time.monotonic() < until, expression
+            time.sleep(0.05)
+        return value
 
     def asked_for(self):
         """Return the addresses of all requests."""
@@ -111,3 +153,19 @@ def browser(profile, *, width=1366, height=768, dark=False, moving=False):
             process.kill()
             process.wait()
         os.close(from_read)
+
+
+@pytest.fixture
+def shown(tmp_path):
+    """A function that gives a tab which shows an address; in the end its page has nothing to complain of, unless it may."""
+    quiet = []
+    with ExitStack() as stack:
+
+        def show(address, *, complains=False, **how):
+            tab = stack.enter_context(browser(tmp_path / "profile", **how))
+            tab.open(address)
+            quiet.extend([tab] * (not complains))
+            return tab
+
+        yield show
+        assert [tab.complaints() for tab in quiet] == [[]] * len(quiet)

@@ -9,7 +9,6 @@ import sys
 import time
 
 import pytest
-from tests.lab.browser import browser
 
 JUPYTER = shutil.which("jupyter-lab", path=os.path.dirname(sys.executable))
 CELLS = (
@@ -71,15 +70,6 @@ def _address(process, message):
     raise AssertionError(message.read_text(encoding="utf-8"))
 
 
-def wait_until(tab, expression, seconds=60.0):
-    """Return the value of an expression once it is true."""
-    until = time.monotonic() + seconds
-    while not (value := tab.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()")):
-        assert time.monotonic() < until, expression
-        time.sleep(0.1)
-    return value
-
-
 def run_cell(tab, number):
     """Run one cell of the notebook, and wait until it has run."""
     notebook = "window.jupyterapp.shell.currentWidget.content"
@@ -87,22 +77,21 @@ def run_cell(tab, number):
     tab.run(f"{COMMANDS}.execute('notebook:run-cell').then(() => true)")
 
 
-def test_a_widget_in_jupyterlab_works_both_ways(server, tmp_path):
+def test_a_widget_in_jupyterlab_works_both_ways(server, shown):
     address, folder = server
-    with browser(tmp_path / "profile", width=1400, height=1300) as tab:
-        tab.open(address.replace("/lab?", "/lab/tree/bench.ipynb?"))
-        wait_until(tab, f"{COMMANDS}.isEnabled('notebook:run-cell')")
-        wait_until(tab, "window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === 'idle'")
-        run_cell(tab, 0)
-        assert wait_until(tab, f"{DRAWN} > 20 && {DRAWN}") > 20
-        assert float(tab.run(f"{FIELD}.value")) == 20.0
-        tab.run(f"{SLIDER}.value = 900")
-        tab.run(f"{SLIDER}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
-        shown = float(wait_until(tab, f"{FIELD}.value !== '20' && {FIELD}.value"))
-        time.sleep(1.0)
-        run_cell(tab, 1)
-        from_slider = float((folder / "from_slider.txt").read_text(encoding="utf-8"))
-        assert from_slider == pytest.approx(shown, rel=1e-3)
-        assert from_slider != 20.0
-        run_cell(tab, 2)
-        assert float(wait_until(tab, f"{FIELD}.value === '23' && {FIELD}.value")) == 23.0
+    tab = shown(address.replace("/lab?", "/lab/tree/bench.ipynb?"), complains=True, width=1400, height=1300)
+    tab.waits(f"{COMMANDS}.isEnabled('notebook:run-cell')")
+    tab.waits("window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === 'idle'")
+    run_cell(tab, 0)
+    assert tab.waits(f"{DRAWN} > 20 && {DRAWN}") > 20
+    assert float(tab.run(f"{FIELD}.value")) == 20.0
+    tab.run(f"{SLIDER}.value = 900")
+    tab.run(f"{SLIDER}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
+    value = float(tab.waits(f"{FIELD}.value !== '20' && {FIELD}.value"))
+    time.sleep(1.0)
+    run_cell(tab, 1)
+    from_slider = float((folder / "from_slider.txt").read_text(encoding="utf-8"))
+    assert from_slider == pytest.approx(value, rel=1e-3)
+    assert from_slider != 20.0
+    run_cell(tab, 2)
+    assert float(tab.waits(f"{FIELD}.value === '23' && {FIELD}.value")) == 23.0

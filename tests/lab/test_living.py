@@ -1,17 +1,22 @@
 """What a report that moves is told of a loop: which lines it draws, and why there is nothing to move."""
 
 from types import SimpleNamespace
+from typing import NamedTuple
 
+import jinja2
 import numpy as np
 import pytest
 
 from bristle import friction
+from bristle.core import FrictionModel
 from bristle.core.status import Status
 from bristle.exports.page import loop as page_loop
+from bristle.exports.page.described import head_of
 from bristle.exports.page.loop import followed_described
+from bristle.friction import find
 from bristle.lab import living, page
 from bristle.lab.living import living_part, uncertainty_of
-from bristle.lab.page import hash_of, joined, policy
+from bristle.lab.page import environment, hash_of, joined, policy
 from bristle.simulation import COMPENSATED
 
 TIME = np.arange(4.0)
@@ -45,19 +50,20 @@ def lines(simulation, following):
     return [(name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)]
 
 
-def test_a_line_is_the_reference_minus_the_measurement():
-    assert lines(simulated("a", "b"), None) == [("a", 1.0), ("b", 2.0)]
-    assert lines(simulated("a", "b"), measured()) == [("measured", 9.0), ("a", 1.0), ("b", 2.0)]
-    assert lines(None, measured()) == [("measured", 9.0)]
-    assert lines(None, None) == []
-
-
-def test_a_loop_that_diverged_has_no_line():
-    assert lines(simulated("a", "b", diverged=("a",)), None) == [("b", 2.0)]
-
-
-def test_a_contradicted_simulation_shows_only_its_first_loop():
-    assert lines(simulated("a", "b"), measured("it follows otherwise")) == [("measured", 9.0), ("a", 1.0)]
+@pytest.mark.parametrize(
+    ("simulation", "following", "drawn"),
+    [
+        (simulated("a", "b"), None, [("a", 1.0), ("b", 2.0)]),
+        (simulated("a", "b"), measured(), [("measured", 9.0), ("a", 1.0), ("b", 2.0)]),
+        (None, measured(), [("measured", 9.0)]),
+        (None, None, []),
+        # A loop that diverged has no line, and of a contradicted simulation there is the first loop alone.
+        (simulated("a", "b", diverged=("a",)), None, [("b", 2.0)]),
+        (simulated("a", "b"), measured("it follows otherwise"), [("measured", 9.0), ("a", 1.0)]),
+    ],
+)
+def test_a_line_is_the_reference_minus_the_measurement(simulation, following, drawn):
+    assert lines(simulation, following) == drawn
 
 
 @pytest.mark.parametrize(
@@ -122,11 +128,9 @@ def identified(monkeypatch):
 @pytest.mark.parametrize(("kind", "unit", "word"), [("translational", "N", "force"), ("rotational", "N·m", "torque")])
 def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, word):
     part, (how, variables, data) = identified(kind, ("second", "third"))
-    assert (data["effort"], data["word"], data["logs"]) == (unit, word, 3)
-    assert (how["around"], how["proven"]) == (3.0, False)
-    assert variables == (["M"], 3.0, 3.0)
+    assert (data["effort"], data["word"], data["logs"], data["loop"]) == (unit, word, 3, None)
+    assert (how["around"], how["proven"], variables) == (3.0, False, (["M"], 3.0, 3.0))
     assert [row["name"] for row in data["plant"]] == ["M"]
-    assert data["loop"] is None
     assert str(part.data) == "DATA"
     assert part.policy == policy([joined(living.SHARED), joined(living.SCRIPTS)])
 
@@ -158,8 +162,7 @@ def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
     monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
     assert living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
     ((around, envelope),) = thinned
-    assert around == 3.0
-    assert envelope(np.arange(4000.0)).size == 4000
+    assert (around, envelope(np.arange(4000.0)).size) == (3.0, 4000)
     assert envelope(np.arange(4001.0)).size < 4000
 
 
@@ -174,3 +177,27 @@ def test_a_page_gets_only_known_facts_of_the_model(monkeypatch):
     unknown = {"uncertainty": None, "mass": None, "fastest": 0.0, "named": ""}
     known = {"uncertainty": {}, "mass": 2.0, "fastest": 0.5, "named": "coulomb of a.toml"}
     assert reported == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]
+
+
+# --- Templates of a page, and what a model is called on it
+
+
+class Nothing(NamedTuple):
+    """No parameters and no state."""
+
+
+def trial(state, memory, motion, dt, p):
+    return 0.0, state
+
+
+def test_lines_of_a_template_that_are_no_text_leave_no_line_and_no_space():
+    template = environment().from_string("<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n")
+    assert template.render(words=["a", "<b>"]) == "<ul>\n<li>a</li>\n<li>&lt;b&gt;</li>\n</ul>"
+    with pytest.raises(jinja2.UndefinedError):
+        environment().from_string("{{ missing }}").render()
+
+
+def test_a_model_of_a_file_is_called_by_its_file_and_a_model_of_the_package_by_its_name():
+    own = FrictionModel(name="own", description="", Parameters=Nothing, State=Nothing, trial=trial, commit=lambda state, *_: state)
+    assert head_of(own) == {"toml": 'file = "test_living.py"', "python": ""}
+    assert head_of(find("lugre+asymmetry")) == {"toml": 'model = "lugre+asymmetry"', "python": 'br.friction.find("lugre+asymmetry")'}

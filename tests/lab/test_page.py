@@ -57,17 +57,14 @@ def test_the_page_is_self_contained(page):
 
 
 def test_it_is_small(page, heaviest):
-    assert len(page.encode()) < LARGEST
-    assert len(heaviest.encode()) < LARGEST
+    assert max(len(text.encode()) for text in (page, heaviest)) < LARGEST
 
 
 def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
     first, *rest = data_of(heaviest)["models"]
     assert [model["name"] for model in rest] == list(MODELS)
-    assert first["model"] == "preisach_lugre"
-    assert first["own"]["slots"] == list(SLOTS)
-    assert data_of(heaviest)["first"] == 0
+    assert (first["model"], first["own"]["slots"], data_of(heaviest)["first"]) == ("preisach_lugre", list(SLOTS), 0)
 
 
 def test_no_file_name_closes_its_element(heaviest):
@@ -77,8 +74,7 @@ def test_no_file_name_closes_its_element(heaviest):
 
 def test_an_identified_interval_lies_on_its_slider(heaviest):
     rows = {row["name"]: row for row in data_of(heaviest)["models"][0]["own"]["rows"]}
-    assert rows["F_C_pos"]["interval"] == [15.0, 25.0]
-    assert rows["F_C_neg"]["interval"] is None
+    assert [rows[name]["interval"] for name in ("F_C_pos", "F_C_neg")] == [[15.0, 25.0], None]
     slider = rows["F_C_pos"]["sliders"][0]
     assert slider["low"] < 15.0 < 25.0 < slider["high"]
 
@@ -104,6 +100,5 @@ def test_texts_of_a_user_model_are_escaped():
 def test_a_user_parameter_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
-    facts = model_described(model, proven=False)
-    assert {row["name"] for row in facts["variables"]} == set(model.values)
+    assert {row["name"] for row in model_described(model, proven=False)["variables"]} == set(model.values)
     assert inner_of(model.parameters) == model.parameters

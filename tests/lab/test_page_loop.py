@@ -1,6 +1,7 @@
 """Loops as a page computes them: what they begin with, what pushes them, and which it cannot."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ import bristle as br
 from bristle.core.experiment import Feedforward, Run, Start, Variant
 from bristle.exports.page import switches
 from bristle.exports.page.loop import loop_described, trace_described, tracking_described
-from bristle.exports.page.packing import unpacked
+from bristle.exports.page.packing import as_json, differences, packed, packed_numbers, plain, unpacked
+from bristle.exports.page.rows import turns_of
 from bristle.friction import lugre
 from bristle.lab.page import paper_experiment
 
@@ -49,15 +51,12 @@ def described(**changes):
 
 def test_a_page_has_the_numbers_of_the_loop():
     facts = described()
-    assert (facts["M"], facts["mass"], facts["count"], facts["all"], facts["settle"]) == (2.0, 1.5, 400, 400, 100)
-    assert (facts["substeps"], facts["delay"], facts["limit"], facts["sampleTime"]) == (5, 1, 90.0, DT)
-    assert facts["begin"] == [(0, pytest.approx(0.02)), (1, pytest.approx(0.01 * 2.0 * np.pi, rel=1e-3))]
-    assert facts["effortBefore"] == 0.0
-    assert (facts["lag"]["inMean"], facts["lag"]["atEnd"]) == (0.0, 0.0)
-    assert facts["body"] is None
+    expected = {"M": 2.0, "mass": 1.5, "count": 400, "all": 400, "settle": 100, "substeps": 5, "delay": 1, "limit": 90.0, "sampleTime": DT}
+    expected |= {"effortBefore": 0.0, "body": None, "lag": {"inMean": 0.0, "atEnd": 0.0}}
+    expected |= {"begin": [(0, pytest.approx(0.02)), (1, pytest.approx(0.01 * 2.0 * np.pi, rel=1e-3))]}
+    assert {name: facts[name] for name in expected} == expected
     lagging = described(run=replace(variant().run, current_lag=1e-3))["lag"]
-    assert lagging["atEnd"] == pytest.approx(np.exp(-0.2))
-    assert lagging["inMean"] == pytest.approx((1.0 - np.exp(-0.2)) / 0.2)
+    assert lagging == pytest.approx({"atEnd": np.exp(-0.2), "inMean": (1.0 - np.exp(-0.2)) / 0.2})
 
 
 def test_the_reference_is_written_in_steps_far_below_those_of_the_encoder():
@@ -82,8 +81,7 @@ def test_the_push_is_the_disturbance_minus_the_known_input():
 
 def test_a_loop_that_continues_a_motion_starts_with_its_contact():
     facts = described(start=Start(0.02, 0.05, 0.0, effort=6.0))
-    assert facts["effortBefore"] == 6.0
-    assert facts["begin"][:2] == [(0, 0.02), (1, 0.05)]
+    assert (facts["effortBefore"], facts["begin"][:2]) == (6.0, [(0, 0.02), (1, 0.05)])
     places = [place for place, _ in facts["begin"]]
     assert places == sorted(set(places))
     bristle_bent = [number for _, number in facts["begin"][2:] if number]
@@ -94,8 +92,7 @@ def test_a_loop_that_continues_a_motion_starts_with_its_contact():
 def test_different_friction_of_the_axis_is_included():
     other = br.friction.coulomb(F_C=4.0)
     facts = described(friction=other)
-    assert facts["body"]["values"] == {"F_C": [4.0]}
-    assert facts["bodyValues"] == facts["body"]["values"]
+    assert facts["body"]["values"] == facts["bodyValues"] == {"F_C": [4.0]}
 
 
 @pytest.mark.parametrize(
@@ -131,7 +128,6 @@ def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
     plain, observing = ({variant.name: variant for variant in paper_experiment().variants}[name] for name in ("none", "observer"))
     data = tracking_described(plain, observing)
     assert (data["sampleTime"], data["delay"]) == (plain.run.sample_time, plain.run.delay)
-    assert data["delay"] > 0
     assert data["paper"] == {
         "K_2": plain.controller.values["K_2"],
         "g": observing.controller.values["g"],
@@ -152,3 +148,58 @@ def test_a_page_begins_with_a_model_by_name_or_with_values(monkeypatch, first, p
     assert (data["first"], data["loop"]) == (place, {"moved": 1})
     assert names == (["coulomb", "dahl"] if isinstance(first, str) else ["lugre", "coulomb", "dahl"])
     assert list(data["slots"]) == (["translational"] if isinstance(first, str) else ["rotational", "translational"])
+
+
+# --- Numbers and data on their way to a page
+
+
+def test_bytes_are_restored_and_may_refer_to_earlier_bytes():
+    content = bytes(range(256)) * 8
+    assert unpacked(packed(content)) == content
+    assert len(packed(content, content)) < len(packed(content))
+
+
+@pytest.mark.parametrize("times", [0, 1, 2])
+def test_differences_are_summed_up_again(times):
+    numbers = np.array([3.0, 5.0, 4.0, 4.0, -7.0])
+    back = differences(numbers, times)
+    for _ in range(times):
+        back = np.cumsum(back)
+    assert back.tolist() == numbers.tolist()
+    assert differences(np.arange(1.0, 9.0), 2)[1:].tolist() == [0.0] * 7
+
+
+def test_small_numbers_of_either_sign_have_small_bytes():
+    parts = [np.array([0.0, -1.0, 1.0, -2.0]), np.array([127.0, -128.0, 40_000.0, -(2.0**31)])]
+    message = packed_numbers(parts)
+    (back,) = whole(message, 8, 1)
+    assert back.tolist() == np.concatenate(parts).tolist()
+    planes = np.frombuffer(unpacked(message["code"]), dtype=np.uint8).reshape(4, 8)
+    assert planes[1:, :6].tolist() == [[0] * 6] * 3
+    assert packed_numbers([])["count"] == 0
+
+
+def test_data_of_a_page_end_no_element_and_have_words_for_infinity():
+    assert as_json({"a": "</script>", "b": (1, math.inf), "c": [-math.inf, 0.5]}) == (
+        '{"a":"\\u003c/script>","b":[1,"Infinity"],"c":["-Infinity",0.5]}'
+    )
+    assert plain({"a": None}) == {"a": None}
+
+
+# --- Rows along which a model is led on a page: the turns between them
+
+
+FORTH_AND_BACK = [0.0, 1.0, 3.0, 2.9, 4.0, 4.0, 1.0, 1.5, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("x", "depth", "turns"),
+    [
+        (FORTH_AND_BACK, 0.0, [0, 2, 3, 5, 6, 7, 8]),
+        (FORTH_AND_BACK, 0.3, [0, 5, 6, 7, 8]),
+        (FORTH_AND_BACK, 1.0, [0, 5, 8]),
+        ([0.0] * 5, 0.0, [0, 4]),
+    ],
+)
+def test_turns_are_reversals_deeper_than_the_depth(x, depth, turns):
+    assert turns_of(np.array(x), depth).tolist() == turns

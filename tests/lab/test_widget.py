@@ -1,12 +1,12 @@
 """The widget: values go both ways, in Python and in a browser; its script computes the bits of Python."""
 
 import json
+import re
 import shutil
 import sys
 
 import numpy as np
 import pytest
-from tests.lab.browser import browser
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
@@ -34,8 +34,7 @@ def test_slider_and_python_set_each_other(lugre):
     come(widget, F_C=[21.5])
     assert widget.model.F_C == widget.parameters["F_C"] == 21.5
     widget.parameters = {"F_C": "23 N", "v_S": 0.003}
-    assert widget._values["F_C"] == [23.0]
-    assert widget._values["v_S"] == [0.003]
+    assert [widget._values[name] for name in ("F_C", "v_S")] == [[23.0], [0.003]]
     widget.model = lugre
     assert widget._values["F_C"] == [20.0]
     assert seen == [21.5, 23.0, 20.0]
@@ -44,10 +43,8 @@ def test_slider_and_python_set_each_other(lugre):
 def test_a_refused_value_keeps_the_last_valid_model(lugre):
     widget = Widget(lugre)
     come(widget, F_C=[-3.0])
-    assert widget.model == lugre
-    assert "F_C" in widget._problem
-    assert "out of range" in widget._problem
-    assert widget._values["F_C"] == [-3.0]
+    assert (widget.model, widget._values["F_C"]) == (lugre, [-3.0])
+    assert re.search("F_C.*out of range", widget._problem)
     come(widget, F_C=[19.0])
     assert (widget.model.F_C, widget._problem) == (19.0, "")
     with pytest.raises(InputError, match="no such parameter"):
@@ -76,11 +73,11 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
 
 
 def test_an_identification_shows_its_model_with_its_intervals():
-    t = np.arange(4000) * 1e-3
+    t = np.arange(2000) * 1e-3
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()
     assert widget.model == identification.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
@@ -172,32 +169,26 @@ OTHER = """
 @pytest.mark.slow
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
-def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width):
+def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, shown):
     widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
-    with browser(tmp_path / "profile", width=width) as tab:
-        tab.open(page.as_uri())
-        values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
-        for name, value in values.items():
-            tab.run(f"window.{name} = {json.dumps(value)}; 0")
-        tab.run(STUB + "0")
-        assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
-        moves, saved, shown = tab.run(SLIDE)
-        assert moves
-        assert saved[-1]["F_S"] == [shown]
-        assert shown > 28.0
-        assert saved[-1]["v_d"] == ["Infinity"]
-        come(widget, **saved[-1])
-        assert shown == widget.model.F_S
-        assert tab.run(SET) == [True, True, "12.5", len(saved)]
-        assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-        assert tab.run(DARK) == [["dark", True], ["light", False]]
-        names, message, left, listeners = tab.run(OTHER)
-        assert "k_i[2]" in names
-        assert message == "F_C: out of range"
-        assert (left, listeners) == (0, 0)
-        assert tab.complaints() == []
-        assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}
+    tab = shown(page.as_uri(), width=width)
+    values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
+    for name, value in values.items():
+        tab.run(f"window.{name} = {json.dumps(value)}; 0")
+    tab.run(STUB + "0")
+    assert tab.run(MOUNTED) == {"differ": 0, "of": 21}
+    moves, saved, slid = tab.run(SLIDE)
+    assert (moves, saved[-1]["F_S"], saved[-1]["v_d"]) == (True, [slid], ["Infinity"])
+    come(widget, **saved[-1])
+    assert widget.model.F_S == slid > 28.0
+    assert tab.run(SET) == [True, True, "12.5", len(saved)]
+    assert tab.run("document.documentElement.scrollWidth <= innerWidth")
+    assert tab.run(DARK) == [["dark", True], ["light", False]]
+    names, *rest = tab.run(OTHER)
+    assert "k_i[2]" in names
+    assert rest == ["F_C: out of range", 0, 0]
+    assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}

@@ -1,25 +1,35 @@
 """The verdict on an identification and its first page."""
 
+import math
+import os
+import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
 from tests.report import known
 from tests.report.known import estimate
+from tests.report.pages import Page
+from tests.report.test_pages import identification_page
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.symbols import symbolic
+from bristle.friction import MODELS, find
 from bristle.identification import identify
 from bristle.identification.estimate import MATTERS
 from bristle.identification.settings import Settings
 from bristle.identification.structure import CODES
+from bristle.logs import Log
+from bristle.prediction import drive_table, predict
 from bristle.prediction.drive_table import level_values
-from bristle.prediction.following import Following
+from bristle.prediction.following import Following, following_of, loop_of
 from bristle.report.brief import brief
-from bristle.report.identification import _correlations, next_steps, why_only_similar
+from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
 from bristle.report.judgement import (
+    ADVICE,
     DOUBTS,
     LACKING,
     WRITTEN_BY,
@@ -31,9 +41,11 @@ from bristle.report.judgement import (
     next_measurements,
     ruling_of,
 )
-from bristle.report.messages import warnings_of
+from bristle.report.messages import assumptions_of, warnings_of
+from bristle.report.model_tables import parameter_table
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
+from bristle.simulation import simulate
 from bristle.simulation.statistics import statistics_of
 
 USUAL = Settings()
@@ -52,21 +64,13 @@ def test_clean_log_is_usable(actual):
     assert judged(actual.best, USUAL) == ("usable", "Usable", ())
 
 
-@pytest.mark.parametrize("code", DOUBTS)
-def test_every_warning_asks_for_care_with_a_reason(actual, code):
-    level, _, reasons = judged(doubted(actual.best, Diagnostic(code, severity="warning")), USUAL)
-    assert level == "with_care"
-    assert reasons == (SENTENCES[code].means,)
-
-
-def test_note_does_not_change_the_verdict(actual):
-    assert judged(doubted(actual.best, Diagnostic("structure", severity="note")), USUAL).level == "usable"
-
-
-def test_error_asks_for_another_log(actual):
-    level, _, reasons = judged(doubted(actual.best, Diagnostic("sign_reversed", severity="error")), USUAL)
-    assert level == "measure_again"
-    assert reasons == (SENTENCES["sign_reversed"].means,)
+@pytest.mark.parametrize(
+    ("code", "severity", "level"),
+    [*((code, "warning", "with_care") for code in DOUBTS), ("structure", "note", "usable"), ("sign_reversed", "error", "measure_again")],
+)
+def test_severity_of_a_diagnostic_decides_with_its_reason(actual, code, severity, level):
+    ruling = judged(doubted(actual.best, Diagnostic(code, severity=severity)), USUAL)
+    assert (ruling.level, ruling.reasons) == (level, () if severity == "note" else (SENTENCES[code].means,))
 
 
 def with_open(fit, count, **changes):
@@ -89,25 +93,24 @@ def test_zero_level_needs_no_other_log(actual):
     assert (level, reasons) == ("usable", ("not identified, but with little effect on the force: F_C",))
 
 
-def test_unidentified_parameter_of_little_effect_is_only_named(actual):
+@pytest.mark.parametrize(("takes", "level"), [(0.9, "usable"), (1.1, "with_care")])
+def test_unidentified_parameter_of_little_effect_is_only_named(actual, takes, level):
     fit = doubted(actual.best)
-    for takes, level in ((0.9, "usable"), (1.1, "with_care")):
-        slight = takes * MATTERS / abs(fit.parameters["M"].value)
-        ruling = judged(with_open(fit, 1, effect=slight), USUAL)
-        assert ruling.level == level
-        assert "M" in ruling.reasons[-1]
+    ruling = judged(with_open(fit, 1, effect=takes * MATTERS / abs(fit.parameters["M"].value)), USUAL)
+    assert (ruling.level, ruling.reasons[-1][-1]) == (level, "M")
 
 
-def test_wide_interval_asks_for_care_if_the_parameter_matters(actual):
+@pytest.mark.parametrize(
+    ("half", "effect", "level", "reasons"),
+    [(0.4, 1.0, "usable", ()), (0.6, 1.0, "with_care", ("roughly identified: F_v",)), (0.6, 1e-6, "usable", ())],
+)
+def test_wide_interval_asks_for_care_if_the_parameter_matters(actual, half, effect, level, reasons):
     fit = doubted(actual.best)
     viscous = fit.parameters["F_v"]
-    for half, effect, level in ((0.4, 1.0, "usable"), (0.6, 1.0, "with_care"), (0.6, 1e-6, "usable")):
-        interval = (viscous.value * (1.0 - half), viscous.value * (1.0 + half))
-        wide = replace(viscous, interval=interval, effect=effect)
-        estimates = tuple(wide if estimate is viscous else estimate for estimate in fit.estimates)
-        ruling = judged(replace(fit, estimates=estimates), USUAL)
-        assert ruling.level == level
-        assert ("roughly identified: F_v" in ruling.reasons) == (level == "with_care")
+    wide = replace(viscous, interval=(viscous.value * (1.0 - half), viscous.value * (1.0 + half)), effect=effect)
+    estimates = tuple(wide if estimate is viscous else estimate for estimate in fit.estimates)
+    ruling = judged(replace(fit, estimates=estimates), USUAL)
+    assert (ruling.level, ruling.reasons) == (level, reasons)
 
 
 def test_grave_faults_come_first_among_the_next_steps(actual):
@@ -136,12 +139,11 @@ def test_contradicted_loop_asks_for_care(actual):
 
 
 def test_levels_are_by_direction_without_the_weight():
-    motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    motion = sines(20.0, 2e-3, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
-    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, offset=20.0).best)
+    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, cutoff=60.0, offset=20.0).best)
     viscous = TRUTH["F_v"] * np.max(np.abs(motion.velocity))
-    assert levels.constant == 20.0
-    assert levels.inertia == pytest.approx(TRUTH["M"], rel=0.01)
+    assert (levels.constant, levels.inertia) == pytest.approx((20.0, TRUTH["M"]), rel=0.01)
     assert levels.forward - levels.backward == pytest.approx(1.5 + 2.0 * TRUTH["offset"], abs=0.25)
     assert 8.0 < levels.backward + TRUTH["offset"] < 8.0 + viscous
     assert levels.deviation == pytest.approx(0.0, abs=1e-9)
@@ -187,12 +189,21 @@ def plain(lines):
     return [line.replace("\u00a0", " ") for line in lines]
 
 
-def test_model_error_is_in_the_quantity_of_the_fit():
-    held_out = "held-out error 6.00 %, over time blocks"
-    assert plain(misfit(measured())) == ["model error 5.00 % of the effort, 12.0 % of the friction", held_out]
-    assert plain(misfit(measured(position_rmse=4e-7, loop_rmse=1.0)))[0] == "model error 0.400 µm of the position"
-    assert plain(misfit(measured(loop_rmse=0.25)))[0] == "model error 250 mN of the effort in the loop"
-    assert misfit(measured(held_out=None))[1] == "no held-out stretches"
+HELD_OUT = "held-out error 6.00 %, over time blocks"
+OF_EFFORT = "model error 5.00 % of the effort, 12.0 % of the friction"
+
+
+@pytest.mark.parametrize(
+    ("changes", "lines"),
+    [
+        ({}, [OF_EFFORT, HELD_OUT]),
+        ({"position_rmse": 4e-7, "loop_rmse": 1.0}, ["model error 0.400 µm of the position", HELD_OUT]),
+        ({"loop_rmse": 0.25}, ["model error 250 mN of the effort in the loop", HELD_OUT]),
+        ({"held_out": None}, [OF_EFFORT, "no held-out stretches"]),
+    ],
+)
+def test_model_error_is_in_the_quantity_of_the_fit(changes, lines):
+    assert plain(misfit(measured(**changes))) == lines
 
 
 @pytest.mark.parametrize(("percent", "larger"), [(6.2, False), (6.25, False), (6.3, True)])
@@ -201,18 +212,17 @@ def test_held_out_error_is_clearly_larger_above_a_quarter(percent, larger):
     assert ("clearly larger" in text) is larger
 
 
-def test_error_of_the_simulation_decides_for_simulated_loops():
-    assert _error(measured()) == 11.0
-    assert _error(measured(position_rmse=1e-6)) == 5.0
-    assert _error(measured(loop_rmse=1.0)) == 5.0
+@pytest.mark.parametrize(("changes", "percent"), [({}, 11.0), ({"position_rmse": 1e-6}, 5.0), ({"loop_rmse": 1.0}, 5.0)])
+def test_error_of_the_simulation_decides_for_simulated_loops(changes, percent):
+    assert _error(measured(**changes)) == percent
 
 
 @pytest.mark.parametrize(("error", "level"), [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")])
 def test_verdict_follows_the_error_limits_of_the_settings(error, level, monkeypatch):
     monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: None)
     ruling = judged(measured(missed_percent=error, diagnostics=(), estimates=()), USUAL)
-    assert ruling.level == level
-    assert [reason.startswith(f"the model error is {error:.3g} %") for reason in ruling.reasons] == [True] * (level != "usable")
+    assert (ruling.level, len(ruling.reasons)) == (level, level != "usable")
+    assert all(reason.startswith(f"the model error is {error:.3g} %") for reason in ruling.reasons)
 
 
 def test_reasons_name_causes_and_unidentified_parameters(actual):
@@ -237,9 +247,8 @@ def test_next_motion_excites_the_unidentified_parameters():
     names = {"M": "at_edge", "F_C": "unidentifiable", "v_S": "identified", "k": "unidentifiable", "q": "at_edge", "far": "at_edge"}
     estimates = [SimpleNamespace(name=name, status=status) for name, status in names.items()]
     reported = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
-    assert [item for item, _ in reported] == ["M", "F_C", "k"]
+    assert [(item, WRITTEN_BY in motion) for item, motion in reported] == [("M", True), ("F_C", True), ("k", False)]
     assert reported[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
-    assert WRITTEN_BY not in reported[2][1]
 
 
 def trusted(*halves, diagnostics=(), others=()):
@@ -312,8 +321,8 @@ def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
     whole = SimpleNamespace(**vars(bad), two_masses=SimpleNamespace(load=good, sides=sides))
     assert ruling_of(whole) == judged(good.best, USUAL)
     sides["load"] = bad
-    assert ruling_of(whole).level == "measure_again"
-    assert ruling_of(whole).reasons == (f"friction of the load: {SENTENCES['sign_reversed'].means}",)
+    reasons = (f"friction of the load: {SENTENCES['sign_reversed'].means}",)
+    assert ruling_of(whole)[::2] == ("measure_again", reasons)
     whole.two_masses.load = None  # one encoder
     assert ruling_of(whole) == judged(bad.best, USUAL)
 
@@ -331,3 +340,129 @@ def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
     text = feedforward_text(actual.best)
     for masses, expected in ((None, text), (SimpleNamespace(), f"of one mass: {text}")):
         assert feedforward_of(SimpleNamespace(best=actual.best, two_masses=masses)) == expected
+
+
+# --- The report of an identification
+
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+
+
+def number_in(text: str) -> float:
+    return float(text.replace("−", "-").replace("± ", ""))
+
+
+def moved_by(shift):
+    """A log whose effort is late by this many samples."""
+    log = sliding_log()
+    part = slice(50, 4050)
+    effort = np.roll(log.effort.values, shift)[part]
+    return Log(time=log.time.values[part], position=log.position.values[part], effort=effort, sample_time=1e-3)
+
+
+def told_of(log, **options):
+    return " ".join(assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "leads")])
+def test_removed_delay_is_reported(shift, stands):
+    words = rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and removed it"
+    assert re.search(words, told_of(moved_by(shift)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [{"settings": {"delay_rough": 0.0}}, {"axis": STATED}])
+def test_a_delay_that_hardly_shows_or_was_stated_is_not_told(options):
+    assert ", and removed it" not in told_of(moved_by(3), **options)
+
+
+def test_interval_of_the_table_uses_the_larger_error(workbench):
+    fit = workbench.identified.best
+    wider = tuple(replace(item, robust_std=item.std and 3.0 * item.std) for item in fit.estimates)
+    table = parameter_table(replace(fit, estimates=wider))
+    shown = [row[table.heads.index("95 % interval [%]")] for row in table.rows]
+    # Of what was found before any model, the interval itself is known.
+    percents = [item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent for item in fit.estimates if item.std]
+    assert [number_in(cell) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
+
+
+def test_unidentified_parameter_has_advice_to_measure(workbenches):
+    bench = workbenches["rotational"]
+    richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])
+    bench = replace(bench, identified=richer_first)
+    unknown = [estimate.name for estimate in bench.identified.best.estimates if estimate.status == "unidentifiable"]
+    assert unknown
+    words = Page(identification_page(bench)).words
+    assert all(Page(worded(warning)).words in words for warning in warnings_of(bench.identified.best))
+    for names, motion in next_measurements(bench.identified.best):
+        assert Page(worded(f"{names}: {motion}")).words in words
+
+
+def test_every_excitation_has_advice():
+    requested = {variable.excitation for model in MODELS.values() for variable in model.variables.values()}
+    assert requested - {""} <= set(ADVICE)
+
+
+def test_report_has_assumptions_and_provenance(stage):
+    words = Page(identification_page(stage)).words
+    assert all(Page(worded(item)).words in words for item in assumptions_of(stage.identified.best))
+    assert all(fact in words for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"))
+
+
+def test_report_has_the_assumptions_of_the_prediction(stage):
+    axis = replace(stage.axis, presliding=2e-6)
+    best = stage.identified.best
+    predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
+    assumed = Page(identification_page(stage, prediction=predicted)).words.split("Assumptions")[-1]
+    assert "closed-loop prediction: bristle simulated the static friction with the pre-sliding distance of the axis file, 2 µm" in assumed
+
+
+@pytest.mark.slow
+def test_parameters_at_an_edge_or_infinite_are_reported(stage):
+    lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
+    assert "∞" in Page(identification_page(stage, identification=lugre, simulation=None, prediction=None)).words
+    assert [estimate.name for estimate in lugre.best.estimates if math.isinf(estimate.value)] == ["v_d"]
+
+
+@pytest.mark.slow
+@pytest.mark.measured
+def test_the_report_of_a_measured_axis():
+    folder = os.environ.get("BRISTLE_DATA")
+    if not folder:
+        pytest.skip("BRISTLE_DATA is not set")
+    from bristle.files import read_axis
+    from bristle.logs import read_log
+
+    axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
+    log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
+    identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
+    best = identification.best
+    loop = simulate(loop_of(best.plant, best.friction, log, axis))
+    text = identification_report(
+        identification,
+        prediction=predict(best.plant, best.friction, log, axis, "closed-loop"),
+        simulation=loop,
+        table=drive_table(best),
+        command="bristle identify",
+        axis_name=axis.name,
+        provenance={},
+    )
+    words = Page(text).words
+    for told in ("model coulomb_viscous+asymmetry", "Values to enter into the drive", "lowers the following error"):
+        assert told in words
+
+
+def test_unidentified_parameters_are_named_once_on_the_first_page(workbenches):
+    bench = workbenches["rotational"]
+    fit = bench.identified.best
+    open_ = tuple(replace(estimate, status="unidentifiable") for estimate in fit.estimates)
+    text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
+    assert "the level of friction is not identified" in Page(text.partition('<div class="tabs">')[0]).words
+    assert "Values to enter" not in Page(text).words
+    assert Page(text).words.count("not identified: M") == 1
+
+
+def test_without_simulation_the_following_error_is_measured(stage):
+    words = Page(identification_page(stage, simulation=None, following=following_of(stage.log))).words
+    assert [told in words for told in ("Following error in the log", "without and with compensation")] == [True, False]

@@ -1,5 +1,6 @@
 """The report of a log, from passages and channels with known numbers."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace as Some
 
@@ -8,11 +9,14 @@ import pytest
 from tests.identification.known_logs import sliding_log
 from tests.report import known
 
+from bristle.core import InputError
 from bristle.identification.result import Identification, Resampling, Scatter
 from bristle.identification.simulated_bands import Bands
 from bristle.logs.break_away import BreakAway
 from bristle.logs.passages import Passage
+from bristle.report import exported
 from bristle.report import log as report
+from bristle.report.exported import ExportedModel, _loop_beside
 from bristle.report.log import break_away_table, log_facts, log_ruling, passage_table, scatter_facts, treatment_facts
 
 
@@ -46,12 +50,18 @@ def test_loops_are_reported_with_their_depth(depth, levels, remark):
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
 
-def test_oscillations_are_reported_with_their_frequencies():
-    table = passage_table(
-        [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))], "translational"
-    )
-    assert [row[-1] for row in table.rows] == ["1 Hz to 9 Hz", "", ""]
-    assert [row[-1] for row in passage_table([passage("oscillation", frequencies=(2.0,))], "translational").rows] == ["2 Hz"]
+@pytest.mark.parametrize(
+    ("passages", "remarks"),
+    [
+        (
+            [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))],
+            ["1 Hz to 9 Hz", "", ""],
+        ),
+        ([passage("oscillation", frequencies=(2.0,))], ["2 Hz"]),
+    ],
+)
+def test_oscillations_are_reported_with_their_frequencies(passages, remarks):
+    assert [row[-1] for row in passage_table(passages, "translational").rows] == remarks
 
 
 def test_treatment_of_a_log_has_units():
@@ -203,3 +213,66 @@ def test_page_is_written_only_for_a_readable_log(tmp_path):
     written.clear()
     report.Inspected.write(Some(log=None, summary=summary), folder, "")
     assert set(written) == {"summary.json"}
+
+
+# --- Files of an export for a target, and the loop in the folder of the model file
+
+
+def written(effect=None, beside=(), error=None):
+    product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",), error=error)
+    return ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
+
+
+def test_export_is_reported_with_files_and_notes():
+    assert written(beside=("another",)).summary == {
+        "target": "c",
+        "model": "lugre",
+        "files": ["a.c", "a.h"],
+        "notes": ["one note", "another"],
+        "effect": None,
+        "provenance": {"bristle": "0"},
+    }
+    assert written(Some(as_data=lambda: {"gain": 2.0})).summary["effect"] == {"gain": 2.0}
+    assert written(error={"rms_percent": 3.0}).summary["error"] == {"rms_percent": 3.0}
+
+
+def test_export_writes_files_and_summary():
+    folder = {}
+    written().write(Some(write=folder.__setitem__))
+    assert list(folder) == ["a.c", "a.h", "summary.json"]
+    assert json.loads(folder["summary.json"])["target"] == "c"
+
+
+def test_loop_of_the_folder_uses_the_model_as_feedforward(tmp_path, monkeypatch):
+    file, axis = tmp_path / "experiment.toml", Some(controller="law")
+    variants = [Some(feedforward=Some(friction=friction)) for friction in (None, "lugre", "dahl")]
+    monkeypatch.setattr("bristle.files.read_experiment", lambda file: Some(variants=variants))
+    assert _loop_beside(file, "dahl", axis) == (None, ())  # there is no such file
+    file.write_text("")
+    assert _loop_beside(file, "dahl", axis) == (variants[2], ())
+    for model, other in (("other", axis), ("dahl", None), ("dahl", Some(controller=None))):
+        assert _loop_beside(file, model, other) == (None, ())
+
+
+def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
+    def fails(file):
+        raise InputError("is broken")
+
+    monkeypatch.setattr("bristle.files.read_experiment", fails)
+    file = tmp_path / "experiment.toml"
+    file.write_text("")
+    remark = "bristle did not simulate the loop of experiment.toml: is broken"
+    assert _loop_beside(file, "dahl", Some(controller="law")) == (None, (remark,))
+
+
+@pytest.mark.parametrize("holds_operator", [True, False])
+def test_operator_is_exported_with_its_constant_and_models_if_admitted(holds_operator, monkeypatch):
+    admitted = []
+    monkeypatch.setattr("bristle.files.holds_operator", lambda file: holds_operator)
+    monkeypatch.setattr("bristle.files.read_operator", lambda file: ("operator", 2.0, None))
+    monkeypatch.setattr("bristle.files.read_model", lambda file, allow_code: ("plant", "friction", {"known": allow_code}))
+    monkeypatch.setattr("bristle.hysteresis.with_constant", lambda operator, offset: (operator, offset))
+    monkeypatch.setattr("bristle.testing.admit", admitted.append)
+    of_operator = (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
+    assert exported._read("file", allow_code=True) == (of_operator if holds_operator else ("plant", "friction", {"known": True}))
+    assert admitted == ([] if holds_operator else ["friction"])

@@ -3,14 +3,21 @@
 import math
 from types import SimpleNamespace as Some
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.report import known
 
 from bristle import friction, plants
 from bristle.core import Axis
 from bristle.core.axis import Column
 from bristle.identification import HeldOut
 from bristle.identification.settings import Settings
+from bristle.report import identification as report
 from bristle.report import model_tables
+from bristle.report import summary as summary_module
+from bristle.report.identification import _for_the_drive
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -19,6 +26,20 @@ from bristle.report.model_tables import (
     drive_rows,
     drive_values,
     parameter_table,
+    values_to_enter,
+)
+from bristle.report.summary import _described, _levels, _resampling
+from bristle.report.table import (
+    Quantity,
+    Table,
+    capital,
+    fixed,
+    interval_text,
+    length_text,
+    percent_text,
+    short_text,
+    span_text,
+    stiffness_text,
 )
 
 
@@ -59,18 +80,19 @@ def test_numbers_of_a_parameter_share_a_scaled_unit():
     assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
 
 
-def test_standard_errors_are_reported_without_intervals():
-    assert "Standard error" in row_of(estimate())
-    row = row_of(estimate(), resampling=Some())
-    assert ("Standard error" in row, "Standard error [%]" in row, row["Value"]) == (False, False, "8.00")
-    assert "Standard error" not in row_of(estimate(std=math.inf, relative_std_percent=math.inf))
+@pytest.mark.parametrize(
+    ("item", "changes", "value"),
+    [(estimate(), {"resampling": Some()}, "8.00"), (estimate(std=math.inf, relative_std_percent=math.inf), {}, "8.00")],
+)
+def test_standard_errors_are_reported_without_intervals(item, changes, value):
+    row = row_of(item, **changes)
+    assert (row["Value"], {"Standard error", "Standard error [%]"} & set(row)) == (value, set())
 
 
-def test_interval_without_width_has_a_thousandth_of_a_percent():
-    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0, 8.0), interval_percent=0.0))
-    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == ("8.000", "8.000000, to the last digit", "< 0.001 %"[:7])
-    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - 1e-9, 8.0 + 1e-9), interval_percent=1e-8))
-    assert row["Value"] == "8.000000"
+@pytest.mark.parametrize(("half", "value"), [(0.0, "8.000"), (1e-9, "8.000000")])
+def test_interval_without_width_has_a_thousandth_of_a_percent(half, value):
+    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - half, 8.0 + half), interval_percent=10.0 * half))
+    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == (value, "8.000000, to the last digit", "< 0.001")
 
 
 @pytest.mark.parametrize(
@@ -86,15 +108,14 @@ def test_interval_without_width_has_a_thousandth_of_a_percent():
 )
 def test_small_value_has_the_unit_of_its_interval(ends, unit, interval):
     row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
-    assert (row["Unit"], row["95 % interval"]) == (unit, interval)
-    assert row["95 % interval [%]"] == "> 1000"
+    assert (row["Unit"], row["95 % interval"], row["95 % interval [%]"]) == (unit, interval, "> 1000")
 
 
-@pytest.mark.parametrize("low", [-3.0, -0.1])
-def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(low):
-    assert row_of(estimate(value=0.5, std=None, interval=(low, 4.0)))["Unit"] == "mN"
-    assert row_of(estimate(value=0.3, std=None, interval=(low, 4.0)))["Unit"] == "N"
-    assert row_of(estimate(value=0.3, std=None, interval=(0.0, 4.0)))["Unit"] == "mN"
+@pytest.mark.parametrize(
+    ("value", "low", "unit"), [(0.5, -3.0, "mN"), (0.5, -0.1, "mN"), (0.3, -3.0, "N"), (0.3, -0.1, "N"), (0.3, 0.0, "mN")]
+)
+def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value, low, unit):
+    assert row_of(estimate(value=value, std=None, interval=(low, 4.0)))["Unit"] == unit
 
 
 @pytest.mark.parametrize(
@@ -112,12 +133,17 @@ def test_infinite_constant_parameter_is_left_out():
     assert table.caption == "Parameters of coulomb"
 
 
-def test_remarks_of_a_parameter_are_joined():
-    row = row_of(estimate(), effective=("F_C",), doubted=("F_C",), with_constant=("M",))
-    assert row["Remark"] == "effective; doubtful: see the warnings"
-    assert row_of(estimate(), with_constant=("F_C",))["Remark"] == "valid only with the given offset"
-    assert row_of(estimate(is_rough=True), effective=("F_C",))["Remark"] == "roughly identified; effective"
-    assert row_of(estimate(status="unidentifiable"), effective=("F_C",))["Remark"] == "not identified"
+@pytest.mark.parametrize(
+    ("item", "changes", "remark"),
+    [
+        ({}, {"effective": ("F_C",), "doubted": ("F_C",), "with_constant": ("M",)}, "effective; doubtful: see the warnings"),
+        ({}, {"with_constant": ("F_C",)}, "valid only with the given offset"),
+        ({"is_rough": True}, {"effective": ("F_C",)}, "roughly identified; effective"),
+        ({"status": "unidentifiable"}, {"effective": ("F_C",)}, "not identified"),
+    ],
+)
+def test_remarks_of_a_parameter_are_joined(item, changes, remark):
+    assert row_of(estimate(**item), **changes)["Remark"] == remark
 
 
 def test_products_of_parameters_are_the_last_rows():
@@ -166,9 +192,7 @@ def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
     table = comparison_table(Some(fits=fits))
     assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
     assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
-    assert table.rows[0][2:5] == ["5", "2.60", "0"]
-    assert table.rows[0][-1] == "M"
-    assert table.rows[2][2:5] == ["1", "–", "–"]
+    assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (["5", "2.60", "0"], "M", ["1", "–", "–"])
     assert "one standard error of the smallest" in table.caption
     short = comparison_table(Some(fits=fits), details=False)
     assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
@@ -187,16 +211,22 @@ def test_drive_table_has_a_row_for_each_side_of_rest():
     table = drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
-    odd = drive_rows([(0.0123456, 8.76543)], "translational")
-    assert odd.rows == [["1", "12.346", "8.765"]]
+    assert drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
     assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
     in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
+    assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 
-def test_drive_table_for_copying_is_in_si():
-    assert as_csv(STEPS[2:], "translational") == "velocity [m/s],effort [N]\n0,8\n0.1,9"
-    assert as_csv([(1 / 3, 2 / 3)], "rotational") == "velocity [rad/s],effort [N*m]\n0.333333,0.666667"
+@pytest.mark.parametrize(
+    ("table", "kind", "text"),
+    [
+        (STEPS[2:], "translational", "velocity [m/s],effort [N]\n0,8\n0.1,9"),
+        ([(1 / 3, 2 / 3)], "rotational", "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
+    ],
+)
+def test_drive_table_for_copying_is_in_si(table, kind, text):
+    assert as_csv(table, kind) == text
 
 
 def test_changed_thresholds_are_listed_with_their_defaults():
@@ -220,3 +250,212 @@ def test_certificate_is_reported_with_its_uses():
         ["closure", "does not apply", "", ""],
     ]
     assert rows[1][4:] == ["take another", "a simulation of an axis that holds a load"]
+
+
+# --- Tables of text
+
+
+def test_empty_column_is_left_out():
+    table = Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns()
+    assert (table.heads, table.rows) == (["a", "c"], [["1", "x"], ["2", ""]])
+
+
+def test_column_of_numbers_is_distinguished_from_words():
+    table = Table("t", ["a", "b", "c"], [["−1.5", "–", "3 mm"], ["± 0.2", "∞", "4"]])
+    assert [table.is_number(column) for column in range(3)] == [True, True, False]
+
+
+@given(values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8))
+def test_cells_of_a_column_have_the_same_decimals(values):
+    column = Quantity.of("m", values)
+    cells = [column.cell(value) for value in values]
+    assert len({len(cell.partition(".")[2]) for cell in cells}) == 1
+    top = max(values, key=abs)
+    read = float(column.cell(top).replace("−", "-")) / column.scale.factor
+    assert abs(read - top) <= 0.006 * abs(top)
+
+
+@pytest.mark.parametrize(("digits", "cell"), [(2, "3.1"), (3, "3.14"), (4, "3.142"), (5, "3.1416")])
+def test_largest_number_of_a_column_has_the_requested_digits(digits, cell):
+    column = Quantity.of("m", [3.14159e-3, 1e-4, math.inf], digits)
+    assert (column.head("Way"), column.cell(3.14159e-3)) == ("Way [mm]", cell)
+
+
+def test_column_of_zeros_has_the_plain_unit():
+    column = Quantity.of("m", [])
+    assert (column.scale.unit, column.step, column.cell(0.0)) == ("m", 0.0, "0")
+
+
+def test_rows_by_head_make_a_table():
+    assert Table.of("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]) == ("t", ["a", "b"], [["1", "2"], ["3", "4"]])
+    assert Table.of("t", []) == ("t", [], [])
+    assert not Table("t", ["a"], []).is_number(0)
+
+
+@pytest.mark.parametrize(
+    ("text", "is_number"), [("1.5e−7", True), ("± 3 ± 0.1", True), ("−∞", True), ("1,5", False), ("", False), ("3 N", False)]
+)
+def test_number_is_distinguished_from_a_word(text, is_number):
+    assert Table("t", ["a"], [[text]]).is_number(0) is is_number
+
+
+def test_column_of_dashes_is_left_out():
+    assert Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns() == ("t", ["a"], [["1"], ["2"]])
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "text"),
+    [
+        (0.0, "translational", "0 m"),
+        (4.19e-7, "translational", "0.419 µm"),
+        (-4.19e-7, "rotational", "−0.419 µrad"),
+        (1e-6, "translational", "1 µm"),
+        (2.5e-3, "rotational", "2.5 mrad"),
+    ],
+)
+def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
+    assert length_text(value, kind).replace("\u00a0", " ") == text
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "text"),
+    [
+        (fixed, (8.25, "N"), "8.25\u00a0N"),
+        (short_text, (3.14159,), "3.14"),
+        (percent_text, (12.345,), "12.3\u00a0%"),
+        (span_text, ([3e-3, 1e-3, 2e-3], "m"), "1 mm to 3 mm"),
+        (span_text, ([2e-3, 2e-3], "m"), "2 mm"),
+        (interval_text, ("1", "2"), "1 to 2"),
+        (interval_text, ("1", "1"), "1, to the last digit"),
+        (stiffness_text, (5e7, "translational"), "50.0 N/µm"),
+        (stiffness_text, (123.4, "rotational"), "123 N·m/rad"),
+        # A sentence begins with a capital or with the name of the program.
+        (capital, ("the log is short",), "The log is short"),
+        (capital, ("bristle removed a delay",), "bristle removed a delay"),
+        (capital, ("",), ""),
+    ],
+)
+def test_short_texts_of_numbers(function, arguments, text):
+    assert function(*arguments) == text
+
+
+# --- Values of an identification for a drive, in units of the drive
+
+
+def levels(**changes):
+    usual = {"inertia": 12.0, "forward": 8.0, "backward": 9.0, "constant": 0.0, "deviation": 0.5}
+    return Some(**usual | {"viscous_forward": 30.0, "viscous_backward": 30.0} | changes)
+
+
+def entered_fit(status="identified", *diagnostics, mass=None, kind="translational"):
+    estimates = [known.estimate("M", 12.0, mass or status), known.estimate("F_C", 8.0, status), known.estimate("F_v", 0.0, "held")]
+    return known.fit(*estimates, kind=kind, velocity=(-0.5, 0.2), diagnostics=diagnostics)
+
+
+@pytest.fixture
+def entered(monkeypatch):
+    """The values to enter, for given levels."""
+
+    def rows(axis=None, item=None, **changes):
+        monkeypatch.setattr("bristle.report.model_tables.level_values", lambda entered_fit: levels(**changes))
+        table = values_to_enter(item or entered_fit(), axis)
+        return table.caption, {row[0]: tuple(row[1:]) for row in table.rows}
+
+    return rows
+
+
+def test_levels_are_by_direction_with_the_viscous_part(entered):
+    caption, rows = entered()
+    assert caption == "Values to enter into the drive: at most 500 mN below the steady friction, never above it"
+    assert rows == {
+        "Friction forward, F+": ("8 N",),
+        "Friction backward, F−": ("9 N",),
+        "Viscous friction forward": ("30 N·s/m",),
+        "Viscous friction backward": ("30 N·s/m",),
+        "Mass or inertia": ("12 kg",),
+    }
+
+
+@pytest.mark.parametrize(
+    ("options", "name", "value"),
+    [
+        ({"constant": 2.0}, "Constant force", ("2 N",)),
+        ({"forward": None}, "Friction forward, F+", None),
+        ({"item": entered_fit(kind="rotational")}, "Mass or inertia", ("12 kg·m²",)),
+        ({"item": entered_fit(mass="unidentifiable")}, "Mass or inertia", None),
+    ],
+)
+def test_a_value_is_reported_if_it_is_known(entered, options, name, value):
+    assert entered(**options)[1].get(name) == value
+
+
+def test_units_of_the_drive_are_first(entered):
+    columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
+    _, rows = entered(Axis(columns=columns))
+    assert rows["Friction forward, F+"] == (f"{8.0 / 35.0:.3f} V", "8 N")
+
+
+@pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
+def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
+    monkeypatch.setattr(report, "largest_deviation", lambda entered_fit, table: deviation)
+    lead, block = _for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
+    assert f"Straight lines between the rows {words}." in lead
+    assert block.content.rows[0][0] == "1"
+    assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")
+
+
+# --- The summary of an identification: known_levels in each unit of the drive, and numbers of the draws
+
+
+class Levels(Some):
+    def _asdict(self):
+        return vars(self)
+
+
+def known_levels():
+    known = {"inertia": 12.0, "forward": 7.0, "backward": 14.0, "constant": None, "deviation": 3.5}
+    return Levels(**known, viscous_forward=70.0, viscous_backward=None)
+
+
+def fit_in_summary(**changes):
+    known = {"plant": Some(kind="translational"), "friction": "f", "traces": Some(velocity=np.array([-0.5, 0.2])), "lag": 1e-3}
+    return Some(**known | changes)
+
+
+def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
+    requested = []
+    monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: known_levels())
+    monkeypatch.setattr(summary_module, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
+    columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
+    reported = _levels(fit_in_summary(), Axis(columns=columns))
+    assert {name: reported[name] for name in vars(known_levels())} == vars(known_levels())
+    assert (reported["reversal_distance"], reported["lag"], requested) == (4e-6, 1e-3, [("f", 0.5)])
+    assert reported["units"]["mm"] == {"reversal_distance": pytest.approx(4e-3)}
+    assert reported["units"]["V"] == {
+        "forward": pytest.approx(0.2),
+        "backward": pytest.approx(0.4),
+        "constant": None,
+        "deviation": pytest.approx(0.1),
+    }
+    assert _levels(fit_in_summary(), None)["units"].keys() <= {"N", "mm/s"}
+    monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: None)
+    assert _levels(fit_in_summary(), None) is None
+
+
+def test_estimate_has_its_reason():
+    names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
+    item = Some(name="a", description="level", reason=None, **{name: name for name in names})
+    assert _described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
+
+
+def test_summary_has_the_numbers_of_the_draws():
+    assert _resampling(fit_in_summary(resampling=None)) is None
+    bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
+    bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}
+    scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
+    curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
+    custom = {"half_cycles": 30, "resolution": 1e-6, "curve": curve, "curve_from": "loops"}
+    reported = _resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
+    assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
+    assert (reported["draws"], reported["noise"], reported["left_in_open_loop"]) == (20, 0.0, 6.0)
+    assert (reported["scatter"], reported["virgin_curve_from"]) == ({"value": 0.03}, "loops")

@@ -97,13 +97,10 @@ def identified_of(tmp_path, monkeypatch, plan):
 def test_logs_are_read_with_their_axis_and_results_are_saved(tmp_path, monkeypatch):
     plan = Plan("axis_x", tmp_path / "identified" / "axis_x", logs=("a.csv", "b.csv"), axis="axis.toml", options={"model": "lugre"})
     best, asked, files = identified_of(tmp_path, monkeypatch, plan)
-    assert best == "best"
-    assert asked["logs"] == [("a.csv", "axis of axis.toml", 1000), ("b.csv", "axis of axis.toml", 1000)]
-    assert asked["options"] == {"draws": 0, "model": "lugre"}
-    assert asked["command"] == "[identify.axis_x] of experiment.toml"
-    assert asked["force"] is True
-    assert files["outcome"].provenance == {"log": "sum"}
-    assert files["depends_on.json"] == "digest"
+    expected = {"options": {"draws": 0, "model": "lugre"}, "command": "[identify.axis_x] of experiment.toml", "force": True}
+    expected |= {"logs": [("a.csv", "axis of axis.toml", 1000), ("b.csv", "axis of axis.toml", 1000)]}
+    assert {name: asked[name] for name in expected} == expected
+    assert (best, files["outcome"].provenance, files["depends_on.json"]) == ("best", {"log": "sum"}, "digest")
     assert plan.folder.parent.is_dir()
     _, asked, _ = identified_of(tmp_path, monkeypatch, replace(plan, axis=None, options={"draws": 50}))
     assert (asked["axis"], asked["options"]) == (None, {"draws": 50})
@@ -116,16 +113,14 @@ def test_provenance_names_the_excited_rig_and_its_friction(tmp_path, monkeypatch
     _, asked, files = identified_of(tmp_path, monkeypatch, plan)
     assert (asked["logs"], asked["axis"]) == (["log of the run"], "axis of the run")
     provenance = files["outcome"].provenance
-    assert provenance["identified from a run of"] == "experiment.toml: learning"
-    assert provenance["log"] == "sum"
+    assert provenance.items() >= {"identified from a run of": "experiment.toml: learning", "log": "sum"}.items()
     assert len(provenance) == 3
 
 
 def test_run_of_a_loop_is_the_log_of_its_drive():
     with interpreted():
         (log,), axis = prepared._excited(loop(120, sensor=sensors.encoder(resolution=1e-4)), None)
-    assert (axis.kind, axis.resolution) == ("translational", 1e-4)
-    assert log.sample_time == pytest.approx(1e-2)
+    assert (axis.kind, axis.resolution, log.sample_time) == ("translational", 1e-4, pytest.approx(1e-2))
     assert log.position.values / 1e-4 == pytest.approx(np.round(log.position.values / 1e-4), abs=1e-6)
     assert log.reference.values[:30] == pytest.approx(1e-3 * np.arange(30))
     assert np.max(np.abs(log.effort.values)) > 3.0  # more than Coulomb friction

@@ -93,19 +93,6 @@ def test_rig_is_excited_and_its_friction_is_used_as_feedforward(prepared):
     assert (model.folder / "report.html").exists()
 
 
-def test_log_has_the_encoder_readings_of_the_run(prepared):
-    log = prepared[1][0].best.traces
-    assert log.time[-1] == pytest.approx(6.0, abs=0.5)
-    assert np.max(np.abs(log.velocity)) == pytest.approx(2 * np.pi * 0.7 * 8e-3, rel=0.15)
-
-
-def test_present_results_are_kept(copied):
-    folder = copied.parent / "rig_identified" / "axis_x"
-    before = (folder / "model.toml").stat().st_mtime_ns
-    assert br.prepare(copied)[0].best is None
-    assert (folder / "model.toml").stat().st_mtime_ns == before
-
-
 @pytest.mark.parametrize(
     ("seen", "instead"),
     [

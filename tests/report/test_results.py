@@ -1,25 +1,35 @@
 """File names of a result, its figures with captions, and logs of simulated variants."""
 
+import csv
+from pathlib import Path
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from tests.figures.gallery import gallery
 
-from bristle.core import InputError, InputWarning
+import bristle as br
+from bristle.core import InputError
+from bristle.core.errors import InputWarning
+from bristle.figures import ReportFigure, style
+from bristle.files.results import results_folder
 from bristle.report import page, results
-from bristle.report.page import FaultWarning, Plate
+from bristle.report.page import FaultWarning, Plate, picture, plates
 from bristle.report.results import _is_written, captions, figure_files, log_names, write_logs
 
 
-def test_log_of_a_single_variant_is_log_csv():
-    assert log_names(["any thing"]) == {"any thing": "log.csv"}
-    assert log_names(["as recorded", "b.2-c"]) == {"as recorded": "log_as_recorded.csv", "b.2-c": "log_b.2-c.csv"}
-
-
-@pytest.mark.parametrize(("letters", "numbered"), [(200, False), (201, True)])
-def test_names_too_long_for_a_file_are_numbered(letters, numbered):
-    assert (log_names(["x" * letters, "b"])["b"] == "log_2.csv") is numbered
+@pytest.mark.parametrize(
+    ("names", "files"),
+    [
+        (["any thing"], ["log.csv"]),
+        (["as recorded", "b.2-c"], ["log_as_recorded.csv", "log_b.2-c.csv"]),
+        (["x" * 200, "b"], [f"log_{'x' * 200}.csv", "log_b.csv"]),
+        (["x" * 201, "b"], ["log_1.csv", "log_2.csv"]),  # too long for a file
+    ],
+)
+def test_names_of_variants_are_names_of_files(names, files):
+    assert log_names(names) == dict(zip(names, files, strict=True))
 
 
 class Folder(dict):
@@ -38,12 +48,10 @@ def plate(name="one", own=False, panels=1):
 
 
 def test_each_panel_has_a_separate_csv_file():
-    folder = Folder()
-    assert _is_written(folder, plate(), ["csv", "svg"])
-    assert list(folder) == ["figures/one.csv", "figures/one.svg"]
-    folder.clear()
-    assert _is_written(folder, plate(panels=2), ["csv"])
-    assert list(folder) == ["figures/one-panel-1.csv", "figures/one-panel-2.csv"]
+    for panels, forms, files in ((1, ["csv", "svg"], ["one.csv", "one.svg"]), (2, ["csv"], ["one-panel-1.csv", "one-panel-2.csv"])):
+        folder = Folder()
+        assert _is_written(folder, plate(panels=panels), forms)
+        assert list(folder) == [f"figures/{file}" for file in files]
 
 
 @pytest.mark.parametrize(("own", "category"), [(True, InputWarning), (False, FaultWarning)])
@@ -99,8 +107,111 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     variants = [Some(name=name, axis=axis, plant=Some(kind="rotational")) for name, axis in (("a", None), ("b", "known"), ("gone", None))]
     result = Some(variants={"a": outcome, "b": outcome}, experiment=Some(variants=variants))
     assert write_logs(Folder(), result) == {"a": "log_a.csv", "b": "log_b.csv"}
-    assert set(written) == {"log_a.csv", "log_b.csv"}
-    axis, signals = written["log_a.csv"]
-    assert axis.kind == "rotational"
+    (axis, signals), (known, _) = (written.pop(f"log_{name}.csv") for name in "ab")
+    assert (axis.kind, known, written) == ("rotational", "known", {})
     assert signals == {"time": 1, "position": 2, "effort": 3} | ({} if is_open else {"reference": 4})
-    assert written["log_b.csv"][0] == "known"
+
+
+# --- Figures of a report as separate files in several formats, with captions and numbers
+
+
+DRAW = gallery()
+
+
+def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
+    """Draw figures for a report; return the sizes of the files."""
+    with results_folder(out) as folder, figure_files(folder, formats):
+        for name in names:
+            picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
+        folder.write("report.html", "")
+    return {item.name: item.stat().st_size for item in (out / "figures").glob("*")}
+
+
+@pytest.fixture
+def unencoded(monkeypatch):
+    """Figures become files of their format's name: what is in them is said elsewhere."""
+    monkeypatch.setattr("bristle.figures.figure_file", lambda figure, form, title: form.encode())
+
+
+@pytest.mark.usefixtures("unencoded")
+def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
+    result = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
+    files = {f"{name}.{form}" for name in ("expected", "errors-by-loop") for form in ("svg", "pdf", "png")}
+    assert set(result) == files | {"expected-panel-1.csv", "expected-panel-2.csv", "errors-by-loop.csv", "captions.txt"}
+    with (tmp_path / "run/figures/errors-by-loop.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
+
+
+def test_captions_are_written_only_for_pictures(tmp_path):
+    assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
+    assert write(tmp_path / "b") == {}
+    assert not (tmp_path / "b/figures").exists()
+
+
+@pytest.mark.parametrize("formats", [["svg"], ["csv"]])
+def test_figures_without_a_folder_are_refused_early(formats):
+    with pytest.raises(InputError, match="--format"), figure_files(None, formats):
+        pytest.fail("the work must not begin")
+
+
+def test_captions_list_each_figure_by_file_name():
+    text = captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
+    assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
+
+
+def test_each_collector_keeps_only_its_figures():
+    with plates() as outer:
+        picture("a", DRAW["expected"], "", "one", file="first", published="another")
+        with plates() as inner:
+            picture("b", DRAW["expected"], "", "two")
+    picture("c", DRAW["expected"], "", "three")
+    assert [[(item.name, item.caption) for item in each] for each in (outer, inner)] == [[("first", "another")], [("b", "two")]]
+
+
+def test_report_does_not_depend_on_figure_files(tmp_path):
+    alone = picture("a", DRAW["errors_by_loop"], "x", "y")
+    with results_folder(tmp_path / "run") as folder, figure_files(folder, ["svg", "csv"]):
+        assert picture("a", DRAW["errors_by_loop"], "x", "y") == alone
+
+
+# --- ``report(path, figures=[...])``: figures of the user from Python
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
+
+
+@pytest.fixture(scope="module")
+def identified():
+    t = np.arange(4000) * 1e-3
+    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
+    velocity = np.gradient(position, t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    return br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+
+
+def figure(draw, **parts):
+    parts = {"title": "Mine", "caption": "What to see.", "alternative": "what", "takes": "identification"} | parts
+    return ReportFigure(name="mine", draw=draw, **parts)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_figures_of_the_user_are_on_the_report(identified, tmp_path):
+    mine = figure(lambda identification: style.panels(2.0)[0])
+    page = identified.report(tmp_path / "a.html", figures=[EXAMPLE, mine]).read_text(encoding="utf-8")
+    assert page.index('id="figure-own-residual-over-position"') < page.index('id="figure-own-mine"')
+    assert 'id="further"' not in identified.report(tmp_path / "b.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_failing_figure_gives_a_warning_and_the_report_is_written(identified, tmp_path):
+    mine = figure(lambda identification: identification.nothing)
+    with pytest.warns(InputWarning, match="mine: the figure mine is not drawn: AttributeError"):
+        page = identified.report(tmp_path / "a.html", figures=[mine]).read_text(encoding="utf-8")
+    assert "is not drawn: AttributeError" in page
+    assert 'id="figure-residuals"' in page
+
+
+def test_figure_with_unavailable_facts_is_refused(identified, tmp_path):
+    with pytest.raises(InputError, match="results that the report of identify lacks"):
+        identified.report(tmp_path / "a.html", figures=[figure(lambda motion: None, takes="motion")])
+    assert not (tmp_path / "a.html").exists()

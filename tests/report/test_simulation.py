@@ -6,17 +6,27 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.loop.conftest import loop
+from tests.report.known import UNSTABLE, assessed
 from tests.report.pages import Page
 from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
-from bristle.core import Status
+from bristle import controllers, friction
+from bristle.core import Status, number
+from bristle.core.axis import Axis
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Feedforward
 from bristle.core.units import convert
+from bristle.report import loops as loops_module
 from bristle.report import simulation as report
 from bristle.report.compensation import standing
-from bristle.report.loops import variant_table
+from bristle.report.loops import component_table, direction_table, law_lines, parts_table, run_table, variant_table
+from bristle.report.sentences import SENTENCES
 from bristle.report.simulation import simulation_ruling, simulation_summary
 from bristle.simulation.statistics import Statistics
+
+pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def test_table_of_variants_has_their_numbers(workbench):
@@ -31,24 +41,18 @@ def test_table_of_variants_has_their_numbers(workbench):
 def test_diverged_loop_has_a_remark(stage):
     failed = replace(stage.looped.variants["compensated"], status=Status.NOT_FINITE)
     result = replace(stage.looped, variants={**stage.looped.variants, "compensated": failed})
-    row = variant_table(result).rows[-1]
-    assert set(row[1:-1]) == {"–"}
-    assert row[-1] == Status.NOT_FINITE.sentence
     assert f"compensated: {Status.NOT_FINITE.sentence}" in Page(simulation_page(stage, result=result)).words
 
 
 def test_page_exists_if_every_loop_diverged(stage):
     failed = {name: replace(item, status=Status.NOT_FINITE) for name, item in stage.looped.variants.items()}
     page = Page(simulation_page(stage, result=replace(stage.looped, variants=failed)))
-    assert page.unbalanced == []
-    assert not page.named("figure")
-    assert "Forward and backward" not in page.words
+    assert (page.unbalanced, page.named("figure"), "Forward and backward" in page.words) == ([], [], False)
 
 
 def test_every_part_of_the_loop_is_named(stage):
     words = Page(simulation_page(stage)).words
-    for part in ("inertia", "stribeck", "cascade", "encoder", "recorded", "6000 values"):
-        assert part in words
+    assert all(part in words for part in ("inertia", "stribeck", "cascade", "encoder", "recorded", "6000 values"))
 
 
 def statistics(peak):
@@ -79,19 +83,27 @@ def values_of(result):
     return [line.replace("\u00a0", " ") for line in report._values_of(result, standing(result).best)]
 
 
-def test_results_have_the_law_of_the_best_variant_its_limit_and_its_scatter():
-    loops = ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0)
-    law, scatter = "best: law cascade: ", "3 runs with different noise: standard deviation 0.100 µm"
-    assert values_of(simulated(*loops)) == [law, scatter]
-    assert values_of(simulated(*loops, limit=6.0)) == [law, "the drive is at its limit", scatter]
-    assert values_of(simulated(ran("base", 8e-6), limit=4.1)) == ["base: law cascade: "]
-    assert values_of(simulated(ran("base", 8e-6, runs=2))) == ["base: law cascade: "]
+LOOPS = ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0)
+SCATTER = "3 runs with different noise: standard deviation 0.100 µm"
+
+
+@pytest.mark.parametrize(
+    ("result", "lines"),
+    [
+        (simulated(*LOOPS), ["best: law cascade: ", SCATTER]),
+        (simulated(*LOOPS, limit=6.0), ["best: law cascade: ", "the drive is at its limit", SCATTER]),
+        (simulated(ran("base", 8e-6), limit=4.1), ["base: law cascade: "]),
+        (simulated(ran("base", 8e-6, runs=2)), ["base: law cascade: "]),
+    ],
+)
+def test_results_have_the_law_of_the_best_variant_its_limit_and_its_scatter(result, lines):
+    assert values_of(result) == lines
 
 
 def test_first_page_compares_the_best_loop_with_the_base():
-    front = report._front(simulated(ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0), refused=["wild"]), ())
+    front = report._front(simulated(*LOOPS, refused=["wild"]), ())
     assert front.facts.endswith("3 variants · mean of 3 runs")
-    assert front.title == "Following error: 8 → 2\u00a0µm peak to peak, ×4.0"
+    assert (front.heading, front.title) == ("bench: simulated", "Following error: 8 → 2\u00a0µm peak to peak, ×4.0")
     assert [(card.label, card.value.replace("\u00a0", " ")) for card in front.cards] == [
         ("Error, peak to peak", "2 µm"),
         ("Error, rms", "0.500 µm"),
@@ -99,11 +111,8 @@ def test_first_page_compares_the_best_loop_with_the_base():
         ("Effort, rms", "3 N"),
     ]
     assert front.cards[0].half == pytest.approx(100.0 * 1.96 * 1e-7 / 3**0.5 / 2e-6, rel=1e-3)
-    assert (front.next.text, front.next.command) == (
-        "Record the machine without and with compensation",
-        "bristle compare before.csv after.csv --axis axis.toml",
-    )
-    assert front.heading == "bench: simulated"
+    command = "bristle compare before.csv after.csv --axis axis.toml"
+    assert front.next == ("Record the machine without and with compensation", command)
 
 
 def test_first_page_of_a_single_loop_has_no_comparison():
@@ -119,8 +128,7 @@ def test_first_page_of_open_loops_has_their_motion():
     front = report._front(simulated(*loops, effort=1), ())
     assert front.title.replace("\u00a0", " ") == "The open loop moves by 8 mm"
     assert [(card.label, card.value.replace("\u00a0", " ")) for card in front.cards] == [("Effort, a", "2 N")]
-    assert front.ruling.words == "No loop: the effort is given"
-    assert front.next is None
+    assert (front.ruling.words, front.next) == ("No loop: the effort is given", None)
     failed = report._front(simulated(ran("a", status=Status.NOT_FINITE)), ())
     assert (failed.title, failed.next, failed.cards) == ("No variant completed", None, [])
 
@@ -155,8 +163,8 @@ def test_swing_excludes_the_settling_time():
 
 def test_summary_of_a_run_has_its_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
-    for loop in loops:
-        loop.as_dict = dict
+    for item in loops:
+        item.as_dict = dict
     summary = simulation_summary(simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={})
     assert (summary["name"], summary["kind"], summary["runs"], summary["error_unit"], summary["effort_unit"]) == (
         *("bench", "translational", 3),
@@ -179,10 +187,170 @@ def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
     )
     variants, summary, directions, assumptions = seen["sections"]
     assert variants.heading == ("Motions and efforts" if is_open else "Errors and efforts")
-    assert summary.blocks[0] == "small."
-    assert (summary.blocks[-1] is None) == is_open
+    assert (summary.blocks[0], summary.blocks[-1] is None) == ("small.", is_open)
     assert directions.blocks == [None if is_open else "direction_table"]
-    assert assumptions.blocks[-3:] == ["run_table", "parts_table", "parts_table"]
-    assert len(assumptions.blocks) == (6 if is_open else 4)
-    assert (seen["open_loop"] is None, seen["focus"]) == (not is_open, None if is_open else ())
-    assert seen.get("at_reversal") == (None if is_open else ["base", "best"])
+    assert assumptions.blocks[3 if is_open else 1 :] == ["run_table", "parts_table", "parts_table"]
+    at_reversal, focus = (None, None) if is_open else (["base", "best"], ())
+    assert (seen["open_loop"] is None, seen["focus"], seen.get("at_reversal")) == (not is_open, focus, at_reversal)
+
+
+# --- Tables and sentences of loops: errors in a common unit, parts with values, gains in units of the drive
+
+
+def errors(peak, rms=0.0, mean=0.0):
+    return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
+
+
+def looped(name, peak, *, status=Status.OK, is_open=False):
+    by_direction = {"forward": errors(0.5 * peak, 0.25 * peak, 1e-7), "backward": errors(0.25 * peak, 0.125 * peak, -1e-7)}
+    return Some(
+        name=name,
+        status=status,
+        is_open=is_open,
+        following_error=errors(peak, 0.25 * peak, -1e-7),
+        true_error=errors(2.0 * peak),
+        motion=errors(peak),
+        effort_rms=2.0,
+        effort_peak=5.0,
+        by_direction=by_direction,
+    )
+
+
+def result(*variants, kind="translational"):
+    return Some(variants={variant.name: variant for variant in variants}, experiment=Some(kind=kind))
+
+
+def test_errors_of_loops_have_the_unit_of_the_smallest():
+    table = variant_table(result(looped("a", 8e-3), looped("b", 4e-6)))
+    assert table.heads == [
+        "Variant",
+        "Following error, peak to peak [µm]",
+        "rms [µm]",
+        "mean [µm]",
+        "True error, peak to peak [µm]",
+        "Force, rms [N]",
+        "peak [N]",
+    ]
+    assert table.rows == [
+        ["a", "8000.00", "2000.00", "−0.10", "16000.00", "2.00", "5.00"],
+        ["b", "4.00", "1.00", "−0.10", "8.00", "2.00", "5.00"],
+    ]
+
+
+def test_smallest_unit_of_loop_errors_is_the_micrometre():
+    for sizes, unit, cells in (((3e-8, 4e-9), "µm", ["0.03000", "0.00400"]), ((3e-2, 2e-3), "mm", ["30.00", "2.00"])):
+        table = variant_table(result(*map(looped, "ab", sizes)))
+        assert (table.heads[1], [row[1] for row in table.rows]) == (f"Following error, peak to peak [{unit}]", cells)
+
+
+def test_measured_errors_are_in_the_first_row():
+    table = variant_table(result(looped("a", 4e-6)), errors(6e-6, 3e-6, 1e-6))
+    assert [table.rows[0], table.rows[1][0]] == [["measured", "6.00", "3.00", "1.00", "–", "–", "–"], "a"]
+
+
+def test_diverged_loop_has_dashes_and_a_remark():
+    table = variant_table(
+        result(looped("a", 4e-6), looped("b", 1e-9, status=Status.NOT_FINITE), looped("c", 4e-6, status=Status.TOLERANCE_MISSED))
+    )
+    assert table.rows[1] == ["b", *["–"] * 6, Status.NOT_FINITE.sentence]
+    assert [row[-1] for row in table.rows[::2]] == ["", Status.TOLERANCE_MISSED.sentence]
+    assert table.heads[1].endswith("[µm]")
+
+
+def test_open_loops_are_reported_by_their_motion():
+    table = variant_table(result(looped("a", 4e-3, is_open=True), kind="rotational"))
+    heads = ["Variant", "Position, peak to peak [mrad]", "lowest [mrad]", "highest [mrad]", "Torque, rms [N·m]", "peak [N·m]"]
+    assert table == ("The variants", heads, [["a", "4.00", "−4.00", "2.00", "2.00", "5.00"]])
+    for other in (result(looped("a", 4e-3, is_open=True), looped("b", 1.0)), result()):
+        assert variant_table(other).caption == "The variants of the loop"
+
+
+def test_errors_are_listed_by_direction_of_the_reference():
+    table = direction_table(result(looped("a", 8e-6), looped("b", 1e-9, status=Status.NOT_FINITE)))
+    assert table.heads == ["Variant", "Direction", "Mean [µm]", "rms [µm]", "Peak to peak [µm]"]
+    assert table.rows == [["a", "forward", "0.10", "2.00", "4.00"], ["a", "backward", "−0.10", "1.00", "2.00"]]
+
+
+def test_parts_of_a_loop_have_their_values():
+    law = controllers.cascade(k_p=80.0, k_v=4000.0)
+    table = component_table("parts", [("Controller", law), ("Friction", friction.coulomb(F_C=8.0)), ("Fed forward", None)])
+    (*controller, values), *rest = table.rows
+    assert (table.caption, table.heads, controller) == ("parts", ("Part", "Model", "Parameters"), ["Controller", "cascade"])
+    assert values.startswith("k_p = 80 1/s, k_v = 4000 N·s/m")
+    assert rest == [("Friction", "coulomb", "F_C = 8 N"), ("Fed forward", "none", "")]
+
+
+def test_list_of_numbers_is_reported_by_size_and_range():
+    model = Some(values={"K_i": np.array([1e6, 3e6]), "shape": "round"}, name="m", kind="translational")
+    model.component = Some(variables=dict.fromkeys(model.values, Some(unit=lambda kind: "N/m")))
+    ((_, _, text),) = component_table("parts", [("Friction", model)]).rows
+    assert text == f"K_i = 2 values, {number(1e6)} to {number(3e6)} N/m, shape = round"
+
+
+def test_open_loop_has_no_controller():
+    closed = [row[0] for row in parts_table(loop()).rows]
+    assert closed == ["Plant", "Friction", "Controller", "Sensor", "Reference", "Friction feedforward"]
+    table = parts_table(Some(**{name: getattr(loop(), name) for name in ("name", "plant", "friction", "sensor")}, effort=Some()))
+    assert (table.caption, [row[0] for row in table.rows]) == ("The parts of " + loop().name, ["Plant", "Friction", "Sensor"])
+
+
+def test_run_settings_have_units():
+    run = Some(duration=1.25, settle=0.5, sample_time=1e-3, tolerance=0.0, substeps=4, delay=2, effort_limit=math.inf)
+    variant = Some(name="a", run=run, plant=Some(kind="translational"), feedforward=Some(mass=20.0, gain=0.5))
+    table = run_table([variant])
+    assert dict(zip(table.heads, table.rows[0], strict=True)) == {
+        "Variant": "a",
+        "Duration": "1.25 s",
+        "Left out at the start": "500 ms",
+        "Sample time": "1 ms",
+        "Steps in a sample": "4",
+        "Delay [samples]": "2",
+        "Effort limit": "∞ N",
+        "Mass feedforward": "20 kg",
+        "Factor on friction feedforward": "0.5",
+    }
+    run.tolerance = 1e-9
+    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to within 1 nm of position"
+
+
+def lines(**changes):
+    return [line.replace("\u00a0", " ") for line in law_lines(loop(**changes))]
+
+
+def test_gains_are_listed_with_feedforward_of_friction_and_mass():
+    law = controllers.cascade(k_p=80.0, k_v=4000.0)
+    contact = friction.coulomb(F_C=8.0)
+    whole = lines(controller=law, feedforward=Feedforward(friction=contact, mass=20.0))
+    assert whole == [
+        "law cascade: k_p 80 1/s, k_v 4000 N·s/m, averaging 1",
+        f"friction feedforward: coulomb, along the {Feedforward().along} motion",
+        "inertia feedforward: acceleration × 20 kg",
+    ]
+    assert lines(controller=law, feedforward=Feedforward(friction=contact, gain=0.5))[1:] == [
+        f"friction feedforward: coulomb × 0.5, along the {Feedforward().along} motion"
+    ]
+    assert lines(controller=law, feedforward=Feedforward()) == whole[:1]
+    at_motor = lines(controller=law, feedforward=Feedforward(), axis=Axis(arm=0.8e-3))
+    assert at_motor == ["law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"]
+
+
+def test_loops_with_the_same_warning_share_a_line():
+    judged = {"a": assessed("a", 15.0, switches=True), "b": assessed("b", 15.0), "c": assessed("c", 15.0, gain=UNSTABLE)}
+    reported = loops_module.about_loops(judged, {"d": Diagnostic("switching_law", "", "note")})
+    assert [(item.code, item.numbers["variants"]) for item in reported] == [
+        ("switching_law", ("a",)),
+        ("small_margin", ("a", "b")),
+        ("loop_diverges", ("c",)),
+        ("switching_law", ("d",)),
+    ]
+    words = loops_module.loop_warnings(reported)
+    begins = ("a, b: warning: the phase margin is only 15°", "c: unstable, not simulated", "d: the control law chatters")
+    assert all(line.startswith(begin) for line, begin in zip(words[1:], begins, strict=True))
+    assert loops_module.loop_doubts(reported) == [words[2], f"{SENTENCES['switching_law'].means}: a", "the loop has small margins: a, b"]
+
+
+def test_single_name_of_a_variant_is_accepted_and_many_are_cut():
+    single = Diagnostic("switching_law", "", "note", {"variants": "a"})
+    small = Diagnostic("small_margin", "", "warning", {"variants": tuple("abcde"), "motions": "all", "phase": 15.0, "enough": 30.0})
+    assert loops_module.loop_doubts([small]) == ["the loop has small margins: a, b, c, d and 1 more"]
+    assert loops_module.loop_warnings([single])[0].startswith("a: the control law")

@@ -4,6 +4,8 @@ import tempfile
 
 import pytest
 from starlette.testclient import TestClient
+from tests.lab.browser import shown  # noqa: F401
+from tests.serve.mouse import person_at  # noqa: F401
 from tests.serve.yard import TOKEN
 
 from bristle.server.application import application

@@ -3,6 +3,8 @@
 import json
 import time
 
+import pytest
+
 PLACE = """
 (() => {
   const { x, y, width, height } = FOUND.getBoundingClientRect(), at = [x + width / 2, y + height / 2];
@@ -99,3 +101,15 @@ class Person:
         self.clicks("#identify")
         self.waits("state.parts.identified && !state.parts.identified.old && state.job.state === 'done'", seconds)
         self.waits("byId('ruling') && !byId('step-6').classList.contains('locked')")
+
+
+@pytest.fixture
+def person_at(shown, tmp_path):
+    """A function that gives a person in front of the page of a server."""
+
+    def sit(server, **how):
+        person = Person(shown(server.address, **how), tmp_path)
+        person.waits("state")
+        return person
+
+    return sit

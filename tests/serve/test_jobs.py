@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import re
 import signal
 import time
 from dataclasses import replace
@@ -51,17 +52,24 @@ def work(monkeypatch):
     return lambda body: monkeypatch.setattr("bristle.server.cases.CODE", worker_that(body))
 
 
-def job_of(server, case):
+def opened_in(server, case):
     (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
-    return opened.job
+    return opened
 
 
 def started(server, client, case, task="identify"):
     """Start a job and return its process once that runs."""
     assert client.post(f"{case}/jobs", json={"task": task}).status_code == 202
-    while job_of(server, case)._process is None:
+    job = opened_in(server, case).job
+    while job._process is None:
         time.sleep(0.01)
-    return job_of(server, case)._process
+    return job._process
+
+
+def is_gone(process):
+    with pytest.raises(ProcessLookupError):
+        os.kill(process.pid, 0)
+    return True
 
 
 def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case, work):
@@ -69,19 +77,13 @@ def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case
     os.kill(started(server, client, case).pid, signal.SIGKILL)
     job = settled(client, case)["job"]
     assert job["state"] == "failed"
-    assert "signal 9" in job["message"]
-    assert "Run the job again" in job["message"]
+    assert re.search("signal 9.*Run the job again", job["message"])
     work('return {"word": "done"}, {"number": float("nan")}')
     state = ended(client, case, "check")
     assert state["job"]["state"] == "done"
     assert state["parts"]["checked"]["word"] == "done"
     assert client.get(f"{case}/parts/checked").json() == {"number": None}
-    assert len(list(job_of(server, case)._process and os.scandir(folder_of(server, case)))) == 2
-
-
-def folder_of(server, case):
-    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
-    return opened.folder
+    assert len(list(opened_in(server, case).folder.iterdir())) == 2
 
 
 def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
@@ -91,18 +93,7 @@ def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
         time.sleep(0.02)
     assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
     state = settled(client, case)
-    assert state["job"]["state"] == "done"
-    assert state["parts"]["identified"]["unfinished"] == "stopped early"
-
-
-def test_an_early_cancellation_gives_no_result(server, client, case, work):
-    work("with errand.interruptible():\n    " + SLEEPS)
-    started(server, client, case)
-    client.post(f"{case}/cancel", json={})
-    state = settled(client, case)
-    assert state["job"]["state"] == "cancelled"
-    assert "before the first result" in state["job"]["message"]
-    assert state["parts"] == {}
+    assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == ("done", "stopped early")
 
 
 def test_a_job_ends_at_once_on_request(server, client, case, work):
@@ -110,8 +101,7 @@ def test_a_job_ends_at_once_on_request(server, client, case, work):
     process = started(server, client, case)
     client.post(f"{case}/cancel", json={"at_once": True})
     assert settled(client, case)["job"]["state"] == "cancelled"
-    with pytest.raises(ProcessLookupError):
-        os.kill(process.pid, 0)
+    assert is_gone(process)
 
 
 @pytest.mark.slow
@@ -122,28 +112,19 @@ def test_after_its_time_a_job_is_asked_to_end_and_then_killed(server, client, ca
     assert LIMITS.job_seconds - LIMITS.grace_seconds < time.monotonic() - begin < LIMITS.job_seconds
     work(SLEEPS)
     job = ended(client, case, "look")["job"]
-    assert job["state"] == "failed"
-    assert "stopped after 6 s" in job["message"]
+    assert (job["state"], "stopped after 6 s" in job["message"]) == ("failed", True)
 
 
 def test_the_memory_of_a_job_is_limited(client, case, work):
-    work("bytearray(2**31)\nreturn {}, {}")
-    job = ended(client, case, "look")["job"]
-    assert job["state"] == "failed"
-    assert "not enough memory" in job["message"]
-    work("bytearray(2**28)\nreturn {}, {}")
-    assert ended(client, case, "look")["job"]["state"] == "done"
-
-
-def test_an_array_without_memory_gives_the_same_message(client, case, work):
-    work("import numpy\nnumpy.zeros(2**45)")
-    assert ended(client, case, "look")["job"]["message"] == "there is not enough memory for this job. Use a shorter log"
+    for size, state, words in ((2**31, "failed", "there is not enough memory for this job. Use a shorter log"), (2**28, "done", "")):
+        work(f"bytearray({size})\nreturn {{}}, {{}}")
+        job = ended(client, case, "look")["job"]
+        assert (job["state"], job["message"]) == (state, words)
 
 
 def test_a_library_with_endless_output_does_no_harm(client, case, work):
     work('print("x" * 200000); sys.stderr.write("y" * 200000 + "\\nthe end\\n"); os._exit(3)')
-    job = ended(client, case, "look")["job"]
-    assert job["message"] == "the process of this job ended with code 3. the end"
+    assert ended(client, case, "look")["job"]["message"] == "the process of this job ended with code 3. the end"
 
 
 def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(server, client, case, work):
@@ -158,55 +139,6 @@ def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(ser
     settled(client, case)
 
 
-def test_the_number_of_jobs_is_limited_per_analysis_and_in_total(server, client, case, work):
-    work(SLEEPS)
-    cases = [case, begun(client), begun(client)]
-    try:
-        started(server, client, cases[0])
-        assert client.post(f"{cases[0]}/jobs", json={"task": "look"}).status_code == 409
-        assert client.post(f"{cases[1]}/jobs", json={"task": "look"}).status_code == 202
-        answer = client.post(f"{cases[2]}/jobs", json={"task": "look"})
-        assert answer.status_code == 429
-        assert "2 jobs are running" in answer.json()["message"]
-    finally:
-        processes = [started_process(server, each) for each in cases[:2]]
-        for each in cases[1:]:
-            client.delete(each)
-        client.post(f"{case}/cancel", json={"at_once": True})
-        settled(client, case)
-    assert all(process.returncode is not None for process in processes)
-
-
-def started_process(server, case):
-    while job_of(server, case)._process is None:
-        time.sleep(0.01)
-    return job_of(server, case)._process
-
-
-def test_results_are_old_after_a_change_of_log_or_axis(client, case, work):
-    work('return {"axis_text": "schema = 1"} if errand.task == "look" else {}, {}')
-    state = ended(client, case, "look")
-    assert state["axis"]["text"] == "schema = 1"
-    assert not state["parts"]["looked"]["old"]
-    ended(client, case, "check")
-    ended(client, case, "identify")
-    state = put(client, case, b"1,2\n", "other.csv", "held_out").json()
-    assert {name: part["old"] for name, part in state["parts"].items()} == {"looked": False, "checked": True, "identified": False}
-    state = put(client, case, b"schema = 1\n", "stage.toml", "axis").json()
-    assert state["axis"] == {"label": "stage.toml", "text": "schema = 1\n"}
-    assert all(part["old"] for part in state["parts"].values())
-
-
-def test_held_out_logs_are_predicted_after_the_identification(client, case, work):
-    work('return {"task": errand.task}, {}')
-    put(client, case, b"1,2\n", "other.csv", "held_out")
-    client.post(f"{case}/jobs", json={"task": "identify"})
-    until = time.monotonic() + 20
-    while "predicted" not in (parts := client.get(case).json()["parts"]) and time.monotonic() < until:
-        time.sleep(0.05)
-    assert parts["predicted"]["task"] == "predict"
-
-
 def test_a_worker_ends_with_its_server(work):
     with served(LIMITS) as server, server.client() as client:
         case = begun(client)
@@ -215,20 +147,7 @@ def test_a_worker_ends_with_its_server(work):
     until = time.monotonic() + 10
     while process.returncode is None and time.monotonic() < until:
         time.sleep(0.02)
-    with pytest.raises(ProcessLookupError):
-        os.kill(process.pid, 0)
-
-
-def test_a_report_is_shown_once_isolated_from_the_page(server, client, case, work):
-    work('(errand.folder / "results").mkdir(); (errand.folder / "results" / "report.html").write_text("<p>good")\nreturn {}, {}')
-    ended(client, case, "identify")
-    address = client.post(f"{case}/parts/identified/ticket").json()["address"]
-    shown = client.get(address, headers={"x-bristle-token": ""})
-    assert shown.text == "<p>good"
-    assert shown.headers["content-security-policy"].startswith("sandbox ")
-    assert "allow-same-origin" not in shown.headers["content-security-policy"]
-    assert client.get(address).status_code == 404
-    assert client.post(f"{case}/parts/excited/ticket").status_code == 404
+    assert is_gone(process)
 
 
 def test_a_job_that_takes_too_long_is_asked_to_end_before_it_is_killed(monkeypatch):
@@ -257,7 +176,7 @@ return {"outcome": "restored"}, {}
 
 def moving(server, client, case):
     """Start a run on a machine, and return its process and the file that shows its restored machine."""
-    (opened,) = [each for each in server.cases if case.endswith(each.identifier)]
+    opened = opened_in(server, case)
     opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
     opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
     process = started(server, client, case, "tune")
@@ -288,8 +207,7 @@ def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(tempora
         if closes:
             client.delete(case)
     assert file.read_text() == "yes"
-    with pytest.raises(ProcessLookupError):
-        os.kill(process.pid, 0)
+    assert is_gone(process)
 
 
 def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work):

@@ -8,10 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 from tests.cli.conftest import EXPERIMENT
 
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.files import read_axis, read_experiment
+from bristle.report import page
 from bristle.server import loop
 from bristle.server.cases import Case, Part
 from bristle.server.errand import Errand, LabelledLog
@@ -23,6 +26,14 @@ AXIS = (
     'position = { column = "x", unit = "mm" }\nreference = { column = "r", unit = "mm" }\neffort = { column = "u", unit = "A" }\n'
     '[effort]\nconstant = "10 N/A"\n'
 )
+
+
+@pytest.fixture(scope="module", autouse=True)
+def undrawn_reports():
+    """Reports have no figures: nothing is said of them here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "picture", lambda name, draw, alternative, caption, **_: page.Picture(name, Markup("<svg></svg>"), caption))
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -59,18 +70,30 @@ def test_without_a_controller_the_page_says_what_is_missing(identified):
         loop.compensate(errand)
 
 
-def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified, recorded):
-    errand, before = identified
-    facts, found = loop.compensate(replace(errand, options={"edits": recorded[1]}))
+@pytest.fixture(scope="module")
+def compensated(identified, recorded):
+    """Facts and data of the page after the simulation of the loop with the controller from fields."""
+    return loop.compensate(replace(identified[0], options={"edits": recorded[1]}))
+
+
+def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified, recorded, compensated):
+    (errand, before), (facts, found) = identified, compensated
     data = found["loop"]
     assert read_axis(facts["axis_text"].encode()).controller.name == recorded[1]["controller.model"]
     assert facts["axis_text"].startswith(AXIS)
     gain = data["gain"]
     assert (gain["helps"], data["reason"], data["log"]) == (True, "", "log.csv")
-    assert float(gain["headline"].rpartition("×")[2]) > 2.0
+    times = gain["headline"].rpartition("×")[2]
+    assert float(times) > 2.0
     assert data["values"] == before["loop"]["values"]
     assert data["tables"]["controller"]["model"] == recorded[1]["controller.model"]
-    exported = export(replace(errand, axis_text=facts["axis_text"]))[1]
+    archive = archived(errand.folder)
+    assert json.loads(archive["summary.json"])["compensation"]
+    assert times in archive["report.html"].decode()
+
+
+def test_an_export_simulates_the_loop_of_the_controller(identified, compensated):
+    exported = export(replace(identified[0], axis_text=compensated[0]["axis_text"]))[1]
     assert not [note for note in exported["notes"] if "did not simulate" in note]
 
 
@@ -79,12 +102,10 @@ def archived(folder):
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def test_the_archive_has_the_gain_as_after_an_identification_with_this_controller(identified, recorded, tmp_path):
-    errand, _ = identified
-    facts, data = loop.compensate(replace(errand, options={"edits": recorded[1]}))
-    archive, gain = archived(errand.folder), data["loop"]["gain"]
-    assert json.loads(archive["summary.json"])["compensation"]
-    assert gain["headline"].rpartition("×")[2] in archive["report.html"].decode()
+@pytest.mark.slow
+def test_the_archive_is_that_of_an_identification_with_this_controller(compensated, identified, tmp_path):
+    facts, data = compensated
+    errand, archive = identified[0], archived(identified[0].folder)
     again = replace(errand, folder=tmp_path, axis_text=facts["axis_text"], options={"models": "coulomb_viscous", "draws": 0}, results=None)
     assert identify(again)[1] == data
     assert archived(tmp_path) == archive
@@ -103,9 +124,28 @@ def test_a_field_that_changes_the_log_needs_another_identification(identified, r
     errand, _ = identified
     with pytest.raises(InputError, match=r"changes the meaning of the log.*identify again"):
         loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.constant": "20 N/A"}}))
+
+
+def test_a_field_of_the_loop_needs_no_other_identification(identified, recorded):
+    errand, _ = identified
     loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.limit": "500 A", "effort.lag": "0.1 ms"}}))
 
 
+@pytest.mark.parametrize(
+    ("following", "words"),
+    [
+        (SimpleNamespace(contradiction=Diagnostic("switching_law", "", "note")), "the control law chatters"),
+        (SimpleNamespace(contradiction=None), "the simulated loop is unstable"),
+        (None, "the simulated loop is unstable"),
+    ],
+)
+def test_an_unknown_gain_has_a_reason(monkeypatch, following, words):
+    monkeypatch.setattr("bristle.report.compensation.gain_of", lambda simulation: SimpleNamespace(steps=()))
+    gain, reason = loop._gain(None, following)
+    assert (gain, reason[: len(words)]) == (None, words)
+
+
+@pytest.mark.slow
 def test_a_wrong_gain_is_no_basis_for_a_prediction(identified, recorded):
     errand, _ = identified
     gains = {name: 5.0 * value for name, value in recorded[1].items() if name == "controller.k_p"}

@@ -51,7 +51,7 @@ def led_to(file):
     return f"/{path}", fragment
 
 
-def test_an_unused_file_is_removed_after_a_minute(opening, monkeypatch):
+def test_an_unused_file_is_removed_after_a_minute(opening, client, monkeypatch):
     begun = []
 
     class Timer:
@@ -65,21 +65,20 @@ def test_an_unused_file_is_removed_after_a_minute(opening, monkeypatch):
 
     monkeypatch.setattr(gate.threading, "Timer", Timer)
     file = opening.offer()
+    path, _ = led_to(file)
     (timer,) = begun
-    assert (timer.seconds, timer.daemon) == (60.0, True)
-    assert file.exists()
+    assert (timer.seconds, timer.daemon, file.exists()) == (60.0, True, True)
     timer.function()
     assert not file.exists()
+    assert client.get(path).status_code == 404
 
 
 def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(opening, client):
     file = opening.offer()
     assert stat.S_IMODE(file.stat().st_mode) == 0o600
     path, fragment = led_to(file)
-    assert fragment == TOKEN
     answer = client.get(path)
-    assert answer.status_code == 200
-    assert TOKEN not in answer.text
+    assert (fragment, answer.status_code, TOKEN in answer.text) == (TOKEN, 200, False)
     (script,) = re.findall("<script>(.*?)</script>", answer.text)
     assert script == 'location.replace("/" + location.hash)'
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -89,30 +88,14 @@ def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(ope
 def test_after_its_use_the_file_is_removed_and_its_ticket_invalid(opening, client):
     file = opening.offer()
     path, _ = led_to(file)
-    for wrong in ("x", path.rpartition("/")[2][:-1], "%c3%a9"):
-        assert client.get(f"/opened/{wrong}").status_code == 404
-    assert file.exists()
+    wrong = [f"/opened/{ticket}" for ticket in ("x", path.rpartition("/")[2][:-1], "%c3%a9", "")]
+    assert [client.get(address).status_code for address in wrong] == [404] * 4
     assert client.get(path, headers={"host": "evil.example"}).status_code == 421
     assert file.exists()
     assert client.get(path).status_code == 200
     assert not file.exists()
     assert client.get(path).status_code == 404
     assert client.get("/").status_code == 403  # it is the entrance that may be come to from elsewhere
-
-
-def test_the_server_does_not_wait_for_a_browser(opening, client):
-    file = opening.offer(0.05)
-    path, _ = led_to(file)
-    until = time.monotonic() + 5.0
-    while file.exists() and time.monotonic() < until:
-        time.sleep(0.01)
-    assert not file.exists()
-    assert client.get(path).status_code == 404
-
-
-def test_without_a_browser_there_is_no_entrance(client):
-    assert client.get("/opened/x").status_code == 404
-    assert client.get("/opened/").status_code == 404
 
 
 def test_an_existing_link_is_not_written_through(opening, tmp_path):
@@ -122,6 +105,7 @@ def test_an_existing_link_is_not_written_through(opening, tmp_path):
     assert not (tmp_path / "elsewhere").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="reads the arguments of processes in /proc")
 def test_no_process_has_the_token_in_its_arguments(tmp_path):
     (tmp_path / "temporary").mkdir()
@@ -160,16 +144,10 @@ def test_chromium_comes_from_the_file_to_the_lab_and_may_load_it_again(tmp_path)
     with served() as server, browser(tmp_path / "profile") as tab:
         file = server.opening.offer()
         tab.call("Page.navigate", url=file.as_uri())
-        shown = "typeof state !== 'undefined' && state !== null && location.hash"
         for _ in range(2):
-            until = time.monotonic() + 30.0
-            while not (fragment := tab.run(shown)):
-                assert time.monotonic() < until
-                time.sleep(0.05)
-            assert fragment.startswith(f"#{TOKEN}.")
+            assert tab.waits("state !== null && location.hash").startswith(f"#{TOKEN}.")
             assert tab.run("location.pathname") == "/"
             assert not file.exists()
             tab.run("state = null")
-            tab.call("Page.reload")
-            tab.wait_for("Page.loadEventFired")
+            tab.reload()
         assert tab.complaints() == []

@@ -48,11 +48,12 @@ class Served:
 
 
 @contextmanager
-def served(limits=Limits()):  # noqa: B008  (it is frozen)
+def served(limits=Limits(), keep_alive=5):  # noqa: B008  (it is frozen)
     with listening_on(0) as listening, own_folder() as folder:
         port = listening.getsockname()[1]
         app = application(folder, TOKEN, port, limits)
         server = server_of(app, limits)
+        server.config.timeout_keep_alive = keep_alive
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         try:
