@@ -12,7 +12,13 @@ from pathlib import Path
 
 import pyarrow.parquet
 
-COMMAND = "import sys; from bristle.cli.main import main; sys.exit(main())"
+# A job of a shell without job control ignores Ctrl-C from its start, and so would its children.
+COMMAND = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from bristle.cli.main import main
+sys.exit(main())
+"""
 PATIENCE = 60.0  # [s]
 
 
