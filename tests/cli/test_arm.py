@@ -47,7 +47,7 @@ def friction_of(q, v):
 @pytest.mark.usefixtures("undrawn")
 def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristle):
     monkeypatch.chdir(tmp_path)
-    _, q, v, a = swing(2, 40.0, seed=3)
+    _, q, v, a = swing(2, 16.0, seed=3)
     write_trace(tmp_path, q, v, friction_of(q, v) + a * [2.0, 0.5])
     ended = bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out")
     assert ended.code == 0, ended.err

@@ -44,11 +44,18 @@ def test_an_error_has_its_code_and_a_line(reported, error, code, words):
     assert reported().startswith(words)
 
 
-@pytest.mark.parametrize(("results", "stays"), [(True, True), (False, False)])
-def test_a_full_standard_output_is_reported(reported, monkeypatch, results, stays):
+@pytest.mark.parametrize(
+    ("arguments", "stays"),
+    [("run x.toml --out run", True), ("run x.toml --out=run", True), ("demo", True), ("paper", True), ("models", False)],
+)
+def test_a_full_standard_output_is_reported(reported, monkeypatch, arguments, stays):
+    def full(arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
     let_go = []
     monkeypatch.setattr(terminal, "let_go", let_go.append)
-    assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
+    monkeypatch.setattr(import_module("bristle.cli.application"), "run", full)
+    assert main(arguments.split()) == 2
     line = reported()
     assert line.startswith("bristle cannot write to the standard output: No space left on device. Free disk space, or redirect the output")
     assert line.endswith("The folder of results is complete") is stays
@@ -112,16 +119,6 @@ def test_paragraphs_and_tables_are_printed_in_order(capsys):
     show("first", None, Table("T", ("Name", "Value"), [("a", "1")]), "last")
     text = capsys.readouterr().out
     assert text.index("first") < text.index("T") < text.index("a") < text.index("last")
-
-
-@pytest.mark.parametrize(("width", "columns"), [(19, True), (18, False)])
-def test_a_table_is_printed_row_by_row_if_its_longest_words_do_not_fit(capsys, monkeypatch, width, columns):
-    # Twelve letters, beside two columns with three blanks and lines each and one at the end.
-    monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
-    show_table(Table("T", ("Name", "Value"), [("abcdef", "123456"), ("x", "")]))
-    text = capsys.readouterr().out
-    assert ("Value: 123456" in text) is not columns
-    assert text.count("Value") == 1
 
 
 def test_the_widest_column_is_narrowed_first(capsys, monkeypatch):

@@ -1,6 +1,5 @@
 """The blocks of a study on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine."""
 
-import pickle
 import shutil
 import signal
 import socket
@@ -12,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.study.conftest import content, same
+from tests.study.conftest import content
 from tests.study.processes import DaskCluster, begun, numbers, siege, until
 
 from bristle.cli.main import main
@@ -20,7 +19,7 @@ from bristle.core.errors import InputError, InputWarning, MissingExtraError
 from bristle.study import read_study_file, run_study
 from bristle.study import workers as remote
 from bristle.study.block import Simulator
-from bristle.study.workers import Cluster, WorkerError
+from bristle.study.workers import WorkerError
 
 pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")]
@@ -33,30 +32,6 @@ def dask(tmp_path_factory):
         cluster.worker("--no-nanny")
         cluster.worker("--no-nanny")
         yield cluster
-
-
-def test_kills_of_workers_and_of_the_command_lose_or_repeat_no_run(slow_bench, dask):
-    bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 64"))
-    out = bench.folder / "out"
-    run_study(study, bench.folder / "here", workers=1)
-    process = begun(bench.folder / "study.toml", out, "--scheduler", dask.address)
-    until(lambda: len(content(out)) >= 2, "the first blocks")
-    dask.processes[1].kill()
-    dask.worker("--no-nanny")
-    before = len(content(out))
-    until(lambda: len(content(out)) >= min(before + 2, 8), "blocks after a worker was killed")
-    process.kill()
-    process.wait()
-    process.stderr.close()
-    before = len(content(out))
-    assert before < 16
-    ran = run_study(study, out, scheduler=dask.address)
-    assert ran.is_whole
-    assert ran.before >= before
-    assert numbers(out) == list(range(64))
-    assert content(out) == content(bench.folder / "here")
-    assert not (out / ".partial").exists()
 
 
 RECORDED = """
@@ -159,30 +134,6 @@ def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
     assert numbers(bench.folder / "out") == []
 
 
-def test_contents_of_its_files_identify_the_code_of_bristle(tmp_path):
-    (tmp_path / "inner").mkdir()
-    (tmp_path / "first.py").write_bytes(b"a = 1\n")
-    (tmp_path / "inner" / "second.py").write_bytes(b"b = 2\n")
-    checksum = remote.checksum_of_code(tmp_path)
-    (tmp_path / "first.py").write_bytes(b"a = 1\r\n")  # as a checkout on another system has it
-    (tmp_path / "first.pyc").write_bytes(b"compiled")
-    assert remote.checksum_of_code(tmp_path) == checksum
-    (tmp_path / "inner" / "second.py").write_bytes(b"b = 3\n")
-    changed = remote.checksum_of_code(tmp_path)
-    (tmp_path / "inner" / "second.py").rename(tmp_path / "inner" / "third.py")
-    assert len({checksum, changed, remote.checksum_of_code(tmp_path)}) == 3
-
-
-def test_tasks_on_a_worker_refuse_other_software(bench):
-    study = bench.study()
-    outcome, columns = remote.simulated(pickle.dumps(study), remote.described(), 4, 8)
-    assert outcome == "done"
-    assert same(columns, Simulator(study).columns(study.blocks[1]))
-    outcome, why = remote.simulated(pickle.dumps(study), remote.described() | {"code": "another"}, 4, 8)
-    assert outcome == "unfit"
-    assert why.startswith(f"code {remote.described()['code']} on ")
-
-
 @pytest.fixture
 def deaf():
     """A port at which something listens that never answers."""
@@ -222,11 +173,6 @@ def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     assert not (bench.folder / "out").exists()
 
 
-def test_workers_of_this_machine_exclude_a_cluster(bench):
-    with pytest.raises(InputError, match="workers: cannot be chosen together with a scheduler"):
-        run_study(bench.study(), bench.folder / "out", workers=2, scheduler="tcp://a:1")
-
-
 def test_without_the_cluster_library_the_extra_is_named(bench, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     file = str(bench.write())
@@ -249,12 +195,6 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     # What is there already needs no cluster.
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
-
-
-def test_a_fault_of_a_worker_is_reported(bench, dask):
-    study = bench.study()
-    with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
-        list(Cluster(study, dask.address).results([type(study.blocks[0])(-4, 0)]))
 
 
 def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):

@@ -1,6 +1,5 @@
 """Workers, and the process that hands out the work, are killed at any time: every run is there once, bit by bit."""
 
-import os
 import pickle
 import signal
 import subprocess
@@ -17,31 +16,6 @@ from bristle.study.block import Simulator
 from bristle.study.workers import Crew, WorkerError
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-
-
-@pytest.mark.slow
-def test_kills_of_workers_and_of_the_parent_lose_or_repeat_no_run(slow_bench):
-    bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 160"))
-    file, out = bench.folder / "study.toml", bench.folder / "out"
-    run_study(study, bench.folder / "undisturbed", workers=1)
-    process = begun(file, out, "--workers", "2")
-    until(lambda: len(content(out)) >= 2, "the first blocks")
-    os.kill(until(lambda: children(process.pid), "a worker")[0], signal.SIGKILL)
-    before = len(content(out))
-    until(lambda: len(content(out)) >= min(before + 3, 12), "blocks after a worker was killed")
-    workers = children(process.pid)
-    process.kill()
-    process.wait()
-    process.stderr.close()
-    until(lambda: not any(lives(worker) for worker in workers), "workers to end with their parent")
-    ran = run_study(study, out, workers=1)
-    assert ran.is_whole
-    assert ran.before >= before
-    assert numbers(out) == list(range(160))
-    assert content(out) == content(bench.folder / "undisturbed")
-    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [".bristle-results", "runs", "study.json"]
-    assert not (out / ".partial").exists()
 
 
 @pytest.mark.slow
