@@ -111,12 +111,6 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
     assert "NOT MET" in shown.out
 
 
-def test_a_ripple_needs_parameters(bristle, place):
-    result = bristle("check", "own.py", "--force-ripple", "1 N,2 N")
-    assert result.code == 2
-    assert 'file = "own.py"' in result.err
-
-
 def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
     Path("mine.toml").write_text('schema = 1\n[friction]\nfile = "own.py"\nF_0 = "3 N"\n')
     assert bristle("check", "mine.toml", "--json").code == 2
@@ -162,10 +156,3 @@ def test_a_product_of_quantities_is_described_checked_and_identified(bristle, pl
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
     assert result.code == 0
     assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
-
-
-def test_an_empty_file_is_refused_with_the_allowed_objects(bristle, models):
-    Path("kestrel.py").write_text("def write(request): ...\n")
-    result = bristle("check", "kestrel.py")
-    assert result.code == 2
-    assert all(name in result.err for name in ("MODEL", "SLOT", "FORMAT", "TARGET", "FIGURE"))

@@ -54,9 +54,3 @@ def test_an_unstable_loop_exits_with_1_its_pole_and_stable_gains(bristle, place)
     assert ended.data["budget"] is None
     assert ended.data["proposals"]["tuned"]["following_error"]["peak_to_peak"] > 0.0
     assert (Path("design") / "report.html").is_file()
-
-
-def test_an_unknown_variant_is_bad_input(bristle, place):
-    ended = bristle("design", "experiment.toml", "--variant", "nome")
-    assert ended.code == 2
-    assert "Did you mean 'none'?" in ended.err

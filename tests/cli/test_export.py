@@ -57,26 +57,6 @@ def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place
         assert float(message.partition(words)[2].split()[1]) < 1e-6  # a line on a line
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--to", "cogging"], "cogging"),
-        (["--to", "c", "--log", "log.csv", "--axis", "axis.toml"], "is not a table"),
-        (["--to", "table", "--points", "2", "--speed", "1 m/s"], "points"),
-        (["--to", "cobol"], "no such target"),
-        (["--to", "draws"], "--to draws: was removed. The results of identify contain draws.parquet"),
-        (["--to", "c", "--name", "2nd"], "cannot name a function"),
-        (["--to", "c", "--step", "3 mm"], "--step"),
-        (["--to", "table"], "the largest speed of the axis"),
-    ],
-)
-def test_unsupported_exports_are_refused(bristle, place, arguments, words):
-    result = bristle("export", "model.toml", *arguments, "--out", "out")
-    assert result.code == 2
-    assert words in result.err.replace("\n", " ")
-    assert not Path("out").exists()
-
-
 def test_an_operator_keeps_its_constant(bristle, place):
     write_operator("operator.toml", br.hysteresis.preisach(s=1e7, f_p=20.0), offset=1.5)
     result = bristle("export", "operator.toml", "--to", "c", "--out", "as_c")
@@ -147,24 +127,6 @@ def test_a_law_is_exported_tunable_and_in_single_precision(bristle, place):
     assert "float controller_k_p;" in header
     assert "float friction_F_C;" in header
     assert "Single precision" in Path("law/README.md").read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["--law", "experiment.toml"], "the experiment has several variants"),
-        (["--law", "experiment.toml", "--variant", "nome"], "none"),
-        (["--law", "experiment.toml", "--variant", "none", "--step", "1 ms"], "applies to a model only"),
-        (["model.toml", "--law", "experiment.toml"], "either a model or a law"),
-        (["model.toml", "--variant", "none"], "applies to --law only"),
-        ([], "either a model or a law"),
-    ],
-)
-def test_a_law_needs_an_experiment_and_one_of_its_variants(bristle, place, arguments, words):
-    result = bristle("export", *arguments, "--to", "c", "--out", "out")
-    assert result.code == 2
-    assert words in result.err.replace("\n", " ")
-    assert not Path("out").exists()
 
 
 @pytest.mark.parametrize(

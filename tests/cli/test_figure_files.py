@@ -59,23 +59,6 @@ def test_each_figure_of_the_page_is_a_file(bristle, place, command):
     assert page.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 0
 
 
-@pytest.mark.parametrize("value", ["gif", "xlsx"])
-def test_an_unknown_format_is_refused_with_the_known_formats(bristle, place, value):
-    ended = bristle("log", "log.csv", "--out", "run", "--format", value)
-    assert ended.code == 2
-    assert ended.err.count("\n") == 1
-    assert value in ended.err
-    assert all(item in ended.err for item in ("svg", "pdf", "png", "csv"))
-    assert not Path("run").exists()
-
-
-@pytest.mark.parametrize("option", [("--format", "svg"), ("--format", "csv")])
-def test_figure_files_need_a_folder(bristle, place, option):
-    ended = bristle("run", "experiment.toml", *option)
-    assert ended.code == 2
-    assert f"{option[0]}: needs a folder to write into. Add --out DIR" in ended.err
-
-
 def test_a_log_with_problems_has_no_figures(bristle, place):
     Path("flat.csv").write_text("t,q\n" + "".join(f"{k},nan\n" for k in range(20)))
     assert bristle("log", "flat.csv", "--out", "run", "--format", "svg").code == 1

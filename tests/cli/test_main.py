@@ -66,26 +66,6 @@ def test_the_list_of_commands_has_whole_sentences(bristle):
     assert "..." not in shown
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["identfy"], "Did you mean 'identify'"),
-        (["identify"], "LOG"),
-        (["identify", "x.csv", "--axes", "a.toml"], "--axis"),
-        (["identify", "x.csv", "--draws", "ten"], "--draws"),
-        (["run", "a.toml", "b.toml"], "b.toml"),
-        (["predict", "--mode"], "--mode"),
-    ],
-)
-def test_a_mistyped_command_line_gives_one_line_with_advice(bristle, arguments, words):
-    ended = bristle(*arguments)
-    assert ended.code == 2
-    assert ended.out == ""
-    assert words in ended.err
-    assert "Try: bristle" in ended.err
-    assert len(ended.err.splitlines()) == 1
-
-
 @pytest.mark.parametrize("removed", REMOVED)
 def test_removed_options_are_refused_with_their_replacement(bristle, removed):
     command, _, option = removed.rpartition(" ")

@@ -54,20 +54,3 @@ def test_experiments_are_written_changed_and_run(bristle):
     assert (kept.code, "were changed: fig_09.toml" in kept.err) == (2, True)
     assert bristle("paper", "--write", "theirs", "--json").data["written"]
     assert bristle("paper", "--write", "theirs", "--force", "--json").data["written"]
-
-
-@pytest.mark.parametrize("arguments", [("--figure", "15"), ("--figure", "0"), ("--from", "nowhere"), ("--figure", "x")])
-def test_impossible_requests_are_refused_without_files(bristle, arguments):
-    ended = bristle("paper", *arguments)
-    assert ended.code == 2
-    assert ended.err.count("\n") == 1
-    assert not list(Path().iterdir())
-
-
-def test_frictions_are_named_in_a_list(bristle):
-    several = bristle("paper", "--robust", "gms", "bouc-wen", "--seeds", 1)
-    assert several.code == 2
-    assert "found 'bouc-wen'" in several.err
-    alone = bristle("paper", "gms")
-    assert alone.code == 2
-    assert "FRICTION: has no effect without --robust" in alone.err

@@ -138,12 +138,6 @@ def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_follow
     assert log.effort.column == "u"
 
 
-def test_logs_need_a_folder(bristle, place):
-    ended = bristle("run", "experiment.toml", "--log")
-    assert ended.code == 2
-    assert "--log: needs a folder" in ended.err
-
-
 @pytest.mark.parametrize("command", ["run", "design"])
 def test_an_experiment_on_a_contact_is_refused_with_its_command(bristle, tmp_path, command):
     assert bristle("paper", "--write", tmp_path / "my copy").code == 0

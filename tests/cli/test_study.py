@@ -52,11 +52,6 @@ def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys):
     assert (bench.folder / "again" / "log.csv").is_file()
 
 
-def test_a_study_needs_a_folder(bench, capsys):
-    assert main(["study", "study.toml"]) == 2
-    assert "needs a folder to write into. Add --out DIR" in capsys.readouterr().err
-
-
 def test_a_report_of_a_grid_and_of_indices(bench, capsys):
     grid = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]')
     bench.write(grid, name="grid.toml")
