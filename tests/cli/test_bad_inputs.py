@@ -151,6 +151,7 @@ COMMAND_LINES = [
     Bad("ripple of one end", ("two values",), ("check", "model.toml", "--force-ripple", "40 mN")),
     Bad("ripple of another unit", ("force_ripple",), ("check", "model.toml", "--force-ripple", "40 um,80 um")),
     Bad("loop of another unit", ("loop[0]",), ("check", "model.toml", "--loop", "3 mrad,1 mrad")),
+    Bad("ripple beyond break-away", ("rests",), ("check", "model.toml", "--force-ripple", "4 N,20 N")),
     Bad("check of nothing", ("nowhere.toml",), ("check", "nowhere.toml")),
     Bad(
         "check of an empty file",
@@ -349,7 +350,7 @@ def is_readable(errors: str, words: tuple[str, ...]) -> None:
         assert word in lines[0], (word, lines[0])
 
 
-@pytest.mark.fast_cases(73)
+@pytest.mark.fast_cases(74)
 @pytest.mark.parametrize("bad", ALL, ids=[bad.name for bad in ALL])
 def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     bad.make()

@@ -20,23 +20,10 @@ def models(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_model_that_is_fit_passes(bristle, models):
-    result = bristle("check", "composite.toml", "--json")
-    assert result.code == 0
-    assert result.err == ""
-    assert result.data["passed"] is True
-    assert list(result.data["certificates"]) == ["well_posed", "passive", "drift", "closure", "dissipation"]
-    assert all(set(item) == KEYS for item in result.data["certificates"].values())
-
-
 def test_a_model_that_drifts_fails_with_advice(bristle, models):
-    result = bristle("check", "lugre.toml", "--json")
-    assert result.code == 1
-    failed = [name for name, item in result.data["certificates"].items() if item["passed"] is False]
-    assert failed == ["passive", "drift", "closure"]
-    assert all(f"{name}: " in result.err for name in failed)
     shown = bristle("check", "lugre.toml")
     assert shown.code == 1
+    assert all(f"{name}: " in shown.err for name in ("passive", "drift", "closure"))
     assert shown.out.count("FAILED") == 3
     assert "30 mN·m·s/rad" in shown.out
 
@@ -63,24 +50,6 @@ def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     # 0.3895 um on a screw of 5 mm lead, and 30.7 % of break-away.
     assert result["drift"]["value"] == pytest.approx(0.38947 * 1.256637e-3, rel=1e-4)
     assert result["closure"]["value"] == pytest.approx(-0.307, abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("lugre.toml", "--force-ripple", "40 mN*m"), "two values"),
-        (("lugre.toml", "--force-ripple", "40 mN*m,200 mN*m"), "rests"),
-        (("lugre.toml", "--force-ripple", "40 um,80 um"), "force_ripple"),
-        (("lugre.toml", "--loop", "3 mm,1 mm"), "rad"),
-        (("lugre.csv",), ".toml or .py"),
-        (("nowhere.toml",), "nowhere.toml"),
-    ],
-)
-def test_a_file_without_a_checkable_object_is_refused(bristle, models, arguments, words):
-    result = bristle("check", *arguments)
-    assert result.code == 2
-    assert words in result.err
-    assert result.out == ""
 
 
 def test_a_sound_model_of_a_users_own_passes(bristle, place):

@@ -10,23 +10,6 @@ from tests.cli.conftest import written_in
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
-def test_a_loop_is_designed_in_numbers(bristle, place):
-    result = bristle("design", "experiment.toml", "--json")
-    assert result.code == 0
-    data = result.data
-    assert (data["variant"], data["stable"], data["error_unit"]) == ("base", True, "m")
-    assert set(data["loops"]) == {"base", "none"}
-    first = data["loops"]["base"]["points"][0]
-    assert (first["motions"], first["friction"]) == ("all", "none")
-    assert first["spectral_radius"] < 1.0
-    assert first["phase_margin"] > 0.0
-    assert len(first["poles"]) >= 3
-    assert data["delay"]["total"] == sum(data["delay"][item] for item in ("hold", "computation", "drive", "velocity"))
-    assert data["budget"]["everything"]["peak_to_peak"] > data["budget"]["nothing"]["peak_to_peak"]
-    assert set(data["proposals"]) >= {"as it is", "tuned"}
-    assert len(data["circles"]["as it is"]["glitches"]) == 4
-
-
 def test_results_are_a_report_and_numbers(bristle, place):
     result = bristle("design", "experiment.toml", "--variant", "none", "--bandwidth", "10 Hz", "--out", "design")
     assert result.code == 0

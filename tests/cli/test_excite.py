@@ -77,7 +77,7 @@ def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle,
 @pytest.fixture
 def log(folder):
     """A log of the axis: a swing with the inertia of its mass and with Coulomb friction of 50 N."""
-    time = 2e-3 * np.arange(4000)
+    time = 2e-3 * np.arange(2000)
     phase = 2.0 * np.pi * time
     effort = -28.0 * 0.02 * (2.0 * np.pi) ** 2 * np.sin(phase) + 50.0 * np.tanh(200.0 * np.cos(phase))
     columns = np.column_stack([time, 1e6 * 0.02 * np.sin(phase), effort])

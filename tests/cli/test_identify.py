@@ -60,6 +60,7 @@ def test_the_folder_of_results_is_complete_and_agrees_with_the_output(bristle, p
     table = Path("run/drive_table.csv").read_text().splitlines()
     assert table[0] == "velocity [m/s],effort [N]"
     assert 4 <= len(table) - 1 <= 20
+    assert [path.name for path in Path("run").iterdir() if str(place).encode() in path.read_bytes()] == []
     page = Path("run/report.html").read_text()
     assert "bristle identify log.csv --axis axis.toml --model viscous,coulomb_viscous --draws 0 --out run" in page
     assert not re.search(r"""(src|href)=["']?https?:""", page)

@@ -20,11 +20,9 @@ from bristle.cli.options import (
     holds_own,
     loaded_code,
     own_figures,
-    own_readers,
     print_json,
     refuse,
     size_limit,
-    toml_content,
 )
 from bristle.core import SIZE_LIMIT, Variable
 from bristle.core.errors import InputError
@@ -62,13 +60,6 @@ def test_the_first_option_that_was_given_is_refused():
 )
 def test_a_name_holds_a_file_of_code(name, own):
     assert holds_own(name) is own
-
-
-def test_unnamed_files_are_not_read():
-    assert toml_content(None) is None
-    assert own_figures(None, "run", has_folder=False) == ((), ())
-    with own_readers(None) as nothing:
-        assert nothing is None
 
 
 def test_figures_need_a_folder(tmp_path):

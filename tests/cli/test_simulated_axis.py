@@ -1,7 +1,5 @@
 """The axis of the demonstration: its friction, its motion and its logs are what they are said to be."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -71,11 +69,6 @@ def test_conditions_on_the_axis():
     assert length.structural
 
 
-def test_the_axis_moves_a_mass_of_28_kg():
-    assert axis_simulated.plant().values["M"] == 28.0
-    assert axis_simulated.axis().kind == "translational"
-
-
 def test_a_motion_is_made_of_moves_with_pauses_within_its_travel():
     x = motion(1, 10.0)
     assert x.size == 10_000
@@ -111,10 +104,6 @@ def test_a_move_has_its_acceleration_after_twenty_milliseconds():
     assert acceleration[21:50] == pytest.approx(2.0, rel=0.05)
 
 
-def test_a_move_to_the_same_place_rests():
-    assert axis_simulated._move(0.03, 0.03, 0.1, 2.0).tolist() == [0.03] * 41
-
-
 def test_a_log_has_the_form_of_a_drive(tmp_path, monkeypatch):
     count = 500
     reference = np.linspace(0.0, 0.01, count)
@@ -138,26 +127,6 @@ def test_a_log_has_the_form_of_a_drive(tmp_path, monkeypatch):
     Recorded.status = Status.NOT_FINITE
     with pytest.raises(RuntimeError, match="the simulation of the axis failed"):
         axis_simulated.write_log(tmp_path / "again.csv", 1)
-
-
-@pytest.mark.parametrize(("known", "used"), [((1e-7, 50.0), (1e-7, 50.0)), ((None, None), (0.0, np.inf))])
-def test_an_axis_that_names_neither_count_nor_limit_has_a_perfect_encoder_and_any_effort(tmp_path, monkeypatch, known, used):
-    asked = []
-
-    def run(plant, friction, law, sensor, desired, dt, **how):
-        asked.append((sensor.values["resolution"], how["limit"]))
-        velocity = np.gradient(desired[0], dt)
-        assert (desired[1].tolist(), desired[2].tolist()) == (velocity.tolist(), np.gradient(velocity, dt).tolist())
-        assert (dt, how["steps"], desired[3].any()) == (1e-3, 8, False)
-        raise InterruptedError
-
-    described = SimpleNamespace(controller=None, resolution=known[0], effort_limit=known[1])
-    monkeypatch.setattr(axis_simulated, "axis", lambda: described)
-    monkeypatch.setattr(axis_simulated, "run_closed_loop", run)
-    monkeypatch.setattr(axis_simulated, "motion", lambda seed: 1e-3 * np.arange(20.0) ** 2)
-    with pytest.raises(InterruptedError):
-        axis_simulated.write_log(tmp_path / "log.csv", 1)
-    assert asked == [used]
 
 
 def test_the_axis_follows_its_motion(tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ def bench(tmp_path, monkeypatch):
     return bench
 
 
-def test_a_study_is_run_and_reported(bench, capsys):
+def test_a_study_is_run_and_reported(bench, capsys, undrawn):
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
     text = capsys.readouterr()
     assert "90 % of the runs from" in text.out
@@ -38,7 +38,7 @@ def test_a_study_is_run_and_reported(bench, capsys):
     assert summary["provenance"]["command"] == "bristle study study.toml --out out"
 
 
-def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys):
+def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys, undrawn):
     main(["study", "study.toml", "--out", "out", "--workers", "1", "--json"])
     kept = json.loads(capsys.readouterr().out)["worst"][0]
     assert main(["study", "study.toml", "--run", str(kept["run"]), "--json", "--out", "again"]) == 0
@@ -52,7 +52,7 @@ def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys):
     assert (bench.folder / "again" / "log.csv").is_file()
 
 
-def test_a_report_of_a_grid_and_of_indices(bench, capsys):
+def test_a_report_of_a_grid_and_of_indices(bench, capsys, undrawn):
     grid = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]')
     bench.write(grid, name="grid.toml")
     assert main(["study", "grid.toml", "--out", "grid", "--workers", "1"]) == 0
@@ -66,6 +66,7 @@ def test_a_report_of_a_grid_and_of_indices(bench, capsys):
     assert "Sobol indices" in (bench.folder / "indices" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv"]) == 0
     figures = bench.folder / "out" / "figures"
@@ -105,7 +106,7 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     assert "--dry-run was removed. Start the command: a terminal shows the remaining time" in capsys.readouterr().err
 
 
-def test_a_study_with_only_refused_runs_exits_with_1(bench, capsys):
+def test_a_study_with_only_refused_runs_exits_with_1(bench, capsys, undrawn):
     never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
     bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
     assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 1

@@ -106,25 +106,6 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
 # --- paper, lab and demonstration ------------------------------------------------------------------------------------
 
 
-def test_a_page_of_the_lab_contains_the_tested_model(asked, tmp_path, monkeypatch):
-    monkeypatch.setattr(lab, "toml_content", lambda file: file)
-    facts = {"uncertainty": {"F_C": 1}, "treatment": {}}
-    friction = named(component=None, name="dahl")
-    asked("bristle.files.read_model", (None, friction, facts))
-    asked("bristle.files.provenance", {})
-    asked("bristle.files.origins_of_code", ())
-    asked("bristle.testing.admit")
-    asked("bristle.lab.lab_page", "page")
-    asked("bristle.files.write_whole")
-    lab.lab(named(obj="bristle lab"), model=tmp_path, out=tmp_path / "lab.html", allow_code=True)
-    calls = {name: (passed, how) for name, passed, how in asked.calls}
-    assert calls["read_model"] == ((tmp_path / "model.toml",), {"allow_code": True})
-    assert calls["admit"] == ((friction,), {})
-    inputs = {"model": friction, "source": "model.toml", "uncertainty": {"F_C": 1}, "mass": None, "fastest": 0.0, "provenance": {}}
-    assert calls["lab_page"] == ((), inputs)
-    assert calls["write_whole"] == ((tmp_path / "lab.html", lab.sealed("page")), {"new": True})
-
-
 def test_a_trial_admits_each_truth_and_prints_its_tables(asked, monkeypatch):
     truth = named(name="gms", friction=named(component=named(inner="inner")), origin="origin")
     asked("bristle.paper.robust.truths.truths_named", [truth])
@@ -184,28 +165,3 @@ def test_options_have_their_defaults_and_their_ranges():
                 words[name, option] = default
     assert numbers == NUMBERS
     assert words == WORDS
-
-
-def test_an_export_passes_its_options_and_lists_its_files(asked, monkeypatch, tmp_path):
-    outputs, written = [], []
-
-    def output(context, out, force, as_json):
-        outputs.append(Told(out))
-        return outputs[-1]
-
-    exported = named(write=written.append, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
-    monkeypatch.setattr(export, "Output", output)
-    asked("bristle.report.exported.export_model_file", exported)
-    asked("bristle.cli.export._law", exported)
-    context = named(obj="bristle export")
-    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
-    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
-    (_, model, how), (_, law, of_law) = asked.calls
-    assert model == (tmp_path / "model.toml", "c")
-    assert (how["points"], how["float32"], how["tunable"], how["accept_harm"], how["name"]) == (20, True, True, False, "axis_x")
-    assert (how["log"], how["step"], how["rest"], how["speed"]) == (Path("a.csv"), None, None, None)
-    assert (law, of_law["single"], of_law["accept_harm"], of_law["tunable"]) == ((Path("e.toml"), "fed", "st"), True, True, False)
-    assert outputs[0].opens == [("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False})]
-    assert outputs[1].opens == [("exporting", [Path("e.toml")], {"draws": False})]
-    assert outputs[0].told == [{"notes": ["short"]}, "Note: short"]
-    assert written == [Path("out")] * 2
