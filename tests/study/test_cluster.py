@@ -159,12 +159,6 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
         assert f"Start dask scheduler --port 8786, then dask worker {address}" in str(refused.value)
 
 
-def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
-    monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
-    with pytest.raises(InputError, match="--scheduler: the scheduler has no workers"):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-
-
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--run", "3")])
 def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     file = str(bench.write())
