@@ -31,7 +31,9 @@ def finished(tmp_path_factory, own_locks):
     folder = tmp_path_factory.mktemp("tuned")
     file, bench, _ = written(folder, SEED, CYCLES)
     machine = BenchMachine(bench, memory=folder / "memory.json")
-    return machine, folder, tune(file, folder / "out", move=True, machine=machine, options=OPTIONS)
+    machine.shares = []
+    result = tune(file, folder / "out", move=True, machine=machine, options=OPTIONS, progress=lambda share, _: machine.shares.append(share))
+    return machine, folder, result
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 from tests.exports.native import COMPILER
 from tests.exports.structured_text import FLAGS, HEAD, Translator
 
@@ -40,6 +41,11 @@ void cycles(int number)
 """
 SIZES = {"bool": ctypes.c_bool, "dint": ctypes.c_int32, "lint": ctypes.c_int64, "lreal": ctypes.c_double}
 WARNINGS = ("-Wno-unused-function", "-Wno-unused-but-set-variable", "-Wno-clobbered", "-Wno-unused-variable")
+
+
+def stroke(rows=600, distance=1e-3):
+    """Return a motion to and fro between two rests [m]."""
+    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
 
 
 def compiled(folder: Path) -> Path:

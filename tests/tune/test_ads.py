@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.exports.native import COMPILER
 from tests.tune.machine import AXIS, MACHINE, written
-from tests.tune.plc import PERSISTENT, Plc, Task, compiled
+from tests.tune.plc import PERSISTENT, Plc, Task, compiled, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
@@ -106,10 +106,6 @@ def kind(controller):
         machine.close()
 
 
-def stroke(rows=600, distance=1e-3):
-    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
-
-
 def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
 
@@ -154,13 +150,6 @@ def test_the_feedforward_is_added_in_a_ramp_and_fades(kind, controller):
     assert controller.plc.value("gain_now") == 0.0
 
 
-def test_an_exceeded_effort_is_named(kind):
-    machine = kind.example()
-    machine.arm(Limits(1e-3, 3.0, (-0.1, 0.1)))
-    with pytest.raises(MachineStoppedError, match="effort"):
-        machine.record(stroke(), lambda: None)
-
-
 def test_a_silent_program_loses_the_axis(kind, controller):
     machine = kind.example()
     machine.arm(WIDE)
@@ -183,18 +172,6 @@ def test_an_operator_stops_the_motion(kind, controller):
     machine.state()
     assert not controller.plc.value("playing")
     assert controller.plc.value("count") < 3000
-
-
-def test_a_kept_feedforward_is_undone_before_the_next_run(kind):
-    machine = kind.example()
-    before = machine.state()
-    machine.arm(WIDE)
-    machine.keep()
-    with pytest.raises(MachineRefusedError, match="--undo"):
-        machine.arm(WIDE)
-    machine.restore(before)
-    assert machine.state() == before
-    machine.arm(WIDE)
 
 
 def kept_one(kind):

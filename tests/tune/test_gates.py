@@ -54,32 +54,35 @@ def prepared(tmp_path, monkeypatch):
     return run
 
 
-def test_the_gain_with_the_smallest_error_is_taken(prepared):
-    run = prepared(error=lambda gain: 1e-4 * (0.1 + abs(gain - 0.5)))
+@pytest.mark.parametrize(
+    ("script", "gain"),
+    [
+        ({"error": lambda gain: 1e-4 * (0.1 + abs(gain - 0.5))}, 0.5),
+        # 1.05 less one per cent: the effort rises by 4 % at a gain of 0.4
+        ({"effort": lambda gain: 10.0 * (1.0 + 0.1 * gain)}, pytest.approx(0.4, abs=0.02)),
+        ({"error": lambda gain: 1e-4 * (1.0 - gain if gain < 0.4 else 1.6)}, 0.25),
+    ],
+    ids=["smallest error", "effort within its ratio", "larger error ends the ladder"],
+)
+def test_the_best_harmless_gain_is_taken(prepared, script, gain):
+    run = prepared(**script)
     steps.stages(run)
-    assert run.facts["stages"]["gain"] == 0.5
+    assert run.facts["stages"]["gain"] == gain
 
 
-def test_the_safe_gain_keeps_the_effort_within_its_ratio(prepared):
-    run = prepared(effort=lambda gain: 10.0 * (1.0 + 0.1 * gain))
-    steps.stages(run)
-    # 1.05 less one per cent: the effort rises by 4 % at a gain of 0.4
-    assert run.facts["stages"]["gain"] == pytest.approx(0.4, abs=0.02)
-
-
-def test_an_axis_whose_effort_rises_at_once_is_refused(prepared):
-    with pytest.raises(MachineRefusedError, match="without a larger effort") as refused:
-        steps.stages(prepared(effort=lambda gain: 10.0 * (1.0 + 0.4 * gain)))
-    assert refused.value.code == "no_gain"
-
-
-def test_the_ladder_of_gains_ends_where_the_error_is_larger(prepared):
-    run = prepared(error=lambda gain: 1e-4 * (1.0 - gain if gain < 0.4 else 1.6))
-    steps.stages(run)
-    assert run.facts["stages"]["gain"] == 0.25
-    with pytest.raises(MachineRefusedError, match=r"at gain 0\.25 the following error is 110%") as refused:
-        steps.stages(prepared(error=lambda gain: 1e-4 * (1.0 + 0.4 * gain)))
-    assert refused.value.code == "worse"
+@pytest.mark.parametrize(
+    ("script", "code", "words"),
+    [
+        ({"effort": lambda gain: 10.0 * (1.0 + 0.4 * gain)}, "no_gain", "without a larger effort"),
+        ({"error": lambda gain: 1e-4 * (1.0 + 0.4 * gain)}, "worse", r"at gain 0\.25 the following error is 110%"),
+        ({"noise": lambda gain: 0.01 if gain < 0.4 else 1.0}, "hunts_with_feedforward", ""),
+    ],
+    ids=lambda item: item if isinstance(item, str) else "",
+)
+def test_an_axis_without_a_harmless_gain_is_refused(prepared, script, code, words):
+    with pytest.raises(MachineRefusedError, match=words) as refused:
+        steps.stages(prepared(**script))
+    assert refused.value.code == code
 
 
 def test_an_effort_that_does_negative_work_is_refused(prepared):
@@ -87,12 +90,6 @@ def test_an_effort_that_does_negative_work_is_refused(prepared):
     with pytest.raises(MachineRefusedError, match="negative work") as refused:
         steps.warm_up(run)
     assert refused.value.code == "wrong_sign"
-
-
-def test_an_axis_that_hunts_with_the_feedforward_is_refused(prepared):
-    with pytest.raises(MachineRefusedError) as refused:
-        steps.stages(prepared(noise=lambda gain: 0.01 if gain < 0.4 else 1.0))
-    assert refused.value.code == "hunts_with_feedforward"
 
 
 def test_an_axis_that_hunts_without_feedforward_is_refused(prepared):

@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.plc import Plc, compiled
+from tests.tune.plc import Plc, compiled, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
@@ -155,10 +155,6 @@ def kind(server):
     yield Example
     for machine in opened:
         machine.close()
-
-
-def stroke(rows=600, distance=1e-3):
-    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
 
 
 @pytest.mark.slow

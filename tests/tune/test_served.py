@@ -161,17 +161,6 @@ def test_the_plan_moves_and_writes_nothing(machine, monkeypatch):
     assert min(data["seconds"]) > 0.0
 
 
-@pytest.mark.slow
-def test_a_run_is_kept_and_undone(machine):
-    bench, folder = machine
-    shares = []
-    assert served.tune(errand(folder, lambda share, _: shares.append(share)))[0]["outcome"] == "kept"
-    assert bench.kept
-    assert shares[-1] > 0.9
-    assert served.undo(errand(folder))[0]["outcome"] == "undone"
-    assert bench.state() == INITIAL
-
-
 @pytest.mark.parametrize("gain", [0.0, 0.5, 1.0])
 def test_a_stop_of_the_operator_restores_the_machine(machine, gain):
     bench, folder = machine
