@@ -252,65 +252,6 @@ def test_signals_are_unchanged_outside_the_main_thread():
     assert result == [({}, None)]
 
 
-def test_a_pipe_passes_numbers_and_drops_old_ones():
-    pipe = signals._Pipe()
-    os.write(pipe.write_to, bytes([2, 15]))
-    assert pipe.next() == 2
-    os.write(pipe.write_to, bytes([2, 1]))
-    pipe.drain()
-    os.write(pipe.write_to, bytes([9]))
-    assert pipe.next() == 9
-    os.write(pipe.write_to, bytes([1, 0]))
-    pipe.drain()  # the end is not forgotten
-    assert pipe.next() == 0
-    pipe.end()
-    assert pipe.next() == 0
-    pipe.close()
-    with pytest.raises(OSError, match="Bad file descriptor"):
-        os.write(pipe.write_to, b"x")
-
-
-@needs_main_thread
-def test_a_thread_watches_while_there_are_signals_to_be_watched():
-    before, idle, watch = signal.set_wakeup_fd(-1), signals._Watch(), signals._Watch()
-    idle.begin(set())
-    idle.end()
-    assert (idle._thread, signal.set_wakeup_fd(-1)) == (None, -1)
-    watch.begin({signal.SIGTERM})
-    assert watch._thread.is_alive()
-    watch.end()
-    assert (watch._thread.is_alive(), signal.set_wakeup_fd(before)) == (False, -1)
-
-
-def test_a_signal_handled_in_time_does_not_end_the_process(monkeypatch):
-    ended = []
-    monkeypatch.setattr(signals, "_end_at_once", ended.append)
-    watch, pipe = signals._Watch(), signals._Pipe()
-    watch._numbers = {15}
-    watch.observed.set()
-    os.write(pipe.write_to, bytes([15, 3, 0]))
-    watch._watch(pipe)
-    assert ended == []
-    assert not watch.observed.is_set()
-
-
-def test_an_unhandled_signal_ends_the_program_and_ctrl_c_at_the_second_press(monkeypatch, capfd):
-    ended = []
-    monkeypatch.setattr(signals, "_end_at_once", ended.append)
-    watch, pipe = signals._Watch(), signals._Pipe()
-    waited = []
-    monkeypatch.setattr(watch.observed, "wait", lambda seconds: bool(waited.append(seconds)))
-    watch._numbers = {int(signal.SIGINT), int(signal.SIGTERM)}
-    os.write(pipe.write_to, bytes([signal.SIGINT, 3, signal.SIGINT, 0]))
-    watch._watch(pipe)
-    assert ended == [signal.SIGINT]
-    assert waited == [2.0, 2.0]
-    assert "waiting for a library to return. Press Ctrl-C again to end at once" in capfd.readouterr().err
-    os.write(pipe.write_to, bytes([signal.SIGTERM, 0]))
-    watch._watch(pipe)
-    assert ended == [signal.SIGINT, signal.SIGTERM]
-
-
 def test_modules_are_imported_by_frames_of_the_interpreter():
     assert not signals._imports(sys._getframe())
     assert not signals._imports(None)

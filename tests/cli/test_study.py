@@ -1,7 +1,6 @@
 """``bristle study`` in this process: what it writes, says and returns."""
 
 import json
-import re
 
 import pyarrow.parquet
 import pytest
@@ -9,7 +8,6 @@ from tests.cli.conftest import progress_in_order
 from tests.study.conftest import STUDY, Bench
 
 from bristle.cli.main import main
-from bristle.files.owned import NOTE
 
 
 @pytest.fixture
@@ -88,22 +86,9 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     assert (figures / "captions.txt").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
     (figures / "captions.txt").write_text(captions)
-    note = (bench.folder / "out" / NOTE).read_bytes()
-    for damaged in (note.splitlines(keepends=True)[0], b"[]\n", b"\xff"):
-        (bench.folder / "out" / NOTE).write_bytes(damaged)
-        assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-        assert re.search("did not write|not a folder of a study", capsys.readouterr().err)
-        assert (figures / "spread.pdf").is_file()
-    (bench.folder / "out" / NOTE).write_bytes(note)
     assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
     assert {file.suffix for file in figures.iterdir()} == {".svg", ".txt"}
     assert (figures / "spread.svg").is_file()
-    capsys.readouterr()
-    assert main(["study", "study.toml", "--run", "3", "--out", "again", "--format", "svg"]) == 0
-    assert list((bench.folder / "again" / "figures").glob("*.svg"))
-    capsys.readouterr()
-    assert main(["study", "study.toml", "--dry-run"]) == 2
-    assert "--dry-run was removed. Start the command: a terminal shows the remaining time" in capsys.readouterr().err
 
 
 def test_a_study_with_only_refused_runs_exits_with_1(bench, capsys, undrawn):

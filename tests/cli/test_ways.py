@@ -1,14 +1,12 @@
 """Which way a command takes by its options, and what it hands on to the work."""
 
-import inspect
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, get_args, get_origin, get_type_hints
 
 import pytest
 
-from bristle.cli import compare, demo, design, excite, export, identify, lab, paper, predict, run, study
+from bristle.cli import compare, design, identify, run
 from bristle.core.errors import InputError
 from bristle.friction import DEFAULT_MODELS
 
@@ -101,67 +99,3 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
         command(**files, output=Told(), figure=[tmp_path / "f.py"])
     with pytest.raises(InputError, match=r"f\.py"):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
-
-
-# --- paper, lab and demonstration ------------------------------------------------------------------------------------
-
-
-def test_a_trial_admits_each_truth_and_prints_its_tables(asked, monkeypatch):
-    truth = named(name="gms", friction=named(component=named(inner="inner")), origin="origin")
-    asked("bristle.paper.robust.truths.truths_named", [truth])
-    asked("bristle.testing.admit")
-    asked("bristle.paper.robust.trial.Plan", "plan")
-    asked("bristle.paper.robust.trial.run_trial", "trial")
-    asked("bristle.files.provenance", {})
-    for place in ("findings.best_table", "findings.claim_table", "page.robust_report", "page.robust_summary"):
-        asked(f"bristle.paper.robust.{place}", place.partition(".")[2])
-    asked("bristle.paper.robust.page.words_of", ["words"])
-    asked("bristle.report.results.write_report")
-    output = Told("folder")
-    paper._try_robustness(output, ["gms,lugre", "dahl"], 3, allow_code=True)
-    calls = {name: (passed, how) for name, passed, how in asked.calls}
-    assert calls["truths_named"] == ((["gms", "lugre", "dahl"],), {"allow_code": True})
-    assert (calls["admit"][0], calls["Plan"][0], calls["run_trial"][0][0]) == (("inner",), ((truth,), 3), "plan")
-    assert calls["provenance"] == (("bristle command",), {"gms": ["origin"]})
-    assert calls["write_report"][0] == ("folder", "robust_report", "robust_summary")
-    assert output.told == ["robust_summary", "claim_table", "best_table", "words"]
-
-
-# --- options ---------------------------------------------------------------------------------------------------------
-
-NUMBERS = {
-    ("identify", "draws"): (100, None, None),
-    ("identify", "workers"): (None, 1, 1024),
-    ("study", "workers"): (None, 1, 1024),
-    ("study", "run"): (None, 0, None),
-    ("lab", "port"): (0, None, None),
-    ("export", "points"): (20, None, None),
-    ("paper", "figure"): (None, None, None),
-    ("paper", "seeds"): (None, 1, 1000),
-}
-WORDS = {
-    ("identify", "free"): "",
-    ("predict", "mode"): "inverse",
-    ("excite", "duration"): "60 s",
-    ("export", "name"): "axis_x",
-    ("demo", "out"): Path("bristle-demo"),
-}
-
-
-def test_options_have_their_defaults_and_their_ranges():
-    numbers, words = {}, {}
-    for module in (demo, excite, export, identify, predict, run, study, compare, design, lab, paper):
-        name = module.__name__.rpartition(".")[2]
-        function = getattr(module, name)
-        hints = get_type_hints(function, include_extras=True)
-        for option, parameter in inspect.signature(function).parameters.items():
-            kind, *described = get_args(hints[option]) if get_origin(hints[option]) is Annotated else (None,)
-            default = parameter.default
-            if kind in (int, int | None, list[int] | None):
-                numbers[name, option] = (default, described[0].min, described[0].max)
-            elif kind is bool:
-                assert default is False, option  # nothing is done unasked
-            elif default not in (None, inspect.Parameter.empty):
-                words[name, option] = default
-    assert numbers == NUMBERS
-    assert words == WORDS

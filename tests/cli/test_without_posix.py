@@ -111,22 +111,6 @@ def test_a_link_is_not_followed_even_without_nofollow(tmp_path):
     assert not (mine / NOTE).exists()
 
 
-@pytest.mark.parametrize("encoding", [pytest.param(item, marks=pytest.mark.slow) for item in ("ascii", "cp1252", "cp437")])
-def test_a_console_with_few_letters_shows_every_message(place, encoding):
-    environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
-    for arguments in (
-        ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20"),
-        ("models", "lugre"),
-        ("log", "log.csv"),
-        ("run", "experiment.toml"),
-        ("identify", "größe·µ.csv", "--axis", "axis.toml"),
-    ):
-        ended = elsewhere(MAIN, *arguments, env=environment)
-        assert ended.returncode in (0, 1, 2), ended.stderr
-        assert b"fault of bristle" not in ended.stderr
-        (ended.stdout + ended.stderr).decode(encoding)
-
-
 def test_a_pipe_is_read_without_poll(tmp_path):
     code = PRELUDE + ("from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n")
     assert elsewhere(code, input=b"a log").returncode == 0

@@ -61,15 +61,6 @@ def test_blocks_in_work_are_limited():
     assert list(_as_ready(submit, [], lambda: 4)) == []
 
 
-def test_blocks_may_come_from_an_iterator_without_a_length():
-    def submit(block):
-        future = Future()
-        future.set_result(block)
-        return future
-
-    assert [block for block, _ in _as_ready(submit, BLOCKS, lambda: 1)] == BLOCKS
-
-
 def test_a_fault_is_reported_with_the_trace():
     def broken():
         raise ValueError("a fault")
