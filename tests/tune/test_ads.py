@@ -106,22 +106,26 @@ def kind(controller):
         machine.close()
 
 
+@pytest.fixture
+def armed(kind):
+    """A machine on the new controller, with wide limits."""
+    machine = kind.example()
+    machine.arm(WIDE)
+    return machine
+
+
 def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
 
 
-def test_each_row_is_that_of_the_axis(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    recording = machine.record(stroke(6000), lambda: None)
+def test_each_row_is_that_of_the_axis(armed, controller):
+    recording = armed.record(stroke(6000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(6000), atol=1e-15)
     assert recording.position[-1] == pytest.approx(1e-3 * controller.plc.value("position"), abs=2e-6)
     assert np.max(np.abs(recording.error)) < 5e-4
 
 
-def test_lost_rows_are_refused_with_their_number(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_lost_rows_are_refused_with_their_number(armed, controller):
     motion = stroke(6000)
 
     def late():
@@ -129,47 +133,41 @@ def test_lost_rows_are_refused_with_their_number(kind, controller):
             controller.advance = 3000  # more than the ring of 4000 rows between two readings
 
     with pytest.raises(MachineStoppedError, match=r"lost samples: \d+ of 6100 rows") as stopped:
-        machine.record(motion, late)
+        armed.record(motion, late)
     assert stopped.value.reason == "lost_samples"
     assert 0 < int(stopped.value.detail.split()[0]) < 6100
     assert controller.plc.value("rows") == 6100
 
 
-def test_the_feedforward_is_added_in_a_ramp_and_fades(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    machine.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
+def test_the_feedforward_is_added_in_a_ramp_and_fades(armed, controller):
+    armed.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
     recordings = []
     for gain in (0.0, 1.0):
-        machine.set(gain=gain)
-        recordings.append(machine.record(stroke(3000), lambda: None))
+        armed.set(gain=gain)
+        recordings.append(armed.record(stroke(3000), lambda: None))
     errors = [np.mean(np.abs(recording.error[1000:])) for recording in recordings]
     assert errors[1] < 0.7 * errors[0]
     for _ in range(40):
-        machine.state()
+        armed.state()
     assert controller.plc.value("gain_now") == 0.0
 
 
-def test_a_silent_program_loses_the_axis(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    machine.set(offset=2.0)
+def test_a_silent_program_loses_the_axis(armed, controller):
+    armed.set(offset=2.0)
     controller.plc.cycles(1_000_001)
     assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
     assert controller.plc.value("effort") == controller.plc.value("controller")
 
 
-def test_an_operator_stops_the_motion(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_an_operator_stops_the_motion(armed, controller):
 
     def alive():
         if controller.plc.value("count") > 100:
             raise MachineStoppedError("operator")
 
     with pytest.raises(MachineStoppedError, match="operator"):
-        machine.record(stroke(6000), alive)
-    machine.state()
+        armed.record(stroke(6000), alive)
+    armed.state()
     assert not controller.plc.value("playing")
     assert controller.plc.value("count") < 3000
 

@@ -157,47 +157,47 @@ def kind(server):
         machine.close()
 
 
+@pytest.fixture
+def armed(kind):
+    """A machine on the new controller, with wide limits."""
+    machine = kind.example()
+    machine.arm(WIDE)
+    return machine
+
+
 @pytest.mark.slow
 def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
 
 
-def test_each_row_is_that_of_the_axis(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
-    recording = machine.record(stroke(2000), lambda: None)
+def test_each_row_is_that_of_the_axis(armed, server):
+    recording = armed.record(stroke(2000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(2000), atol=1e-15)
     assert recording.position[-1] == pytest.approx(1e-3 * server.plc.value("position"), abs=2e-6)
 
 
-def test_lost_rows_are_refused_with_their_number(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_lost_rows_are_refused_with_their_number(armed, server):
     server.lost = 3  # of 100
     with pytest.raises(MachineStoppedError, match=r"lost samples: 30 of 1000 rows"):
-        machine.record(stroke(900), lambda: None)
+        armed.record(stroke(900), lambda: None)
 
 
 def test_a_saved_feedforward_is_in_force_after_a_restart_until_it_is_removed(kind):
     assert saves(kind).applies
 
 
-def test_a_short_queue_is_refused_before_the_axis_moves(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_a_short_queue_is_refused_before_the_axis_moves(armed, server):
     server.longest = 10
     time.sleep(0.05)
     with pytest.raises(MachineRefusedError, match="a queue of 10 values, and 500 are needed"):
-        machine.record(stroke(), lambda: None)
+        armed.record(stroke(), lambda: None)
     assert server.plc.value("count") == 0
 
 
-def test_other_time_stamps_than_the_sample_time_are_refused(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_other_time_stamps_than_the_sample_time_are_refused(armed, server):
     server.step = 2e-3
     with pytest.raises(MachineRefusedError, match=r"0\.002 s apart, and the sample time is 0\.001 s"):
-        machine.record(stroke(), lambda: None)
+        armed.record(stroke(), lambda: None)
 
 
 def test_a_wrong_node_is_refused_by_name(server):
