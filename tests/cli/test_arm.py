@@ -100,6 +100,7 @@ def check_another_log(folder, robot, bristle):
     assert "contains no arm.toml" in " ".join(no_arm.err.split())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")

@@ -35,7 +35,7 @@ def run(*arguments):
 
 
 def test_a_failed_competitor_has_its_reason_and_the_exit_code_1(folder, capsys):
-    assert run("wrong.py", "right.py") == 1
+    assert run("wrong.py", "right.py", "least_squares") == 1
     assert "line 2: KeyError: 'mass'" in capsys.readouterr().out
     assert run("right.py", "least_squares") == 0
     text = capsys.readouterr().out

@@ -74,11 +74,12 @@ def test_a_place_that_was_named_is_kept_without_force(bristle, tmp_path, monkeyp
     assert (tmp_path / "mine" / "summary.json").read_text() == "{}"
 
 
+@pytest.mark.slow
 def test_an_interruption_of_its_identification_ends_it(bristle, tmp_path, monkeypatch):
     def interrupted(*values):
         os.kill(os.getpid(), signal.SIGTERM)
 
-    brief = axis_simulated.motion(1, 4.0)
+    brief = axis_simulated.motion(1, 1.0)
     monkeypatch.setattr(axis_simulated, "motion", lambda seed: brief)
     monkeypatch.setattr(BestSoFar, "see", interrupted)
     monkeypatch.chdir(tmp_path)

@@ -85,6 +85,7 @@ def log(folder):
     return folder / "log.csv"
 
 
+@pytest.mark.slow
 def test_a_log_gives_the_friction_of_the_rehearsal(bristle, log, monkeypatch):
     monkeypatch.setattr(report, "excite", partial(report.excite, draws=0))
     measured = bristle("excite", "axis.toml", "--log", "log.csv", "--duration", "10 s", "--for", "stribeck", "--json")
