@@ -11,7 +11,6 @@ from tests.cli.conftest import written_in
 from tests.docs.conftest import ROOT
 
 from bristle.core.diagnostic import BestSoFar
-from bristle.demo import axis_simulated
 from bristle.files.results import results_folder
 
 
@@ -79,8 +78,6 @@ def test_an_interruption_of_its_identification_ends_it(bristle, tmp_path, monkey
     def interrupted(*values):
         os.kill(os.getpid(), signal.SIGTERM)
 
-    brief = axis_simulated.motion(1, 1.0)
-    monkeypatch.setattr(axis_simulated, "motion", lambda seed: brief)
     monkeypatch.setattr(BestSoFar, "see", interrupted)
     monkeypatch.chdir(tmp_path)
     outside = signal.signal(signal.SIGTERM, signal.SIG_DFL)

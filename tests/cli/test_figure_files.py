@@ -67,10 +67,10 @@ def test_a_log_with_problems_has_no_figures(bristle, place):
 
 def test_figures_of_the_paper_by_their_numbers(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = bristle("paper", "--figure", "4", "--format", "csv", "--out", "run")
+    result = bristle("paper", "--figure", "4", "--format", "svg", "--format", "csv", "--out", "run")
     assert result.code == 0, result.err
     names = {item.name for item in Path("run/figures").iterdir()}
-    assert names == {"captions.txt", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
+    assert names == {"figure-04.svg", "captions.txt", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
     message = Path("run/figures/captions.txt").read_text(encoding="utf-8")
     result = json.loads(Path("run/summary.json").read_text())["figures"]["4"]["found"]
     assert result

@@ -31,7 +31,7 @@ def test_every_problem_is_reported_and_the_exit_code_is_1(bristle, place):
     assert result.code == 1
     assert written_in("contents") == {"summary.json"}
     assert len(result.data["problems"]) == 2
-    assert len(result.err.splitlines()) == len(result.data["problems"])
+    assert result.err.count("bristle: problem: ") == len(result.data["problems"])
 
 
 def test_control_characters_in_a_name_are_removed(bristle, place):
