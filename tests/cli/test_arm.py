@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from tests.arm.test_robot import BODIES, URDF
 
 import bristle as br
 from bristle import friction
+from bristle.arm.parameters import names_of
+from bristle.arm.robot import read_robot
 from bristle.core import Content
 from bristle.engine.motion import along
 from bristle.files import read_model
@@ -104,11 +107,6 @@ def check_another_log(folder, robot, bristle):
 @pytest.mark.usefixtures("undrawn")
 def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
-    from pathlib import Path
-
-    from bristle.arm.parameters import names_of
-    from bristle.arm.robot import read_robot
-
     monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 60.0, seed=5, amplitude=1.2)
     (tmp_path / "arm.urdf").write_text(URDF)

@@ -28,21 +28,6 @@ def test_c_of_a_model_file(bristle, place):
     assert "command: bristle export" in header
 
 
-@pytest.mark.slow
-def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
-    line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
-    assert bristle(*line).code == 0
-    assert bristle("export", "fit", "--to", "c", "--out", "as_c").code == 0
-    assert "95 % interval" in Path("as_c/axis_x.h").read_text()
-    result = bristle("export", "fit", "--to", "table", "--axis", "axis.toml", "--points", "4", "--out", "as_table")
-    assert result.code == 0
-    assert "Note: straight lines" in result.out
-    assert "\nvelocity [m/s],effort [N]\n" in Path("as_table/axis_x.csv").read_text()
-    notes = json.loads(Path("as_table/summary.json").read_text())["notes"]
-    shown = " ".join(result.out.split())
-    assert [note for note in notes if note not in shown] == [], shown
-
-
 def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place, remembered):
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0, "--out", "fit", "--json")
     assert bristle(*line).code == 0

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import written_in
 
-from bristle.core.errors import InputWarning
 from bristle.files import read_model
 from bristle.identification.settings import Settings
 
@@ -136,32 +135,6 @@ def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place):
     assert alone["parameters"] == data["parameters"]
 
 
-@pytest.mark.slow
-def test_results_are_kept_without_force(bristle, place):
-    assert bristle(*IDENTIFY, "--out", "run").code == 0
-    before = Path("run/model.toml").read_bytes()
-    viscous = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", 0, "--out", "run")
-    again = bristle(*viscous)
-    assert again.code == 2
-    assert "--force" in again.err
-    assert Path("run/model.toml").read_bytes() == before
-    assert bristle(*viscous, "--force").code == 0
-    assert read_model("run/model.toml").friction.name == "viscous"
-
-
-@pytest.mark.slow
-def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
-    requested = ("--model", "own.py+asymmetry", "--draws", 0)
-    result = bristle("identify", "log.csv", "--axis", "axis.toml", *requested, "--out", "run", "--json")
-    assert result.code == 0
-    assert set(result.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
-    Path("own.py").unlink()
-    with pytest.warns(InputWarning, match=r"own\.py"):
-        friction = read_model("run/model.toml").friction  # the person has run that very code
-    assert friction.name == "own+asymmetry"
-    assert friction.values["F_0_pos"] == result.data["parameters"]["F_0_pos"]["value"]
-
-
 def test_a_terminal_shows_an_identification_in_25_lines_with_the_verdict_last(bristle, place):
     lines = bristle(*IDENTIFY).out.splitlines()
     assert len(lines) <= 25
@@ -188,16 +161,6 @@ def test_only_a_person_who_reads_the_next_motion_waits_for_its_rehearsal(bristle
     monkeypatch.setattr("bristle.cli.identify._next_motion", lambda *arguments: asked.append(arguments))
     assert bristle(*IDENTIFY, "--out", "run", option).code == 0
     assert bool(asked) is rehearsed
-
-
-@pytest.mark.slow
-@pytest.mark.measured
-@pytest.mark.parametrize(("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))])
-def test_emps(bristle, emps, model, error):
-    axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
-    result = bristle("identify", emps, "--axis", axis, "--model", model, "--draws", 0, "--json")
-    assert result.code == 0
-    assert error[0] <= result.data["metrics"]["force_error_percent"] <= error[1]
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from bristle.cli import application, identify, terminal
+from bristle.cli import application, terminal
 from bristle.cli.application import app
 from bristle.cli.main import _own_the_compiler, main
 from bristle.cli.options import REMOVED
@@ -154,24 +154,6 @@ def test_signals_that_arrive_together_are_seen_as_one():
                 for _ in range(5):
                     os.kill(os.getpid(), signal.SIGTERM)
             finally:
-                time.sleep(2.5)
-
-    with pytest.raises(SignalledError, match="terminated"):
-        work()
-
-
-@pytest.mark.slow
-def test_signals_that_arrive_while_native_code_runs_are_seen_as_one():
-    def work():
-        with ended_by_signals():
-            words = f"read go; for i in 1 2 3; do kill -TERM {os.getpid()}; sleep 0.02; done"
-            sender = subprocess.Popen(["sh", "-c", words], stdin=subprocess.PIPE)
-            try:
-                sender.stdin.close()  # no signal is sent before whoever waits for the sender stands ready
-                sum(range(60_000_000))  # one step of the interpreter, longer than the sender takes
-                time.sleep(1.0)
-            finally:
-                sender.wait()
                 time.sleep(2.5)
 
     with pytest.raises(SignalledError, match="terminated"):
@@ -344,14 +326,6 @@ def test_any_encoding_of_the_terminal_works(monkeypatch):
     assert "N*m*s/rad" in written.getvalue().decode("ascii")
 
 
-@pytest.mark.slow
-def test_piped_output_carries_no_colours_and_no_progress(place):
-    ended = run_apart("identify", "log.csv", "--axis", "axis.toml", env=os.environ | {"NO_COLOR": "1"})
-    assert ended.returncode == 0
-    assert b"\x1b" not in ended.stdout + ended.stderr
-    assert ended.stderr == b""
-
-
 class Terminal(io.StringIO):
     """A stream that claims to be a terminal."""
 
@@ -372,22 +346,3 @@ def test_progress_is_shown_on_a_terminal_after_a_while(monkeypatch):
     with terminal.progress("working") as report:
         report(0.5, "quick")
     assert "quick" not in sys.stderr.getvalue()
-
-
-@pytest.mark.slow
-def test_warnings_are_lines_and_each_is_shown_once(bristle, monkeypatch, place):
-    import warnings
-
-    from bristle.core import InputWarning
-
-    original = identify.size_limit
-
-    def warned():
-        for _ in range(2):
-            warnings.warn("the clock\x1b[31m jitters", InputWarning, stacklevel=1)
-        return original()
-
-    monkeypatch.setattr(identify, "size_limit", warned)
-    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--json")
-    assert ended.err == "bristle: warning: the clock [31m jitters\n"
-    assert ended.data["model"] == "coulomb_viscous"

@@ -70,18 +70,6 @@ def test_a_fleet_continues_with_such_logs(bristle, odd):
     assert [(log["folder"], log["log"]) for log in study["logs"]] == [(SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv")]
 
 
-def test_a_fleet_continues_after_a_file_that_is_not_a_log(bristle, odd):
-    for number in range(2):
-        write_log(Path("logs") / f"press_{number}.csv", seed=number, rows=1500)
-    (Path("logs") / f"{ODD}.csv").write_text("this is no log\n")
-    command = ("identify", "logs", "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
-    result = bristle(*command)
-    assert_can_be_written(result)
-    assert "2 of 3 logs were identified, 1 failed" in result.out
-    assert f"{SHOWN}.csv" in result.out
-    assert f"{SHOWN}.csv" in Path("fleet/report.html").read_text(encoding="utf-8")
-
-
 def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
     odd.write_text("time,position\n0.0")
     result = bristle("log", str(odd))

@@ -8,6 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.core.content import content_of
+from bristle.files.permission import is_allowed
+
 pytestmark = pytest.mark.slow
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
@@ -194,9 +197,6 @@ def test_an_unsuitable_figure_is_refused_before_any_work(bristle, place, command
 
 
 def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
-    from bristle.core.content import content_of
-    from bristle.files.permission import is_allowed
-
     own("axes.set_title('allowed')")
     checksum = content_of("mine.py").checksum
     assert not is_allowed(checksum)

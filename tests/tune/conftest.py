@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.tune.bench import Bench
+from tests.tune.bench import Bench, drawn
 from tests.tune.machine import BenchMachine, Faults, written
 
 from bristle.tune import Options, tune
@@ -84,8 +84,6 @@ def begun(folder: Path, target: Path, step: str = "identification"):
     (target / "out" / NAME).write_text(text)
 
     def make(faults: Faults | None = None) -> BenchMachine:
-        from tests.tune.bench import drawn
-
         return BenchMachine(Bench(drawn(SEED)[0], SEED), faults, target / "memory.json")
 
     return make, target

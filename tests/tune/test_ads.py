@@ -10,16 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.machine import AXIS, MACHINE, written
+from tests.tune.machine import written
 from tests.tune.plc import PERSISTENT, Plc, Task, compiled, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Options, tune, undo
+from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
+from bristle.tune.machines import connected
 
 pyads = pytest.importorskip("pyads", reason="pyads is not installed")
 testserver = pytest.importorskip("pyads.testserver", reason="pyads has no test server")
@@ -279,8 +280,6 @@ def test_a_wrong_prefix_is_refused_by_name(controller):
 
 def test_a_machine_file_states_net_id_and_prefix(tmp_path):
 
-    from bristle.tune.machines import connected
-
     file = written(tmp_path, 4)[0]
     file.write_text(file.read_text().replace('"bench.py"', '"ads"') + '[settings]\nnet_id = "1.2.3.4.1.1"\n')
     with pytest.raises(InputError, match=r"settings\.prefix"):
@@ -303,23 +302,3 @@ def test_a_minute_in_real_time_loses_no_row(kind, controller):
         motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
         recording = machine.record(motion, lambda: None)
     np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
-
-
-@pytest.mark.slow
-def test_a_run_keeps_a_feedforward_and_undo_restores_the_controller(kind, controller, tmp_path):
-    machine = kind.example()
-    before = machine.state()
-    (tmp_path / "axis.toml").write_text(AXIS.format(limit=400.0, resolution=1e-8))
-    (tmp_path / "machine.toml").write_text(MACHINE.format(cycles=6))
-    cycle = 1e3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 1501)))
-    table = np.column_stack([1e-3 * np.arange(cycle.size), cycle])
-    np.savetxt(tmp_path / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
-    options = Options(models="dahl", duration=20.0)
-    result = tune(tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options)
-    assert result.outcome == "kept", result.reason
-    with pytest.raises(MachineRefusedError, match="closed"):
-        machine.state()
-    state = kind.again().state()
-    assert (state["keep"], state["gain"]) == (True, result.facts["comparison"]["gain"])
-    assert undo(tmp_path / "out", machine=kind.again()).outcome == "undone"
-    assert kind.again().state() == before

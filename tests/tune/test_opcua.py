@@ -10,12 +10,14 @@ import time
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
+from tests.tune.machine import written
 from tests.tune.plc import Plc, compiled, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.contract import check_machine, saves
+from bristle.tune.machines import connected
 from bristle.tune.opcua import OpcUa
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
@@ -208,10 +210,6 @@ def test_a_wrong_node_is_refused_by_name(server):
 
 
 def test_a_machine_file_states_the_address(tmp_path):
-    from tests.tune.machine import written
-
-    from bristle.tune.machines import connected
-
     file = written(tmp_path, 4)[0]
     text = file.read_text().replace('"bench.py"', '"opcua"')
     file.write_text(text)
@@ -226,19 +224,3 @@ def test_without_the_library_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "asyncua", None)
     with pytest.raises(MissingExtraError, match=r"bristle\[opcua\]"):
         OpcUa(url="opc.tcp://127.0.0.1:1", prefix=PREFIX, sample_time=1e-3)
-
-
-@pytest.mark.slow
-def test_a_minute_at_a_kilohertz_is_whole_or_refused_with_a_number(kind, server):
-    machine = kind.example()
-    server.clock = machine._clock = 1.0
-    machine.arm(WIDE)
-    motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
-    try:
-        recording = machine.record(motion, lambda: None)
-    except MachineStoppedError as refusal:
-        lost, reason = int(refusal.detail.split()[0]), refusal.reason
-    else:
-        lost, reason = 0, ""
-        np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
-    assert (reason == "lost_samples") == (lost > 0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.tune.bench import Bench, Motion, drawn
-from tests.tune.conftest import OPTIONS, SEED, killed
+from tests.tune.conftest import OPTIONS, SEED, begun, killed
 from tests.tune.machine import BenchMachine, Faults, written
 
 from bristle.core import InputError
@@ -88,8 +88,6 @@ def test_undo_restores_the_machine(finished, tmp_path):
 
 
 def _copied(finished, tmp_path):
-    from tests.tune.conftest import begun
-
     make, folder = begun(finished[1], tmp_path)
     (folder / "memory.json").write_text((finished[1] / "memory.json").read_text())
     return make, folder
