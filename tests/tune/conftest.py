@@ -7,9 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from markupsafe import Markup
 from tests.tune.bench import Bench, drawn
 from tests.tune.machine import BenchMachine, Faults, written
 
+from bristle.report import page
 from bristle.tune import Options, tune
 from bristle.tune.journal import NAME, Journal
 
@@ -19,8 +21,13 @@ OPTIONS = Options(models="dahl", duration=20.0, draws=0)
 
 @pytest.fixture(scope="session", autouse=True)
 def own_locks(tmp_path_factory):
-    """Keep the locks of machines in a folder of the session."""
+    """Keep the locks of machines in a folder of the session, and draw no figure on the reports."""
+
+    def picture(name, draw, alternative, caption, **_):
+        return page.Picture(f"figure-{name}", Markup("<svg></svg>"), caption)
+
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "picture", picture)
         patch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.mktemp("state")))
         yield
 

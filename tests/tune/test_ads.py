@@ -155,7 +155,8 @@ def test_the_feedforward_is_added_in_a_ramp_and_fades(armed, controller):
 
 def test_a_silent_program_loses_the_axis(armed, controller):
     armed.set(offset=2.0)
-    controller.plc.cycles(1_000_001)
+    controller.plc.put("patience", (100).to_bytes(4, "little"))
+    controller.plc.cycles(101)
     assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
     assert controller.plc.value("effort") == controller.plc.value("controller")
 
@@ -188,7 +189,8 @@ def kept_one(kind):
 def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(kind, controller):
     machine, _ = kept_one(kind)
     controller.plc.put("keep", b"\0")
-    controller.plc.cycles(1_000_001)
+    controller.plc.put("patience", (100).to_bytes(4, "little"))
+    controller.plc.cycles(101)
     assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
     machine.keep()
     assert controller.plc.value("ok")

@@ -48,7 +48,7 @@ class Saving(Example):
         return again
 
 
-@pytest.mark.parametrize("machine", [Example, Rig, Saving])
+@pytest.mark.parametrize("machine", [Rig, Saving])
 def test_a_machine_meets_the_contract(machine):
     assert [(check.name, check.detail) for check in check_machine(machine) if not check.passed] == []
 

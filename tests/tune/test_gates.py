@@ -1,6 +1,5 @@
 """The gates of a run, on records that are made here: each lets the right axis pass, and refuses the wrong one by name."""
 
-from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -9,9 +8,9 @@ import pytest
 from scipy import stats
 from tests.tune.machine import BenchMachine, written
 
-import bristle as br
 from bristle.core.diagnostic import Diagnostic
 from bristle.files import read_machine
+from bristle.identification.result import Identification
 from bristle.prediction import first_gain
 from bristle.tune import MachineRefusedError, Recording, steps
 from bristle.tune.journal import Journal
@@ -75,7 +74,7 @@ def test_the_best_harmless_gain_is_taken(prepared, script, gain):
     [
         ({"effort": lambda gain: 10.0 * (1.0 + 0.4 * gain)}, "no_gain", "without a larger effort"),
         ({"error": lambda gain: 1e-4 * (1.0 + 0.4 * gain)}, "worse", r"at gain 0\.25 the following error is 110%"),
-        ({"noise": lambda gain: 0.01 if gain < 0.4 else 1.0}, "hunts_with_feedforward", ""),
+        ({"noise": lambda gain: 0.01 if gain < 0.4 else 1.0}, "hunts_with_feedforward", "."),
     ],
     ids=lambda item: item if isinstance(item, str) else "",
 )
@@ -250,14 +249,11 @@ def test_the_effort_precedes_the_motion_by_delay_and_lag(finished):
     assert result.facts["identification"]["lead"] == pytest.approx((plant.delay + 0.5) * plant.sample_time + plant.lag, abs=2e-4)
 
 
-def test_a_model_that_explains_too_little_stops_the_run(identified, monkeypatch):
-    make, folder = identified
-    run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
-    run.step = "identification"
-    monkeypatch.setattr(steps, "first_gain", lambda _: 0.0)
-    monkeypatch.setattr(steps, "identify", lambda log, *_, **__: br.identify(log, "coulomb_viscous", draws=0))
-    with pytest.raises(MachineRefusedError) as refused:
-        steps.identification(run)
+def test_a_model_that_explains_too_little_stops_the_run(prepared, monkeypatch):
+    found = {"usable": False, "verdict": "Not usable", "reasons": ["one", "two", "three"]}
+    monkeypatch.setattr(steps, "_identified", lambda run, record, folder: found)
+    with pytest.raises(MachineRefusedError, match="Not usable: one; two") as refused:
+        steps.identification(prepared())
     assert refused.value.code == "no_usable_model"
 
 
@@ -265,11 +261,7 @@ def test_an_interrupted_identification_ends_the_run(identified, monkeypatch):
     make, folder = identified
     run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
     run.step = "identification"
-
-    def interrupted(log, *_, **__):
-        return replace(br.identify(log, "coulomb_viscous", draws=0), unfinished="interrupted")
-
-    monkeypatch.setattr(steps, "identify", interrupted)
+    monkeypatch.setattr(steps, "identify", lambda log, *_, **__: Identification((), log, unfinished="interrupted"))
     with pytest.raises(KeyboardInterrupt):
         steps.identification(run)
 
