@@ -392,6 +392,7 @@ PLACES = {
 }
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", PLACES)
 def test_odd_places_for_results(yard, name):
     for link, target in (("link", "thesis"), ("gone", "nowhere"), ("loop", "loop")):

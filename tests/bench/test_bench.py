@@ -89,7 +89,8 @@ def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
     assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "line 1: RuntimeError: no"
 
 
-@pytest.mark.parametrize(("body", "status"), [("while True: pass", "too slow"), ("import os; os._exit(3)", "crashed")])
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("body", "status"), [("import os; os._exit(3)", "crashed"), ("while True: pass", "too slow")])
 def test_a_slow_or_crashing_process_becomes_a_status(tmp_path, data, body, status):
     text = f"def fit(train): return None\ndef parameters(fitted): return {{'M': 3.0}}\ndef predict(fitted, motion):\n    {body}"
     found = answers(Orders.of(content_of(competitor(tmp_path, text)), ("parameters", "predict"), data), 0.5)
@@ -236,6 +237,7 @@ def test_the_date_draws_the_axes():
     assert first == again != later
 
 
+@pytest.mark.slow
 def test_the_true_friction_of_a_known_axis_has_small_scores():
     """The contact is stiffer than the loop: passes without mixing diverge. A coarse encoder would let LuGre creep unseen."""
     (task,) = tasks_named(("known_axis",))
