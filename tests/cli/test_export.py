@@ -28,6 +28,7 @@ def test_c_of_a_model_file(bristle, place):
     assert "command: bristle export" in header
 
 
+@pytest.mark.slow
 def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place, remembered):
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0, "--out", "fit", "--json")
     assert bristle(*line).code == 0

@@ -230,7 +230,7 @@ def test_an_identified_delay_is_printed_before_the_parameters(bristle, place):
     Path("bare.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0])
     message = bristle("identify", "late.csv", "--axis", "bare.toml", "--model", "viscous", "--draws", 0).out
     first, _, rest = message.partition("Parameters")
-    assert re.search(r"bristle removed a delay of 3\.5 ms between effort and position", " ".join(first.split()))
+    assert re.search(r"bristle removed a delay of 3\.49 ms between effort and position", " ".join(first.split()))
     assert rest
 
 
