@@ -1,7 +1,6 @@
 """The command as a whole: help, exit codes, what goes where, any terminal."""
 
 import gc
-import importlib
 import io
 import os
 import signal
@@ -73,14 +72,6 @@ def test_removed_options_are_refused_with_their_replacement(bristle, removed):
     ended = bristle(*arguments)
     assert (ended.code, ended.out) == (2, "")
     assert f"{option} was removed. {REMOVED[removed]}" in ended.err
-
-
-def test_a_size_limit_of_the_environment_applies(bristle, place, monkeypatch):
-    monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "1 kB")
-    ended = bristle("log", "log.csv")
-    assert (ended.code, "up to 1 kB" in ended.err) == (2, True)
-    monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "9" * 5000)
-    assert "BRISTLE_SIZE_LIMIT" in bristle("log", "log.csv").err
 
 
 @pytest.mark.slow
@@ -215,22 +206,6 @@ def test_other_errors_dropped_by_a_finalizer_are_reported_as_before(monkeypatch)
     with ended_by_signals():
         Last()
     assert message == ["dropped"]
-
-
-def test_a_signal_that_an_import_would_swallow_is_sent_again(tmp_path, monkeypatch):
-    (tmp_path / "swallowing.py").write_text(
-        "import signal\ntry:\n    signal.raise_signal(signal.SIGTERM)\nexcept BaseException:\n    raised = True\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-
-    def work():
-        with ended_by_signals():
-            swallowing = importlib.import_module("swallowing")
-            assert not hasattr(swallowing, "raised")
-            time.sleep(5.0)
-
-    with pytest.raises(SignalledError, match="terminated"):
-        work()
 
 
 def test_an_interrupt_during_imports_is_reported_in_one_line(monkeypatch, capsys):

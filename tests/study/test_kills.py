@@ -15,7 +15,6 @@ from tests.study.processes import PATIENCE, begun, children, lives, numbers, sie
 
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.workers import WorkerError
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 
@@ -77,12 +76,6 @@ def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_ben
     assert process.poll() is None
     process.stdin.close()
     process.wait(10.0)  # its block would take a minute
-
-
-def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(WorkerError, match="ended before they could start, the last one with code 1"):
-        run_study(bench.study(), bench.folder / "out", workers=2)
 
 
 @pytest.mark.slow

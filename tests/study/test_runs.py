@@ -145,18 +145,6 @@ def test_a_run_repeated_has_the_numbers_that_were_kept(bench):
         repeat_run(study, 6)
 
 
-def test_a_failed_run_has_a_reason_and_the_others_continue(bench):
-    study = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]'))
-    columns = Simulator(study).columns(Block(0, 12))
-    refused = [place for place, status in enumerate(columns["status"]) if status == "refused"]
-    assert 0 < len(refused) < 12
-    for place in range(12):
-        fits = 0.0 < columns["friction.F_C"][place] <= 1.5
-        assert (columns["status"][place] == "ok") == fits
-        assert np.isfinite(columns["motion.peak_to_peak"][place]) == fits
-        assert bool(columns["reason"][place]) != fits
-
-
 def test_a_diverged_loop_has_no_numbers(bench):
     loop = (bench.folder / "loop.toml").read_text().replace('limit = "300 N"\n', "").replace('"0.2 s"', '"2 s"')
     (bench.folder / "loop.toml").write_text(loop)

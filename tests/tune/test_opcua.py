@@ -39,7 +39,7 @@ class Server:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.url = f"opc.tcp://127.0.0.1:{probe.getsockname()[1]}/"
-        self.plc, self.clock = plc, 5.0
+        self.plc, self.clock, self._start = plc, 5.0, plc.restart
         self.step, self.lost, self.longest = 1e-3, 0, 10_000
         self._fresh = threading.Event()
         self._end, self._ready = threading.Event(), threading.Event()

@@ -94,16 +94,17 @@ def _copied(finished, tmp_path):
 
 
 REFUSALS = {
-    "reversed effort": ("worse", Faults(sign=-1.0, feed_sign=-1.0)),
     "drive ignores the effort": ("no_effect", Faults(ignores_effort=True)),
     "guard that never trips": ("guard_fails", Faults(guard_fails=True)),
     "lost samples": ("lost_samples", Faults(lost={"6": 3})),
     "stopped by the operator": ("operator", Faults(stops_at=4)),
     "feedforward of wrong sign": ("worse", Faults(feed_sign=-1.0)),
+    "reversed effort": ("worse", Faults(sign=-1.0, feed_sign=-1.0)),
     "encoder fails in a motion": ("worse", Faults(encoder_fails_at=4)),
 }
 
 
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize("fault", REFUSALS)
 def test_a_faulty_machine_is_refused_by_name_and_restored(identified, fault):
     code, faults = REFUSALS[fault]
