@@ -118,23 +118,6 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     assert 45.0 < max(places) < 51.0
 
 
-@pytest.mark.parametrize("format_", ["drawn", "written as a file"])
-def test_a_fault_in_a_built_in_figure_omits_it_and_is_a_fault(bristle, place, monkeypatch, format_):
-    def broken(*_):
-        raise ZeroDivisionError("of ours")
-
-    module, name = ("bristle.figures.on_reports.Place", "is_taken") if format_ == "drawn" else ("bristle.figures", "numbers_of")
-    monkeypatch.setattr(f"{module}.{name}", broken)
-    result = bristle(*PREDICT, "--format", "csv", "--json")
-    assert result.code == 70
-    figure = "fit.prediction" if format_ == "drawn" else "prediction"
-    assert f"{figure} is not {format_}: ZeroDivisionError: of ours" in result.err
-    assert result.data["provenance"]
-    Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
-    assert "Prediction error" in page()
-    assert ("is not drawn: ZeroDivisionError" in page()) == (format_ == "drawn")
-
-
 def written_in_figures():
     return {file.name for file in Path("run/figures").iterdir()}
 
@@ -154,17 +137,6 @@ def test_a_figure_that_fails_on_saving_omits_only_that_file(bristle, place):
     assert "mine.pdf" not in written_in_figures()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
     assert 'id="figure-own-mine"' in page()
-
-
-def test_a_continued_study_redraws_it_and_replaces_no_other_file(bristle, later):
-    assert bristle(*STUDY, *own("axes.plot(study.columns['friction.F_C'])", "study"), "--format", "svg").code == 0
-    first = Path("run/figures/mine.svg").read_bytes()
-    assert bristle(*STUDY, *own("pass", "study"), "--format", "svg").code == 0
-    assert Path("run/figures/mine.svg").read_bytes() != first
-    Path("run/figures/mine.svg").write_text("a person's")
-    ended = bristle(*STUDY, "--figure", "mine.py", "--format", "svg")
-    assert ended.code == 2
-    assert "were changed: figures/mine.svg. Move these files" in ended.err
 
 
 @pytest.mark.parametrize(

@@ -49,25 +49,6 @@ def test_elements_slip_after_their_distances_and_all_of_them_at_7_micrometres():
     assert force[60] < force[-1]
 
 
-def test_an_element_is_pulled_up_to_its_limit_and_stays_at_rest():
-    assert truth.pulled(1.0, 0.5, 2.0, 5.0) == 2.0
-    assert truth.pulled(1.0, 5.0, 2.0, 5.0) == 5.0
-    assert truth.pulled(1.0, -0.25, 2.0, 5.0) == 0.5
-    assert truth.pulled(1.0, -5.0, 2.0, 5.0) == -5.0
-    assert truth.pulled(4.0, 0.0, 2.0, 3.0) == 4.0
-    assert truth.memory_size(P) == 30
-
-
-def test_conditions_on_the_axis():
-    force, length = truth.MODEL.relations
-    assert (force.condition, length.condition) == ("F_S >= F_C", "alpha_i and r_i of the same length")
-    with pytest.raises(ValueError, match="F_S >= F_C"):
-        truth.MODEL(**(truth.MODEL.example | {"F_S": 31.0}))
-    with pytest.raises(ValueError, match="alpha_i and r_i of the same length"):
-        truth.MODEL(**(truth.MODEL.example | {"r_i": [1e-6]}))
-    assert length.structural
-
-
 def test_a_motion_is_made_of_moves_with_pauses_within_its_travel():
     x = motion(1, 10.0)
     assert x.size == 10_000

@@ -5,6 +5,7 @@ import re
 import subprocess
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -117,6 +118,35 @@ class Plc:
             place = self.place(name)
             assert len(content) == ctypes.sizeof(place), (name, len(content))
             ctypes.memmove(ctypes.addressof(place), content, len(content))
+
+
+@contextmanager
+def examples(machine, restart, **settings):
+    """Give the class of machines on a controller, with examples for the contract; `restart` starts it as new or with what it stored."""
+    opened = []
+
+    class Example(machine):
+        @classmethod
+        def example(cls):
+            for each in opened:
+                each.close()
+            restart(as_new=True)
+            return cls.again()
+
+        @classmethod
+        def restarted(cls, kept):
+            kept.close()
+            restart(as_new=False)
+            return cls.again()
+
+        @classmethod
+        def again(cls):
+            opened[:] = [cls(sample_time=1e-3, **settings)]
+            return opened[0]
+
+    yield Example
+    for each in opened:
+        each.close()
 
 
 class Task:

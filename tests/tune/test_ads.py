@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.exports.native import COMPILER
 from tests.tune.machine import written
-from tests.tune.plc import PERSISTENT, Plc, Task, compiled, stroke
+from tests.tune.plc import PERSISTENT, Plc, Task, compiled, examples, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
@@ -80,31 +80,13 @@ def controller(tmp_path_factory):
 @pytest.fixture
 def kind(controller):
     """Return the class of machines on the controller, which starts anew."""
-    opened = []
 
-    class Example(Ads):
-        @classmethod
-        def example(cls):
-            for machine in opened:
-                machine.close()
-            controller.plc.restart()
-            controller.advance = ADVANCE
-            return cls.again()
+    def restart(*, as_new):
+        (controller.plc.restart if as_new else controller.plc.reboot)()
+        controller.advance = ADVANCE
 
-        @classmethod
-        def restarted(cls, machine):
-            machine.close()
-            controller.plc.reboot()
-            return cls.again()
-
-        @classmethod
-        def again(cls):
-            opened.append(cls(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, sample_time=1e-3, patience=1e3))
-            return opened[-1]
-
-    yield Example
-    for machine in opened:
-        machine.close()
+    with examples(Ads, restart, net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, patience=1e3) as example:
+        yield example
 
 
 @pytest.fixture

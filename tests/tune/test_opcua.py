@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.exports.native import COMPILER
 from tests.tune.machine import written
-from tests.tune.plc import Plc, compiled, stroke
+from tests.tune.plc import Plc, compiled, examples, stroke
 
 from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
@@ -131,32 +131,8 @@ def server(tmp_path_factory):
 @pytest.fixture
 def kind(server):
     """Return the class of machines on the server, whose controller starts anew."""
-    opened = []
-
-    class Example(OpcUa):
-        @classmethod
-        def example(cls):
-            for machine in opened:
-                machine.close()
-            server.restart()
-            return cls.again()
-
-        @classmethod
-        def restarted(cls, machine):
-            opened.clear()
-            machine.close()
-            server.restart(as_new=False)
-            return cls.again()
-
-        @classmethod
-        def again(cls):
-            machine = cls(url=server.url, prefix=PREFIX, sample_time=1e-3, patience=100.0, clock=5.0, publish=0.05)
-            opened[:] = [machine]
-            return machine
-
-    yield Example
-    for machine in opened:
-        machine.close()
+    with examples(OpcUa, server.restart, url=server.url, prefix=PREFIX, patience=100.0, clock=5.0, publish=0.05) as example:
+        yield example
 
 
 @pytest.fixture
