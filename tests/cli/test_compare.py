@@ -49,15 +49,6 @@ def test_no_help_is_the_exit_code_of_no(bristle, logs):
     assert "do not show" in result.out
 
 
-def test_without_a_reference_there_is_no_verdict(bristle, logs):
-    Path("bare.toml").write_text(Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', ""))
-    result = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
-    assert result.code == 0
-    assert result.data["helped"] is None
-    assert result.data["following_error"] is None
-    assert result.data["friction"]["level"]["verdict"] == "lower"
-
-
 def test_results_in_a_folder(bristle, logs, undrawn):
     result = bristle(*QUIET, "--out", "compared")
     assert result.code == 0

@@ -17,17 +17,6 @@ from bristle.files.operator import write_operator
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
-def test_c_of_a_model_file(bristle, place):
-    result = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")
-    assert result.code == 0
-    assert result.data["target"] == "c"
-    assert result.data["files"][:3] == ["knee.h", "knee.c", "knee_selftest.c"]
-    assert written_in("knee") == {*result.data["files"], "summary.json"}
-    header = Path("knee/knee.h").read_text()
-    assert "model: model.toml" in header
-    assert "command: bristle export" in header
-
-
 @pytest.mark.slow
 def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place, remembered):
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0, "--out", "fit", "--json")

@@ -1,6 +1,5 @@
 """The blocks of a study on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine."""
 
-import shutil
 import signal
 import socket
 import subprocess
@@ -17,9 +16,7 @@ from tests.study.processes import DaskCluster, begun, numbers, siege, until
 from bristle.cli.main import main
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
 from bristle.study import read_study_file, run_study
-from bristle.study import workers as remote
 from bristle.study.block import Simulator
-from bristle.study.workers import WorkerError
 
 pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")]
@@ -107,31 +104,6 @@ def own_dask(tmp_path_factory):
     """A scheduler without workers, for what ends it or them."""
     with closing(DaskCluster(tmp_path_factory.mktemp("dask"))) as cluster:
         yield cluster
-
-
-def bristle_of_another_kind(folder, code):
-    """Write a bristle that is not this one; return where Python finds it."""
-    inner = folder / "bristle" / "study"
-    inner.mkdir(parents=True)
-    for package in (inner.parent, inner):
-        (package / "__init__.py").write_text("")
-    (inner / "workers.py").write_text(code)
-    return str(folder)
-
-
-def test_a_worker_that_cannot_load_bristle_is_reported(bench, own_dask, tmp_path):
-    path = bristle_of_another_kind(tmp_path / "other", "raise ImportError('too old')")
-    with own_dask.stranger(path), pytest.raises(WorkerError, match=r"at the runs \d+ to \d+: ImportError: too old"):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-    assert numbers(bench.folder / "out") == []
-
-
-def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
-    code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
-    message = rf"the software of a worker differs; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
-    with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=message):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-    assert numbers(bench.folder / "out") == []
 
 
 @pytest.fixture
@@ -247,32 +219,6 @@ def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_da
         run_study(study, out, scheduler=own_dask.address, progress=end)
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole
-
-
-def bristle_that_dies_of(first, folder):
-    """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
-    shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
-    file = folder / "bristle" / "study" / "workers.py"
-    text = file.read_text()
-    place = "    def columns()"
-    assert text.count(place) == 1
-    file.write_text(text.replace(place, f"    first == {first} and os._exit(9)\n\n{place}"))
-    return folder
-
-
-def test_a_block_that_ends_all_its_workers_is_left_out_with_a_report(bench, tmp_path_factory, monkeypatch, capsys):
-    deadly = bristle_that_dies_of(4, bench.folder / "deadly")
-    facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
-    monkeypatch.setattr("bristle.study.workers.described", lambda: facts)
-    file, out = bench.write(), bench.folder / "out"
-    tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
-    with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:
-        cluster.worker(PYTHONPATH=str(deadly))
-        assert main(["study", str(file), "--out", str(out), "--scheduler", cluster.address]) == 1
-    assert "runs 4 to 7 are missing: every process that simulated them crashed" in capsys.readouterr().err
-    assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
-    monkeypatch.undo()
-    assert run_study(read_study_file(file), out, workers=1).is_whole
 
 
 def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):
