@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from bristle.cli import compare, design, identify, run
+from bristle.cli import compare, design, export, identify, run
 from bristle.core.errors import InputError
 from bristle.friction import DEFAULT_MODELS
 
@@ -99,3 +99,23 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
         command(**files, output=Told(), figure=[tmp_path / "f.py"])
     with pytest.raises(InputError, match=r"f\.py"):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
+
+
+def test_an_export_passes_its_options_and_states_its_notes(asked, monkeypatch, tmp_path):
+    output, context = Told(Path("out")), named(obj="bristle export")
+    exported = named(write=lambda folder: None, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    monkeypatch.setattr(export, "Output", lambda *_, **__: output)
+    asked("bristle.report.exported.export_model_file", exported)
+    asked("bristle.cli.export._law", exported)
+    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
+    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
+    (_, model, how), (_, law, of_law) = asked.calls
+    assert (model, law) == ((tmp_path / "model.toml", "c"), (Path("e.toml"), "fed", "st"))
+    expected = {"points": 20, "float32": True, "tunable": True, "accept_harm": False, "name": "axis_x", "log": Path("a.csv"), "step": None}
+    assert {key: how[key] for key in expected} == expected
+    assert {key: of_law[key] for key in ("single", "accept_harm", "tunable")} == {"single": True, "accept_harm": True, "tunable": False}
+    assert output.opens == [
+        ("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False}),
+        ("exporting", [Path("e.toml")], {"draws": False}),
+    ]
+    assert output.told == [{"notes": ["short"]}, "Note: short"]
