@@ -202,6 +202,13 @@ def place(tmp_path, simulated, monkeypatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture
+def here(tmp_path, monkeypatch) -> Path:
+    """An empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
 @pytest.fixture(scope="session")
 def fits() -> dict:
     """What was identified so far."""

@@ -125,13 +125,12 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     assert (tmp_path / "out/arm.urdf").read_text().count("<inertial>") == 2
 
 
-def test_a_robot_needs_joints_and_one_log(tmp_path, monkeypatch, bristle):
+def test_a_robot_needs_joints_and_one_log(here, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
-    monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 5.0)
-    write_trace(tmp_path, q, v, a)
-    (tmp_path / "arm.urdf").write_text(URDF)
-    (tmp_path / "plain.toml").write_text(JOINTS.partition("[[joint]]")[0].replace("{joint}", "1"))
+    write_trace(here, q, v, a)
+    (here / "arm.urdf").write_text(URDF)
+    (here / "plain.toml").write_text(JOINTS.partition("[[joint]]")[0].replace("{joint}", "1"))
     command = ["identify", "arm.csv", "--robot", "arm.urdf", "--out", "out"]
     for more, message in (
         (["--axis", "plain.toml"], "joint: is missing"),
@@ -141,15 +140,14 @@ def test_a_robot_needs_joints_and_one_log(tmp_path, monkeypatch, bristle):
         ended = bristle(*command, *more)
         assert ended.code == 2
         assert message in " ".join(ended.err.split())
-    assert not (tmp_path / "out").exists()
+    assert not (here / "out").exists()
 
 
-def test_without_pinocchio_the_command_names_the_extra(tmp_path, monkeypatch, bristle):
-    monkeypatch.chdir(tmp_path)
+def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristle):
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     _, q, v, a = swing(2, 5.0)
-    write_trace(tmp_path, q, v, a)
-    (tmp_path / "arm.urdf").write_text(URDF)
+    write_trace(here, q, v, a)
+    (here / "arm.urdf").write_text(URDF)
     ended = bristle("identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--out", "out")
     assert ended.code != 0
     assert 'pip install "bristle[arm]"' in " ".join(ended.err.split())

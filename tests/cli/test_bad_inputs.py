@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
@@ -361,20 +358,3 @@ def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     assert ended.out == ""
     is_readable(ended.err, bad.words)
     assert {item: item.stat().st_mtime_ns for item in place.rglob("*") if "__pycache__" not in item.parts} == before
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("bad", [LOGS[3], AXES[7], EXPERIMENTS[6]], ids=lambda bad: bad.name)
-def test_a_separate_process_prints_the_same(place, bad):
-    bad.make()
-    code = "import sys; from bristle.cli.main import main; sys.exit(main())"
-    ended = subprocess.run(
-        [sys.executable, "-c", code, *bad.arguments, "--out", "results"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"COLUMNS": "20"},
-    )
-    assert (ended.returncode, ended.stdout) == (2, "")
-    is_readable(ended.stderr, bad.words)
-    assert not list(place.glob("results*"))

@@ -65,8 +65,7 @@ def test_a_log_with_problems_has_no_figures(bristle, place):
     assert not Path("run/figures").exists()
 
 
-def test_figures_of_the_paper_by_their_numbers(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_figures_of_the_paper_by_their_numbers(bristle, here):
     result = bristle("paper", "--figure", "4", "--format", "svg", "--format", "csv", "--out", "run")
     assert result.code == 0, result.err
     names = {item.name for item in Path("run/figures").iterdir()}

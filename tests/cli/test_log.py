@@ -75,10 +75,9 @@ def test_contradictions_in_a_log_are_reported(bristle, place):
 
 
 @pytest.mark.parametrize("name", ["twincat, full", "records", "drive, German"])
-def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
+def test_a_log_of_another_program_needs_two_values_at_most(bristle, here, name):
     export = EXPORTS[name]
-    path = export.write(tmp_path, motion()).name
+    path = export.write(here, motion()).name
     result = bristle("log", path, "--write", "axis.toml", "--json")
     assert result.code == 0
     assert result.data["proposal"]["missing"] == [*export.filled]
@@ -97,8 +96,7 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, mo
     assert Path("axis.toml").read_text(encoding="utf-8") == text
 
 
-def test_a_log_without_a_position_column_is_reported(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_log_without_a_position_column_is_reported(bristle, here):
     rows = np.random.default_rng(1).normal(size=(300, 3))
     np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
     result = bristle("log", "noise.csv", "--write", "axis.toml")

@@ -32,10 +32,6 @@ sys.exit(main())
 """
 
 
-def run_apart(*arguments: str, **options) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-c", INTERRUPTIBLE, *arguments], capture_output=True, check=False, timeout=120, **options)
-
-
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([registered_command, "--help"] for registered_command in COMMANDS)])
 def test_help_loads_nothing_heavy(arguments):
@@ -72,27 +68,6 @@ def test_removed_options_are_refused_with_their_replacement(bristle, removed):
     ended = bristle(*arguments)
     assert (ended.code, ended.out) == (2, "")
     assert f"{option} was removed. {REMOVED[removed]}" in ended.err
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("number", "code", "said"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")]
-)
-def test_a_signal_ends_the_work_without_files(place, number, code, said):
-    process = subprocess.Popen(
-        [sys.executable, "-c", INTERRUPTIBLE, "identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "run"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    until = time.monotonic() + 60
-    while not list(place.glob("bristle-*.partial")) and time.monotonic() < until:
-        time.sleep(0.01)
-    process.send_signal(number)
-    process.send_signal(number)  # as a terminal does that is closed: it must not end the cleaning up
-    out, errors = process.communicate(timeout=60)
-    assert (process.returncode, out, errors) == (code, "", f"bristle: {said}\n")
-    assert not list(place.glob("run*")) + list(place.glob("bristle-*"))
 
 
 NATIVE = """

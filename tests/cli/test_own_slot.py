@@ -9,9 +9,8 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.mark.slow
-def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_bench(tmp_path)
+def test_from_the_log_to_the_prediction(bristle, here, monkeypatch):
+    write_bench(here)
     models = "coulomb_viscous+oiled.py,coulomb_viscous"
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--draws", "50")
     result = bristle(*requested, "--out", "results", "--json")
@@ -39,7 +38,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
         assert "has no pressure, needed by +oiled" in refused.err
         assert 'pressure = { column = "...", unit = "N/m^2" }' in refused.err
 
-    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(here / "another person"))
     refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml")
     assert refused.code != 0
     assert "oiled.py (SHA-256" in refused.err
@@ -47,8 +46,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
 
 
-def test_it_is_shown_with_its_channel(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_it_is_shown_with_its_channel(bristle, here):
     Path("oiled.py").write_text(SLOT)
     shown = bristle("models", "lugre+oiled.py", "--json").data["models"][0]
     assert shown["name"] == "lugre+oiled"
@@ -60,8 +58,7 @@ def test_it_is_shown_with_its_channel(bristle, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_it_is_checked(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_it_is_checked(bristle, here):
     Path("oiled.py").write_text(SLOT)
     checked = bristle("check", "oiled.py", "--json")
     assert checked.code == 0

@@ -21,13 +21,8 @@ OPTIONS = Options(models="dahl", duration=20.0, draws=0)
 
 @pytest.fixture(scope="session", autouse=True)
 def own_locks(tmp_path_factory):
-    """Keep the locks of machines in a folder of the session, and draw no figure on the reports."""
-
-    def picture(name, draw, alternative, caption, **_):
-        return page.Picture(f"figure-{name}", Markup("<svg></svg>"), caption)
-
+    """Keep the locks of machines in a folder of the session."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "picture", picture)
         patch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.mktemp("state")))
         yield
 
@@ -39,8 +34,17 @@ def finished(tmp_path_factory, own_locks):
     file, bench, _ = written(folder, SEED, CYCLES)
     machine = BenchMachine(bench, memory=folder / "memory.json")
     machine.shares = []
-    result = tune(file, folder / "out", move=True, machine=machine, options=OPTIONS, progress=lambda share, _: machine.shares.append(share))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "picture", lambda name, draw, alternative, caption, **_: page.Picture(f"figure-{name}", Markup(), caption))
+        result = tune(
+            file, folder / "out", move=True, machine=machine, options=OPTIONS, progress=lambda share, _: machine.shares.append(share)
+        )
     return machine, folder, result
+
+
+@pytest.fixture(autouse=True)
+def without_figures(undrawn):
+    """No figure is drawn on the reports."""
 
 
 @pytest.fixture

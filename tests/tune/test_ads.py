@@ -3,24 +3,19 @@
 import os
 import socket
 import struct
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.machine import written
 from tests.tune.plc import PERSISTENT, Plc, Task, compiled, examples, stroke
 
-from bristle.core import InputError, MissingExtraError
-from bristle.files import read_machine
 from bristle.friction import coulomb
 from bristle.plants import inertia
 from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
-from bristle.tune.machines import connected
 
 pyads = pytest.importorskip("pyads", reason="pyads is not installed")
 testserver = pytest.importorskip("pyads.testserver", reason="pyads has no test server")
@@ -260,20 +255,6 @@ def test_a_stopped_controller_is_named(kind, controller):
 def test_a_wrong_prefix_is_refused_by_name(controller):
     with pytest.raises(MachineRefusedError, match=r"MAIN\.other\.ring_rows"):
         Ads(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix="MAIN.other.", sample_time=1e-3)
-
-
-def test_a_machine_file_states_net_id_and_prefix(tmp_path):
-
-    file = written(tmp_path, 4)[0]
-    file.write_text(file.read_text().replace('"bench.py"', '"ads"') + '[settings]\nnet_id = "1.2.3.4.1.1"\n')
-    with pytest.raises(InputError, match=r"settings\.prefix"):
-        connected(read_machine(file))
-
-
-def test_without_the_library_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyads", None)
-    with pytest.raises(MissingExtraError, match=r"bristle\[ads\]"):
-        Ads(net_id="1.2.3.4.1.1", prefix="MAIN.tune.", sample_time=1e-3)
 
 
 @pytest.mark.slow

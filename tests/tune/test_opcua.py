@@ -3,21 +3,16 @@
 import asyncio
 import datetime
 import socket
-import sys
 import threading
 import time
 
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.machine import written
 from tests.tune.plc import Plc, compiled, examples, stroke
 
-from bristle.core import InputError, MissingExtraError
-from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.contract import check_machine, saves
-from bristle.tune.machines import connected
 from bristle.tune.opcua import OpcUa
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
@@ -183,20 +178,3 @@ def test_a_wrong_node_is_refused_by_name(server):
     with pytest.raises(MachineRefusedError, match="ns=2;s=absent"):
         machine.state()
     machine.close()
-
-
-def test_a_machine_file_states_the_address(tmp_path):
-    file = written(tmp_path, 4)[0]
-    text = file.read_text().replace('"bench.py"', '"opcua"')
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"settings\.url"):
-        connected(read_machine(file))
-    file.write_text(text + '[settings]\nurl = "opc.tcp://x"\nprefix = "ns=2;s="\n[settings.names]\nspeed = "i=1"\n')
-    with pytest.raises(InputError, match="speed"):
-        connected(read_machine(file))
-
-
-def test_without_the_library_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "asyncua", None)
-    with pytest.raises(MissingExtraError, match=r"bristle\[opcua\]"):
-        OpcUa(url="opc.tcp://127.0.0.1:1", prefix=PREFIX, sample_time=1e-3)
