@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle import friction
 from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.robot import read_robot
 from bristle.core import Content, InputError
@@ -81,8 +82,6 @@ def test_an_identified_urdf_has_the_bodies(pin):
 
 
 def test_the_scene_has_a_motor_and_friction_for_each_joint(chain):
-    from bristle import friction
-
     frictions = {"turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0), "lift": friction.dahl(F_C=3.0, sigma_0=1e3)}
     text, errors = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)
     assert list(errors) == ["lift"]

@@ -1,11 +1,13 @@
-"""Attacks that take minutes: ``python -m tests.attack.siege [NAME ...]``; exit code 1 if one got through.
+"""Attacks that take minutes: ``python -m tests.attack.siege [--seed N] [NAME ...]``; exit code 1 if one got through.
 
 ``kills``: processes that are killed, terminated and interrupted at random moments. ``values``: thousands of values in
-places of files where they do not belong. ``flips``: hundreds of files with flipped bytes, of each kind.
+places of files where they do not belong. ``flips``: hundreds of files with flipped bytes, of each kind. Without a name
+all three run. Each ends after nine minutes at the latest; another seed draws other attacks.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import random
 import shutil
@@ -15,8 +17,9 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from tests.attack.yard import FILES, HOSTILE, assault, build, log_of, places_in, replaced, state_of
 from tests.logs.conftest import WRITERS
@@ -25,7 +28,7 @@ from bristle.core.errors import InputError
 from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.logs.readers import read_table
 
-SEED, KILLS, VALUES, FLIPS = 10, 200, 2000, 250
+KILLS, VALUES, FLIPS, SECONDS = 100, 2000, 250, 540.0
 # A job of a shell ignores an interrupt. Asked by SIGUSR1, the process tells where all of its threads are.
 START = """import faulthandler, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -40,9 +43,22 @@ WORK = {
 }
 
 
-def kills() -> Iterator[str]:
+class Pace:
+    """The attacks of one siege, counted, until its time is over."""
+
+    def __init__(self) -> None:
+        self.end, self.done = time.monotonic() + SECONDS, 0
+
+    def of(self, attacks: Iterable[Any]) -> Iterator[Any]:
+        for attack in attacks:
+            if time.monotonic() > self.end:
+                return
+            self.done += 1
+            yield attack
+
+
+def kills(chance: random.Random, pace: Pace) -> Iterator[str]:
     """Yield what went wrong when a process was ended at a random moment."""
-    chance = random.Random(SEED)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         build(folder)
@@ -50,7 +66,7 @@ def kills() -> Iterator[str]:
         for arguments in WORK.values():  # what is compiled for the first time takes its time
             begun(arguments, folder)
         took = {name: begun(arguments, folder)[1] for name, arguments in WORK.items()}
-        for count in range(KILLS):
+        for count in pace.of(range(KILLS)):
             name = chance.choice(list(WORK))
             number = chance.choice([signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
             before = unfinished_in(folder)
@@ -118,17 +134,16 @@ def wrongs(what: str, code: int, errors: str, number: signal.Signals, folder: Pa
         yield f"{what}: touched {set(rest) ^ set(mine)}"
 
 
-def values() -> Iterator[str]:
+def values(chance: random.Random, pace: Pace) -> Iterator[str]:
     """Yield which hostile value in which place of a file got through."""
     from tests.attack.test_attack import COMMANDS
 
-    chance = random.Random(SEED)
     places = {name: list(places_in(tomllib.loads(text))) for name, text in FILES.items() if name.endswith(".toml")}
     with tempfile.TemporaryDirectory() as place:
         built = Path(place) / "built"
         built.mkdir()
         build(built)
-        for _ in range(VALUES):
+        for _ in pace.of(range(VALUES)):
             folder = Path(place) / "yard"
             shutil.copytree(built, folder)
             name = chance.choice(list(places))
@@ -149,47 +164,49 @@ def values() -> Iterator[str]:
             shutil.rmtree(folder)
 
 
-def flips() -> Iterator[str]:
+def flips(chance: random.Random, pace: Pace) -> Iterator[str]:
     """Yield which flipped file of which kind got through."""
-    chance = random.Random(SEED)
     with tempfile.TemporaryDirectory() as place:
-        for kind, write in WRITERS.items():
-            data = write(Path(place) / f"log.{kind}", log_of(60 if kind != "tdms" else 1200)).read_bytes()
-            for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS):
-                spoiled = bytearray(data)
-                for _ in range(chance.choice([1, 1, 1, 2, 5, 30])):
-                    spoiled[chance.randrange(len(data) if chance.random() < 0.5 else min(2000, len(data)))] = chance.randrange(256)
-                began = time.monotonic()
-                try:
-                    read_table(bytes(spoiled))
-                except InputError as error:
-                    text = str(error)
-                    if not text:
-                        yield f"{kind} {count}: says nothing"
-                except Exception as error:  # noqa: BLE001  (that is what is looked for)
-                    yield f"{kind} {count}: {error!r}"
-                if time.monotonic() - began > 10.0:
-                    yield f"{kind} {count}: takes {time.monotonic() - began:.0f} s"
+        whole = {
+            kind: write(Path(place) / f"log.{kind}", log_of(60 if kind != "tdms" else 1200)).read_bytes() for kind, write in WRITERS.items()
+        }
+    attacks = [(kind, count) for kind in whole for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS)]
+    chance.shuffle(attacks)
+    for kind, count in pace.of(attacks):
+        spoiled = bytearray(whole[kind])
+        for _ in range(chance.choice([1, 1, 1, 2, 5, 30])):
+            spoiled[chance.randrange(len(spoiled) if chance.random() < 0.5 else min(2000, len(spoiled)))] = chance.randrange(256)
+        began = time.monotonic()
+        try:
+            read_table(bytes(spoiled))
+        except InputError as error:
+            if not str(error):
+                yield f"{kind} {count}: says nothing"
+        except Exception as error:  # noqa: BLE001  (that is what is looked for)
+            yield f"{kind} {count}: {error!r}"
+        if time.monotonic() - began > 10.0:
+            yield f"{kind} {count}: takes {time.monotonic() - began:.0f} s"
 
 
-SIEGES: dict[str, tuple[Callable[[], Iterator[str]], str]] = {
-    "kills": (kills, f"{KILLS} processes ended at random moments"),
-    "values": (values, f"{VALUES} hostile values in files"),
-    "flips": (flips, f"{FLIPS} flipped files of three kinds, ten times as many of the others"),
-}
+SIEGES: dict[str, Callable[[random.Random, Pace], Iterator[str]]] = {"kills": kills, "values": values, "flips": flips}
 
 
-def main(names: list[str]) -> int:
+def main(arguments: list[str]) -> int:
     """Run sieges; return 1 if something got through."""
+    parser = argparse.ArgumentParser(prog="python -m tests.attack.siege")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SIEGES))
+    parser.add_argument("--seed", type=int, default=10)
+    chosen = parser.parse_args(arguments)
+    if unknown := set(chosen.names) - set(SIEGES):
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; known: {', '.join(SIEGES)}")
     os.environ["BRISTLE_STATE_DIR"] = tempfile.mkdtemp()
     through = 0
-    for name in names or SIEGES:
-        siege, what = SIEGES[name]
-        began, count = time.monotonic(), 0
-        for wrong in siege():
+    for name in chosen.names or SIEGES:
+        began, count, pace = time.monotonic(), 0, Pace()
+        for wrong in SIEGES[name](random.Random(chosen.seed), pace):
             count += 1
             print(f"  {wrong}", flush=True)
-        print(f"{name}: {what}, {count} got through, {time.monotonic() - began:.0f} s", flush=True)
+        print(f"{name}: {pace.done} attacks of seed {chosen.seed}, {count} got through, {time.monotonic() - began:.0f} s", flush=True)
         through += count
     return 1 if through else 0
 

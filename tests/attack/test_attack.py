@@ -392,6 +392,7 @@ PLACES = {
 }
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("name", PLACES)
 def test_odd_places_for_results(yard, name):
     for link, target in (("link", "thesis"), ("gone", "nowhere"), ("loop", "loop")):
@@ -435,19 +436,3 @@ def test_models_of_a_persons_own(yard, how):
     chatter = "x" * 100_000 + "\n"
     if assault(["check", "own.py", "--json"], yard, chatter)[0]:
         assault([*IDENTIFY, "--model", "own.py"], yard, chatter)  # one that meets the contract is compiled elsewhere
-
-
-def test_there_are_many_attacks_and_all_differ():
-    tables = (drawn(90, 2026), TEXTS, TEXT_LOGS, [(k, h) for k in BINARY for h in SPOILED], ARGUMENTS, PLACES, PLACES, OWN)
-    assert sum(map(len, tables)) >= 300
-    assert len({repr(argument) for argument in ARGUMENTS}) == len(ARGUMENTS)
-    assert {arguments[0] for several in COMMANDS.values() for arguments in several} >= {
-        "identify",
-        "log",
-        "excite",
-        "predict",
-        "run",
-        "design",
-        "check",
-        "paper",
-    }

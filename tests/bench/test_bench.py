@@ -7,17 +7,23 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from bristle import controllers
+from bristle import controllers, friction, hysteresis, plants
+from bristle.arm import identify
+from bristle.bench import simulated
 from bristle.bench.board import board, failures, page, ranks
 from bristle.bench.child import SLOW, Fault, Orders, answered, answers
+from bristle.bench.competitors import adaptive_hysteresis, bristle_all, stops
 from bristle.bench.loop import following_error
 from bristle.bench.record import Data, Record
 from bristle.bench.run import Bench, competitors_named
 from bristle.bench.scores import OK, reversals_of, scored
 from bristle.bench.task import SCORES, TASKS, tasks_named
-from bristle.core import Axis, InputError, content_of
+from bristle.core import Axis, Experiment, InputError, content_of
+from bristle.engine import response
 from bristle.files import axes_in, growing_folder
 from bristle.logs import Log
+from bristle.prediction import effort_of_motion
+from bristle.simulation import compensation_experiment, simulate
 
 AXIS = Axis(kind="translational", cutoff=40.0)
 TIME = 1e-3 * np.arange(4000)
@@ -83,7 +89,8 @@ def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
     assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "line 1: RuntimeError: no"
 
 
-@pytest.mark.parametrize(("body", "status"), [("while True: pass", "too slow"), ("import os; os._exit(3)", "crashed")])
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("body", "status"), [("import os; os._exit(3)", "crashed"), ("while True: pass", "too slow")])
 def test_a_slow_or_crashing_process_becomes_a_status(tmp_path, data, body, status):
     text = f"def fit(train): return None\ndef parameters(fitted): return {{'M': 3.0}}\ndef predict(fitted, motion):\n    {body}"
     found = answers(Orders.of(content_of(competitor(tmp_path, text)), ("parameters", "predict"), data), 0.5)
@@ -127,10 +134,6 @@ def test_least_squares_finds_the_axis(data):
 
 
 def test_the_loop_of_the_true_axis_follows_as_simulated():
-    from bristle import controllers, friction, plants
-    from bristle.core import Experiment
-    from bristle.simulation import compensation_experiment, simulate
-
     law = controllers.cascade(k_p=100.0, k_v=600.0)
     axis = Axis(kind="translational", cutoff=200.0, controller=law)
     reference = Record.of(TIME, 0.02 * np.sin(2.0 * TIME) ** 2, None, axis)
@@ -234,11 +237,9 @@ def test_the_date_draws_the_axes():
     assert first == again != later
 
 
+@pytest.mark.slow
 def test_the_true_friction_of_a_known_axis_has_small_scores():
     """The contact is stiffer than the loop: passes without mixing diverge. A coarse encoder would let LuGre creep unseen."""
-    from bristle import friction, plants
-    from bristle.prediction import effort_of_motion
-
     (task,) = tasks_named(("known_axis",))
     data = task.data("1", 20260101)
     mass, values = data.truth["M"], {name: value for name, value in data.truth.items() if name != "M"}
@@ -299,17 +300,12 @@ def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
 
 
 def learning_law(axis):
-    from bristle.bench.competitors import adaptive_hysteresis, stops
-
     reference = replace(record(1.3).motion, axis=axis)
     fitted = stops.fit([record(1.0)])
     return reference, stops.feedforward(fitted, reference), adaptive_hysteresis.feedforward(fitted, reference)
 
 
 def test_the_first_weights_of_the_learning_law_are_the_feedforward_of_the_stops():
-    from bristle import hysteresis
-    from bristle.engine import response
-
     reference, fed, law = learning_law(replace(AXIS, controller=LAW, resolution=1e-7))
     weights = [law.values[f"w_{number}"] for number in range(7)]
     assert max(weights) > 1.0
@@ -319,10 +315,6 @@ def test_the_first_weights_of_the_learning_law_are_the_feedforward_of_the_stops(
 
 
 def test_the_learning_law_learns_a_constant_force_within_an_eighth_of_a_second():
-    from bristle import friction, plants
-    from bristle.core import Experiment
-    from bristle.simulation import compensation_experiment, simulate
-
     _, _, law = learning_law(replace(AXIS, controller=LAW, resolution=1e-9))
     force, still = law.values["w_0"] + 2.0, friction.coulomb(F_C=0.0)
     disturbance = np.full(126, force)
@@ -332,8 +324,6 @@ def test_the_learning_law_learns_a_constant_force_within_an_eighth_of_a_second()
 
 
 def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
-    from bristle.bench import simulated
-
     log, seen = record(1.0), []
     monkeypatch.setattr(
         simulated, "log_of", lambda truth: (Log.from_columns({"time": TIME, "position": log.position, "effort": log.effort}), AXIS)
@@ -353,8 +343,6 @@ def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
 
 
 def test_the_stops_feed_forward_all_but_the_inertia():
-    from bristle.bench.competitors import stops
-
     position = 1e-4 * np.sin(2.0 * np.pi * TIME) * np.cos(0.4 * np.pi * TIME)
     moved = Record.of(TIME, position, None, AXIS)
     effort = 3.0 * moved.acceleration - 0.7 + np.tanh(moved.velocity / 1e-4)
@@ -366,9 +354,6 @@ def test_the_stops_feed_forward_all_but_the_inertia():
 
 
 def test_the_log_of_an_arm_has_the_columns_of_its_axis_file(monkeypatch):
-    from bristle.arm import identify
-    from bristle.bench.competitors import bristle_all
-
     class ReachedError(Exception):
         pass
 

@@ -203,6 +203,36 @@ def place(tmp_path, simulated, monkeypatch) -> Path:
 
 
 @pytest.fixture
+def here(tmp_path, monkeypatch) -> Path:
+    """An empty folder, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture(scope="session")
+def fits() -> dict:
+    """What was identified so far."""
+    return {}
+
+
+@pytest.fixture
+def remembered(monkeypatch, fits) -> None:
+    """Identify the same logs with the same options only once, and let reports of it have no movable parameters."""
+    from bristle.report import identified
+
+    identify = identified.identify
+
+    def once(logs, *, axis, progress, **options):
+        key = repr(([(log.origin, log.segments) for log in logs], axis, options))
+        if key not in fits:
+            fits[key] = identify(logs, axis=axis, progress=progress, **options)
+        return fits[key]
+
+    monkeypatch.setattr(identified, "identify", once)
+    monkeypatch.setattr("bristle.lab.living.living_part", lambda *_: None)
+
+
+@pytest.fixture
 def emps() -> Path:
     """The measured log of the electro-mechanical positioning system."""
     if "BRISTLE_DATA" not in os.environ:

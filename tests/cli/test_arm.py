@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from tests.arm.test_robot import BODIES, URDF
 
 import bristle as br
 from bristle import friction
+from bristle.arm.parameters import names_of
+from bristle.arm.robot import read_robot
 from bristle.core import Content
 from bristle.engine.motion import along
 from bristle.files import read_model
@@ -47,7 +50,7 @@ def friction_of(q, v):
 @pytest.mark.usefixtures("undrawn")
 def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristle):
     monkeypatch.chdir(tmp_path)
-    _, q, v, a = swing(2, 40.0, seed=3)
+    _, q, v, a = swing(2, 16.0, seed=3)
     write_trace(tmp_path, q, v, friction_of(q, v) + a * [2.0, 0.5])
     ended = bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out")
     assert ended.code == 0, ended.err
@@ -91,23 +94,14 @@ def check_another_log(folder, robot, bristle):
         assert refused.code == 2
         assert message in " ".join(refused.err.split())
         assert "bristle predict DIR LOG" in " ".join(refused.err.split())
-    (folder / "out/lift/model.toml").rename(folder / "kept.toml")
-    missing = bristle("predict", "out", "arm.csv")
-    assert missing.code == 2
-    assert "the log of the identification did not identify this joint" in " ".join(missing.err.split())
-    (folder / "kept.toml").rename(folder / "out/lift/model.toml")
     no_arm = bristle("predict", "second", "arm.csv")
     assert "contains no arm.toml" in " ".join(no_arm.err.split())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
-    from pathlib import Path
-
-    from bristle.arm.parameters import names_of
-    from bristle.arm.robot import read_robot
-
     monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 60.0, seed=5, amplitude=1.2)
     (tmp_path / "arm.urdf").write_text(URDF)
@@ -131,13 +125,12 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     assert (tmp_path / "out/arm.urdf").read_text().count("<inertial>") == 2
 
 
-def test_a_robot_needs_joints_and_one_log(tmp_path, monkeypatch, bristle):
+def test_a_robot_needs_joints_and_one_log(here, bristle):
     pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
-    monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 5.0)
-    write_trace(tmp_path, q, v, a)
-    (tmp_path / "arm.urdf").write_text(URDF)
-    (tmp_path / "plain.toml").write_text(JOINTS.partition("[[joint]]")[0].replace("{joint}", "1"))
+    write_trace(here, q, v, a)
+    (here / "arm.urdf").write_text(URDF)
+    (here / "plain.toml").write_text(JOINTS.partition("[[joint]]")[0].replace("{joint}", "1"))
     command = ["identify", "arm.csv", "--robot", "arm.urdf", "--out", "out"]
     for more, message in (
         (["--axis", "plain.toml"], "joint: is missing"),
@@ -147,15 +140,14 @@ def test_a_robot_needs_joints_and_one_log(tmp_path, monkeypatch, bristle):
         ended = bristle(*command, *more)
         assert ended.code == 2
         assert message in " ".join(ended.err.split())
-    assert not (tmp_path / "out").exists()
+    assert not (here / "out").exists()
 
 
-def test_without_pinocchio_the_command_names_the_extra(tmp_path, monkeypatch, bristle):
-    monkeypatch.chdir(tmp_path)
+def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristle):
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     _, q, v, a = swing(2, 5.0)
-    write_trace(tmp_path, q, v, a)
-    (tmp_path / "arm.urdf").write_text(URDF)
+    write_trace(here, q, v, a)
+    (here / "arm.urdf").write_text(URDF)
     ended = bristle("identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--out", "out")
     assert ended.code != 0
     assert 'pip install "bristle[arm]"' in " ".join(ended.err.split())

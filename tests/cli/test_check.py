@@ -20,23 +20,10 @@ def models(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_model_that_is_fit_passes(bristle, models):
-    result = bristle("check", "composite.toml", "--json")
-    assert result.code == 0
-    assert result.err == ""
-    assert result.data["passed"] is True
-    assert list(result.data["certificates"]) == ["well_posed", "passive", "drift", "closure", "dissipation"]
-    assert all(set(item) == KEYS for item in result.data["certificates"].values())
-
-
 def test_a_model_that_drifts_fails_with_advice(bristle, models):
-    result = bristle("check", "lugre.toml", "--json")
-    assert result.code == 1
-    failed = [name for name, item in result.data["certificates"].items() if item["passed"] is False]
-    assert failed == ["passive", "drift", "closure"]
-    assert all(f"{name}: " in result.err for name in failed)
     shown = bristle("check", "lugre.toml")
     assert shown.code == 1
+    assert all(f"{name}: " in shown.err for name in ("passive", "drift", "closure"))
     assert shown.out.count("FAILED") == 3
     assert "30 mN·m·s/rad" in shown.out
 
@@ -65,24 +52,6 @@ def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     assert result["closure"]["value"] == pytest.approx(-0.307, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("lugre.toml", "--force-ripple", "40 mN*m"), "two values"),
-        (("lugre.toml", "--force-ripple", "40 mN*m,200 mN*m"), "rests"),
-        (("lugre.toml", "--force-ripple", "40 um,80 um"), "force_ripple"),
-        (("lugre.toml", "--loop", "3 mm,1 mm"), "rad"),
-        (("lugre.csv",), ".toml or .py"),
-        (("nowhere.toml",), "nowhere.toml"),
-    ],
-)
-def test_a_file_without_a_checkable_object_is_refused(bristle, models, arguments, words):
-    result = bristle("check", *arguments)
-    assert result.code == 2
-    assert words in result.err
-    assert result.out == ""
-
-
 def test_a_sound_model_of_a_users_own_passes(bristle, place):
     result = bristle("check", "own.py", "--json")
     assert result.code == 0
@@ -109,12 +78,6 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
     shown = bristle("check", "own.py")
     assert shown.code == 1
     assert "NOT MET" in shown.out
-
-
-def test_a_ripple_needs_parameters(bristle, place):
-    result = bristle("check", "own.py", "--force-ripple", "1 N,2 N")
-    assert result.code == 2
-    assert 'file = "own.py"' in result.err
 
 
 def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
@@ -162,10 +125,3 @@ def test_a_product_of_quantities_is_described_checked_and_identified(bristle, pl
     result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
     assert result.code == 0
     assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
-
-
-def test_an_empty_file_is_refused_with_the_allowed_objects(bristle, models):
-    Path("kestrel.py").write_text("def write(request): ...\n")
-    result = bristle("check", "kestrel.py")
-    assert result.code == 2
-    assert all(name in result.err for name in ("MODEL", "SLOT", "FORMAT", "TARGET", "FIGURE"))

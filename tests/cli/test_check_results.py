@@ -2,14 +2,18 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 
 import bristle as br
 from bristle.core import InputError
+from bristle.core.content import NOWHERE
 from bristle.identification import Determined
+from bristle.report.page import Picture
 
 REFERENCE = Path(__file__).parents[2] / "docs/reference/json.md"
 AXIS = """schema = 1
@@ -33,16 +37,22 @@ def folder(tmp_path_factory):
     table = np.column_stack([time, np.round(position, 6), effort])
     np.savetxt(place / "log.csv", table, delimiter=",", header="time,position,force", comments="", fmt="%.9g")
     (place / "axis.toml").write_text(AXIS)
-    for draws in (20, 0):
-        result = br.identify(place / "log.csv", "coulomb_viscous", axis=place / "axis.toml", draws=draws, blocks=0)
-        result.save(place / f"results_{draws}")
-    return place
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "bristle.report.page.picture", lambda name, draw, alternative, caption, **_: Picture(f"figure-{name}", Markup(), caption)
+        )
+        patch.setattr("bristle.lab.living.living_part", lambda *_: None)
+        for draws in (20, 0):
+            settings = {"poor_error": 41.0}
+            result = br.identify(place / "log.csv", "coulomb_viscous", axis=place / "axis.toml", draws=draws, blocks=0, settings=settings)
+            result.save(place / f"results_{draws}")
+    return place, result
 
 
 @pytest.fixture
 def place(folder, tmp_path, monkeypatch):
     """A copy of it, as the current folder."""
-    shutil.copytree(folder, tmp_path / "axis")
+    shutil.copytree(folder[0], tmp_path / "axis")
     monkeypatch.chdir(tmp_path / "axis")
     return tmp_path / "axis"
 
@@ -66,6 +76,7 @@ def determined(monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, place):
     result = bristle("check", "results_20", "--draws", "3")
     assert (result.code, result.err) == (0, "")
@@ -118,8 +129,8 @@ def test_the_true_values_are_those_of_the_model_file(bristle, place, determined)
     assert determined["treatment"]["cutoff"] == 100.0
 
 
-def test_an_identification_is_checked_in_python_with_its_own_log(place, determined):
-    result = br.identify("log.csv", "coulomb_viscous", axis="axis.toml", draws=20, blocks=0, settings={"poor_error": 41.0})
+def test_an_identification_is_checked_in_python_with_its_own_log(folder, determined):
+    _, result = folder
     known = result.known_truth(draws=3)
     assert determined["logs"] == [result.log]
     assert determined["settings"]["poor_error"] == 41.0
@@ -161,25 +172,19 @@ def test_a_log_that_has_changed_is_refused(bristle, place, determined):
         (("results_20/model.toml", "--draws", "5"), "--draws: applies only to a folder of results"),
         (("results_20", "--draws", "2"), "--draws"),
         (("nowhere",), "a folder of results"),
+        (("other",), "contains no identification"),
     ],
 )
 def test_unsuitable_results_are_refused_with_advice(bristle, place, arguments, words):
+    shutil.copytree("results_20", "other")
+    Path("other/summary.json").write_text('{"variants": {}}')
     result = bristle("check", *arguments)
     assert result.code == 2
     assert words in result.err
     assert result.out == ""
 
 
-def test_a_folder_of_other_results_is_refused(bristle, place):
-    Path("results_20/summary.json").write_text('{"variants": {}}')
-    result = bristle("check", "results_20")
-    assert result.code == 2
-    assert "contains no identification" in result.err
-
-
-def test_results_from_memory_ask_for_their_log(place):
-    table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
-    columns = dict(zip(("time", "position", "effort"), table.T, strict=True))
-    br.identify(columns, "coulomb_viscous", draws=20, blocks=0).save("memory")
+def test_results_from_memory_ask_for_their_log(folder, undrawn, tmp_path):
+    replace(folder[1], log=replace(folder[1].log, source=Path(), origin=NOWHERE)).save(tmp_path / "memory")
     with pytest.raises(InputError, match="contains no file name of the log"):
-        br.load("memory").known_truth()
+        br.load(tmp_path / "memory").known_truth()

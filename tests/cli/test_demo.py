@@ -15,8 +15,7 @@ from bristle.files.results import results_folder
 
 
 @pytest.mark.slow
-def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_main_job_from_one_command(bristle, here):
     shown = bristle("demo")
     assert shown.code == 0
     assert "simulated" in shown.out
@@ -63,25 +62,24 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert predicted.data["metrics"] == summary["prediction"]["metrics"]
 
 
-def test_a_place_that_was_named_is_kept_without_force(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_place_that_was_named_is_kept_without_force(bristle, here):
     with results_folder("mine") as folder:
         folder.write("summary.json", "{}")
     ended = bristle("demo", "--out", "mine")
     assert ended.code == 2
     assert "--force" in ended.err
-    assert (tmp_path / "mine" / "summary.json").read_text() == "{}"
+    assert (here / "mine" / "summary.json").read_text() == "{}"
 
 
-def test_an_interruption_of_its_identification_ends_it(bristle, tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_an_interruption_of_its_identification_ends_it(bristle, here, monkeypatch):
     def interrupted(*values):
         os.kill(os.getpid(), signal.SIGTERM)
 
     monkeypatch.setattr(BestSoFar, "see", interrupted)
-    monkeypatch.chdir(tmp_path)
     outside = signal.signal(signal.SIGTERM, signal.SIG_DFL)
     try:
         ended = bristle("demo")
     finally:
         signal.signal(signal.SIGTERM, outside)
-    assert (ended.code, list(tmp_path.iterdir())) == (143, [])
+    assert (ended.code, list(here.iterdir())) == (143, [])

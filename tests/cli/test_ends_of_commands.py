@@ -44,11 +44,18 @@ def test_an_error_has_its_code_and_a_line(reported, error, code, words):
     assert reported().startswith(words)
 
 
-@pytest.mark.parametrize(("results", "stays"), [(True, True), (False, False)])
-def test_a_full_standard_output_is_reported(reported, monkeypatch, results, stays):
+@pytest.mark.parametrize(
+    ("arguments", "stays"),
+    [("run x.toml --out run", True), ("run x.toml --out=run", True), ("demo", True), ("paper", True), ("models", False)],
+)
+def test_a_full_standard_output_is_reported(reported, monkeypatch, arguments, stays):
+    def full(arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
     let_go = []
     monkeypatch.setattr(terminal, "let_go", let_go.append)
-    assert report(OSError(errno.ENOSPC, "No space left on device"), results=results) == 2
+    monkeypatch.setattr(import_module("bristle.cli.application"), "run", full)
+    assert main(arguments.split()) == 2
     line = reported()
     assert line.startswith("bristle cannot write to the standard output: No space left on device. Free disk space, or redirect the output")
     assert line.endswith("The folder of results is complete") is stays
@@ -112,16 +119,6 @@ def test_paragraphs_and_tables_are_printed_in_order(capsys):
     show("first", None, Table("T", ("Name", "Value"), [("a", "1")]), "last")
     text = capsys.readouterr().out
     assert text.index("first") < text.index("T") < text.index("a") < text.index("last")
-
-
-@pytest.mark.parametrize(("width", "columns"), [(19, True), (18, False)])
-def test_a_table_is_printed_row_by_row_if_its_longest_words_do_not_fit(capsys, monkeypatch, width, columns):
-    # Twelve letters, beside two columns with three blanks and lines each and one at the end.
-    monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
-    show_table(Table("T", ("Name", "Value"), [("abcdef", "123456"), ("x", "")]))
-    text = capsys.readouterr().out
-    assert ("Value: 123456" in text) is not columns
-    assert text.count("Value") == 1
 
 
 def test_the_widest_column_is_narrowed_first(capsys, monkeypatch):
@@ -253,65 +250,6 @@ def test_signals_are_unchanged_outside_the_main_thread():
     thread.start()
     thread.join()
     assert result == [({}, None)]
-
-
-def test_a_pipe_passes_numbers_and_drops_old_ones():
-    pipe = signals._Pipe()
-    os.write(pipe.write_to, bytes([2, 15]))
-    assert pipe.next() == 2
-    os.write(pipe.write_to, bytes([2, 1]))
-    pipe.drain()
-    os.write(pipe.write_to, bytes([9]))
-    assert pipe.next() == 9
-    os.write(pipe.write_to, bytes([1, 0]))
-    pipe.drain()  # the end is not forgotten
-    assert pipe.next() == 0
-    pipe.end()
-    assert pipe.next() == 0
-    pipe.close()
-    with pytest.raises(OSError, match="Bad file descriptor"):
-        os.write(pipe.write_to, b"x")
-
-
-@needs_main_thread
-def test_a_thread_watches_while_there_are_signals_to_be_watched():
-    before, idle, watch = signal.set_wakeup_fd(-1), signals._Watch(), signals._Watch()
-    idle.begin(set())
-    idle.end()
-    assert (idle._thread, signal.set_wakeup_fd(-1)) == (None, -1)
-    watch.begin({signal.SIGTERM})
-    assert watch._thread.is_alive()
-    watch.end()
-    assert (watch._thread.is_alive(), signal.set_wakeup_fd(before)) == (False, -1)
-
-
-def test_a_signal_handled_in_time_does_not_end_the_process(monkeypatch):
-    ended = []
-    monkeypatch.setattr(signals, "_end_at_once", ended.append)
-    watch, pipe = signals._Watch(), signals._Pipe()
-    watch._numbers = {15}
-    watch.observed.set()
-    os.write(pipe.write_to, bytes([15, 3, 0]))
-    watch._watch(pipe)
-    assert ended == []
-    assert not watch.observed.is_set()
-
-
-def test_an_unhandled_signal_ends_the_program_and_ctrl_c_at_the_second_press(monkeypatch, capfd):
-    ended = []
-    monkeypatch.setattr(signals, "_end_at_once", ended.append)
-    watch, pipe = signals._Watch(), signals._Pipe()
-    waited = []
-    monkeypatch.setattr(watch.observed, "wait", lambda seconds: bool(waited.append(seconds)))
-    watch._numbers = {int(signal.SIGINT), int(signal.SIGTERM)}
-    os.write(pipe.write_to, bytes([signal.SIGINT, 3, signal.SIGINT, 0]))
-    watch._watch(pipe)
-    assert ended == [signal.SIGINT]
-    assert waited == [2.0, 2.0]
-    assert "waiting for a library to return. Press Ctrl-C again to end at once" in capfd.readouterr().err
-    os.write(pipe.write_to, bytes([signal.SIGTERM, 0]))
-    watch._watch(pipe)
-    assert ended == [signal.SIGINT, signal.SIGTERM]
 
 
 def test_modules_are_imported_by_frames_of_the_interpreter():

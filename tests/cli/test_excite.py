@@ -74,25 +74,10 @@ def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle,
     assert "Verdict: Run it" in replaced.out
 
 
-def test_an_axis_file_without_limits_is_refused_with_advice(bristle, folder):
-    Path("axis.toml").write_text(AXIS.replace('velocity = "100 mm/s"\n', ""))
-    result = bristle("excite", "axis.toml", "--for", "stribeck")
-    assert result.code == 2
-    assert "Write velocity under [limits]" in result.err
-    assert "Traceback" not in result.err
-
-
-def test_bad_limits_name_their_key(bristle, folder):
-    Path("axis.toml").write_text(AXIS.replace('"2 m/s^2"', '"2 m/s"'))
-    result = bristle("excite", "axis.toml")
-    assert result.code == 2
-    assert "limits.acceleration" in result.err
-
-
 @pytest.fixture
 def log(folder):
     """A log of the axis: a swing with the inertia of its mass and with Coulomb friction of 50 N."""
-    time = 2e-3 * np.arange(4000)
+    time = 2e-3 * np.arange(2000)
     phase = 2.0 * np.pi * time
     effort = -28.0 * 0.02 * (2.0 * np.pi) ** 2 * np.sin(phase) + 50.0 * np.tanh(200.0 * np.cos(phase))
     columns = np.column_stack([time, 1e6 * 0.02 * np.sin(phase), effort])
@@ -100,6 +85,7 @@ def log(folder):
     return folder / "log.csv"
 
 
+@pytest.mark.slow
 def test_a_log_gives_the_friction_of_the_rehearsal(bristle, log, monkeypatch):
     monkeypatch.setattr(report, "excite", partial(report.excite, draws=0))
     measured = bristle("excite", "axis.toml", "--log", "log.csv", "--duration", "10 s", "--for", "stribeck", "--json")
@@ -108,18 +94,3 @@ def test_a_log_gives_the_friction_of_the_rehearsal(bristle, log, monkeypatch):
     assert measured.data["model"] == "dahl"
     assert measured.data["parameters"]["F_C"]["put_in"] == pytest.approx(50.0, rel=0.1)
     assert measured.data["provenance"]["log"] == "log.csv"
-
-
-def test_a_log_and_a_model_are_refused_together(bristle, log):
-    Path("model.toml").write_text("schema = 1")
-    result = bristle("excite", "axis.toml", "--log", "log.csv", "--model", "model.toml")
-    assert result.code == 2
-    assert "--log: cannot be combined with model" in result.err
-
-
-def test_an_unreadable_log_names_its_option_or_file(bristle, folder):
-    Path("log.csv").write_text("t,q\n0,1\n")
-    result = bristle("excite", "axis.toml", "--log", "log.csv")
-    assert result.code == 2
-    assert "log.csv" in result.err
-    assert "Traceback" not in result.err

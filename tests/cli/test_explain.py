@@ -22,12 +22,6 @@ def test_all_codes_are_listed_and_the_json_has_the_names_of_numbers(bristle):
     assert data["codes"]["one_direction"]["numbers"] == ["direction", "percent", "names"]
 
 
-def test_an_unknown_code_is_refused_with_a_suggestion(bristle):
-    ended = bristle("explain", "structre")
-    assert ended.code == 2
-    assert "Did you mean 'structure'?" in ended.err
-
-
 @pytest.mark.parametrize("code", FORMER_CODES)
 def test_a_code_of_the_last_release_names_its_successor(bristle, code):
     successor = FORMER_CODES[code]

@@ -1,7 +1,6 @@
 """``bristle identify --each``: rows, pages, JSON, exit codes."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -23,28 +22,23 @@ plant.mass = "12 kg"
 EACH = ("identify", "logs", "--each", "--axis", "axis.toml", "--draws", "0", "--workers", "1")
 
 
-@pytest.fixture(scope="module")
-def hall(tmp_path_factory):
-    """A folder with logs of two axes, one of which changes, and a log that is cut off."""
-    folder = tmp_path_factory.mktemp("hall")
-    (folder / "axis.toml").write_text(AXIS)
-    rng = np.random.default_rng(8)
-    for name in ("left", "right"):
-        for day in range(1, 17):
-            size = 5.0 * (1.0 + 0.01 * rng.standard_normal()) * (1.2 if name == "right" and day >= 11 else 1.0)
-            write_log(folder / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500)
-    (folder / "logs" / "left" / "left_2026-03-17.csv").write_text("time,position\n0.0")
-    return folder
-
-
 @pytest.fixture
-def at(hall, monkeypatch):
-    monkeypatch.chdir(hall)
-    return hall
+def at(tmp_path, monkeypatch):
+    """A folder with an axis file, a log, and a log that is cut off."""
+    (tmp_path / "axis.toml").write_text(AXIS)
+    write_log(tmp_path / "logs/left/left_2026-03-01.csv", rows=1500)
+    (tmp_path / "logs/left/left_2026-03-17.csv").write_text("time,position\n0.0")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.mark.slow
 def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
+    rng = np.random.default_rng(8)
+    for name in ("left", "right"):
+        for day in range(1, 17):
+            size = 5.0 * (1.0 + 0.01 * rng.standard_normal()) * (1.2 if name == "right" and day >= 11 else 1.0)
+            write_log(at / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500)
     assert main([*EACH, "--out", "fleet"]) == 0
     text = capsys.readouterr()
     assert "32 of 33 logs were identified, 1 failed." in text.out
@@ -80,16 +74,12 @@ def test_conflicting_options_are_refused(at, capsys, options, message):
 
 
 def test_a_fleet_without_a_fitted_log_exits_with_1(at, capsys):
-    (at / "bad").mkdir()
-    for day in (1, 2):
-        (at / "bad" / f"bad_2026-03-0{day}.csv").write_text("time,position\n0.0")
-    assert main(["identify", "bad", *EACH[2:], "--out", "none"]) == 1
-    assert "0 of 2 logs were identified, 2 failed." in capsys.readouterr().out
+    (at / "logs/left/left_2026-03-01.csv").unlink()
+    assert main([*EACH, "--out", "none"]) == 1
+    assert "0 of 1 logs were identified, 1 failed." in capsys.readouterr().out
 
 
 def test_a_broken_link_does_not_end_a_fleet(at, capsys):
-    (at / "linked").mkdir()
-    shutil.copy(next((at / "logs").rglob("*.csv")), at / "linked" / "good_2026-03-01.csv")
-    (at / "linked" / "gone_2026-03-02.csv").symlink_to(at / "nowhere.csv")
-    assert main(["identify", "linked", *EACH[2:], "--out", "links"]) == 0
-    assert "1 of 2 logs were identified, 1 failed." in capsys.readouterr().out
+    (at / "logs/left/left_2026-03-02.csv").symlink_to(at / "nowhere.csv")
+    assert main([*EACH, "--out", "links"]) == 0
+    assert "1 of 3 logs were identified, 2 failed." in capsys.readouterr().out

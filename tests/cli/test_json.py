@@ -37,34 +37,50 @@ def pages_in_short(monkeypatch, undrawn):
 
 
 @cache
-def printed(case):
-    return case.found()
+def printed(name):
+    return CASES[f"json_{name}"].found()
 
 
-LONG = {"json_excite", "json_predict_with_band", "json_design_diverging"} | {
-    f"json_identify_{name}" for name in ("open_loop", "elements", "own", "each", "in_loop", "pulls", "several")
+LONG = {"excite", "predict_with_band", "design", "design_diverging", "paper", "lab"} | {
+    f"identify{name}"
+    for name in ("", "_without_loop", "_late", "_second_pass", "_open_loop", "_elements", "_own", "_each", "_in_loop", "_pulls", "_several")
 }
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(item, id=item.name.removeprefix("json_"), marks=[pytest.mark.slow] if item.name in LONG else []) for item in FAST]
-)
-def test_no_key_is_missing_and_no_name_has_changed(case):
-    frozen = json.loads(case.file.read_text(encoding="utf-8"))
-    result = [str(difference) for difference in differences(frozen, printed(case))]
+def cases(names):
+    """Return each command line as a case; those that take long are slow."""
+    return [pytest.param(name, marks=pytest.mark.slow if LONG & {name, *DOCUMENTED.get(name, name).split()} else ()) for name in names]
+
+
+def frozen(name):
+    return json.loads(CASES[f"json_{name}"].file.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", cases(item.name.removeprefix("json_") for item in FAST))
+def test_no_key_is_missing_and_no_name_has_changed(name):
+    result = [str(difference) for difference in differences(frozen(name), printed(name))]
     if COMPILER is None:  # then `check` cannot compare the bits of C, and says so
         result = [difference for difference in result if not difference.startswith("json.certificates.same bits exported.")]
     assert result[:20] == []
 
 
-@pytest.mark.parametrize("command", DOCUMENTED)
-def test_json_has_exactly_the_documented_keys(command):
-    result, *further = (printed(CASES[f"json_{name}"])["json"] for name in DOCUMENTED[command].split())
+def has_documented_keys(command, shown):
+    result, *further = (shown(name)["json"] for name in DOCUMENTED[command].split())
     keys = documented(command)
     assert [key for key in keys if not any(is_found(item, key) for item in (result, *further))] == []
     assert set(result) == {re.split(r"[.\[]", key)[0] for key in keys}
     entry = next(iter(result.get("variants", result.get("certificates", {})).values()), {})
     assert set(entry) <= {part for key in keys for part in key.split(".")}
+
+
+@pytest.mark.parametrize("command", cases(DOCUMENTED))
+def test_json_has_exactly_the_documented_keys(command):
+    has_documented_keys(command, printed)
+
+
+@pytest.mark.parametrize("command", DOCUMENTED)
+def test_frozen_json_has_exactly_the_documented_keys(command):
+    has_documented_keys(command, frozen)
 
 
 def test_every_command_has_documented_json():
@@ -127,6 +143,14 @@ def test_missing_keys_are_reported_and_added_keys_are_not(changed, places):
     assert [difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places
 
 
+@pytest.fixture(scope="module")
+def published():
+    """The schema of all results, which is one itself."""
+    schema = json.loads((ROOT / "docs/reference/schema.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return schema
+
+
 @pytest.mark.parametrize(
     ("command", "words"),
     [
@@ -135,14 +159,13 @@ def test_missing_keys_are_reported_and_added_keys_are_not(changed, places):
         ("explain", ("explain", "few_speeds")),
         ("models", ("models", "gms")),
         ("check", ("check", "model.toml")),
-        ("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", 0)),
+        ("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)),
     ],
 )
-def test_a_result_has_the_published_schema(bristle, place, command, words):
-    published = json.loads((ROOT / "docs/reference/schema.json").read_text(encoding="utf-8"))
+def test_a_result_has_the_published_schema(bristle, place, remembered, published, command, words):
     schema = {"$ref": f"#/$defs/{command}", "$defs": published["$defs"]}
     data = bristle(*words, "--json").data
+    assert set(data) == {re.split(r"[.\[]", key)[0] for key in documented(command)}
     assert [error.message for error in jsonschema.Draft202012Validator(schema).iter_errors(data)] == []
-    jsonschema.Draft202012Validator.check_schema(published)
     key = schema["$defs"][command]["required"][0]
     assert list(jsonschema.Draft202012Validator(schema).iter_errors({name: value for name, value in data.items() if name != key}))

@@ -11,6 +11,7 @@ from bristle.cli.application import run
 from bristle.cli.lab import is_sealed, sealed
 from bristle.files.single import write_whole
 from bristle.lab.page import MARK
+from bristle.server.run import listening_on
 
 
 @pytest.fixture
@@ -137,8 +138,6 @@ def test_the_server_is_loaded_only_if_it_is_installed():
 
 
 def test_an_occupied_port_is_reported():
-    from bristle.server.run import listening_on
-
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"

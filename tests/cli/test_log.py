@@ -8,18 +8,8 @@ from tests.cli.conftest import written_in
 from tests.logs.exports import EXPORTS, motion
 
 from bristle.logs import readers
-from bristle.report.log import KINDS
 
 pytestmark = pytest.mark.usefixtures("undrawn")
-
-
-def test_columns_channels_and_rate(bristle, place):
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert result.code == 0
-    assert [item["name"] for item in result.data["columns"]] == ["t", "q", "r", "u"]
-    assert {item["name"] for item in result.data["channels"]} == {"time", "position", "reference", "effort"}
-    assert result.data["rate"] == pytest.approx(1000.0)
-    assert result.data["problems"] == []
 
 
 def test_tables_for_people(bristle, place):
@@ -27,6 +17,8 @@ def test_tables_for_people(bristle, place):
     assert result.code == 0
     assert "position" in result.out
     assert "1000 samples a second" in result.out
+    assert "Motion of the log" in result.out
+    assert "(sign_reversed)" not in result.out
 
 
 def test_every_problem_is_reported_and_the_exit_code_is_1(bristle, place):
@@ -35,10 +27,11 @@ def test_every_problem_is_reported_and_the_exit_code_is_1(bristle, place):
         cells = lines[row].split(",")
         lines[row] = ",".join([*cells[:column], "nan", *cells[column + 1 :]])
     Path("log.csv").write_text("\n".join(lines))
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json", "--out", "contents")
     assert result.code == 1
+    assert written_in("contents") == {"summary.json"}
     assert len(result.data["problems"]) == 2
-    assert len(result.err.splitlines()) == len(result.data["problems"])
+    assert result.err.count("bristle: problem: ") == len(result.data["problems"])
 
 
 def test_control_characters_in_a_name_are_removed(bristle, place):
@@ -61,72 +54,30 @@ def test_an_unknown_unit_is_shown_as_in_the_file_and_requested(bristle, place):
     assert written_in("contents") == {"summary.json"}
 
 
-def test_the_experiments_in_a_log_are_listed(bristle, place):
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert {item["kind"] for item in result.data["passages"]} <= set(KINDS)
-    assert result.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
-    message = bristle("log", "log.csv", "--axis", "axis.toml")
-    assert "Motion of the log" in message.out
-
-
-def test_a_report_of_a_log(bristle, place):
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
-    assert result.code == 0
-    assert written_in("contents") == {"summary.json", "report.html"}
-    page = Path("contents/report.html").read_text()
-    assert "Contents" in page
-    assert "<svg" in page
-
-
 @pytest.mark.parametrize("axis", [(), ("--axis", "axis.toml")], ids=["untold", "told"])
 def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(bristle, place, monkeypatch, axis):
     read, kinds = readers._read, []
     monkeypatch.setattr(readers, "_read", lambda kind, *rest: kinds.append(kind.name) or read(kind, *rest))
     assert bristle("log", "log.csv", *axis, "--out", "contents").code == 0
     assert kinds == ["csv"]
-    assert "report.html" in written_in("contents")
+    assert written_in("contents") == {"summary.json", "report.html"}
+    page = Path("contents/report.html").read_text()
+    assert "Contents" in page
+    assert "<svg" in page
 
 
-def test_a_log_with_problems_has_its_numbers_and_no_report(bristle, place):
-    lines = Path("log.csv").read_text().splitlines()
-    lines[100] = "nan," + lines[100].partition(",")[2]
-    Path("log.csv").write_text("\n".join(lines))
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
-    assert result.code == 1
-    assert written_in("contents") == {"summary.json"}
-
-
-def test_of_thousands_of_columns_the_first_are_shown_and_others_counted(bristle, tmp_path):
-    names = [f"c{k}" for k in range(1000)]
-    rows = [",".join(str(k + row) for k in range(1000)) for row in range(3)]
-    (tmp_path / "wide.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
-    shown = bristle("log", str(tmp_path / "wide.csv")).out
-    assert "c99 " in shown
-    assert "c100 " not in shown
-    assert "900 more columns" in shown
-
-
-def test_contradictions_in_a_log_are_reported_as_text_and_data(bristle, place):
-    text = Path("axis.toml").read_text()
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    assert "sign_reversed" not in [item["code"] for item in result.data["diagnostics"]]
-    turned = text.replace('column = "u"', 'column = "u", sign = -1')
-    assert turned != text
-    Path("axis.toml").write_text(turned)
-    result = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
-    (message,) = [item for item in result.data["diagnostics"] if item["code"] == "sign_reversed"]
-    assert message["severity"] == "error"
-    assert message["message"].startswith("the sign of the effort seems reversed")
+def test_contradictions_in_a_log_are_reported(bristle, place):
+    Path("axis.toml").write_text(Path("axis.toml").read_text().replace('column = "u"', 'column = "u", sign = -1'))
     shown = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert "the sign of the effort seems reversed" in " ".join(shown.out.lower().split())
     assert "(sign_reversed)" in shown.out
     assert shown.code == 0
 
 
 @pytest.mark.parametrize("name", ["twincat, full", "records", "drive, German"])
-def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
+def test_a_log_of_another_program_needs_two_values_at_most(bristle, here, name):
     export = EXPORTS[name]
-    path = export.write(tmp_path, motion()).name
+    path = export.write(here, motion()).name
     result = bristle("log", path, "--write", "axis.toml", "--json")
     assert result.code == 0
     assert result.data["proposal"]["missing"] == [*export.filled]
@@ -145,23 +96,7 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, mo
     assert Path("axis.toml").read_text(encoding="utf-8") == text
 
 
-def test_without_an_axis_file_a_log_is_described_with_its_gaps(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    path = EXPORTS["records"].write(tmp_path, motion()).name
-    data = bristle("log", path, "--json").data
-    assert data["problems"] == []
-    assert {item["name"]: item["column"] for item in data["channels"]} == {
-        "time": "timestamp",
-        "position": "position",
-        "reference": "goal_position",
-        "effort": "force",
-    }
-    assert "columns.position.unit is unknown: bristle assumes 1 in SI units" in data["notes"]
-    assert "unit_suspect" not in {item["code"] for item in data["diagnostics"]}
-
-
-def test_a_log_without_a_position_column_is_reported(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_log_without_a_position_column_is_reported(bristle, here):
     rows = np.random.default_rng(1).normal(size=(300, 3))
     np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
     result = bristle("log", "noise.csv", "--write", "axis.toml")
@@ -174,7 +109,7 @@ def test_a_log_without_a_position_column_is_reported(bristle, tmp_path, monkeypa
 def nameless(tmp_path, monkeypatch):
     """Write a log of two joints without names: time, both angles, both efforts."""
     monkeypatch.chdir(tmp_path)
-    t = 2e-3 * np.arange(8000)
+    t = 2e-3 * np.arange(4000)
     angles = [np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t), 0.7 * np.sin(1.4 * t + 1.0) + 0.3 * np.sin(3.1 * t)]
     efforts = [np.sign(np.gradient(q)) + 3.0 * np.sin(q) + 0.01 * np.random.default_rng(0).normal(size=t.size) for q in angles]
     np.savetxt("arm.txt", np.column_stack([t, *angles, *efforts]), fmt="%.7f")
@@ -188,7 +123,8 @@ def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_ev
     assert "Channels of the axis" not in shown.out
     text = Path("axis.toml").read_text(encoding="utf-8")
     assert bristle("log", "arm.txt", "--axis", "axis.toml").code == 2
-    Path("axis.toml").write_text(text.replace('"?"', '"deg"', 1).replace('"?"', '"N*m"', 1), encoding="utf-8")
+    text = text.replace('"?"', '"deg"', 1).replace('"?"', '"N*m"', 1)
+    Path("axis.toml").write_text(text, encoding="utf-8")
     accepted = bristle("log", "arm.txt", "--axis", "axis.toml")
     assert accepted.code == 0
     assert ["Joint joint_1" in accepted.out, "Joint joint_2" in accepted.out] == [True, True]
@@ -196,12 +132,6 @@ def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_ev
     refused = bristle("identify", "arm.txt", "--out", "results")
     assert refused.code == 2
     assert "bristle log LOG --write AXIS.toml" in refused.err
-
-
-def test_a_problem_of_a_joint_gives_exit_code_1(bristle, nameless):
-    bristle("log", "arm.txt", "--write", "axis.toml")
-    text = Path("axis.toml").read_text(encoding="utf-8").replace('"?"', '"deg"', 1).replace('"?"', '"N*m"', 1)
     Path("axis.toml").write_text(text.replace("column_3", "column_9"), encoding="utf-8")
-    result = bristle("log", "arm.txt", "--axis", "axis.toml")
-    assert result.code == 1
-    assert "problem of joint_2" in result.err
+    broken = bristle("log", "arm.txt", "--axis", "axis.toml")
+    assert (broken.code, "problem of joint_2" in broken.err) == (1, True)

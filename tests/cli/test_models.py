@@ -8,17 +8,6 @@ from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 
 
-def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
-    result = bristle("models", "--json")
-    assert result.code == 0
-    listed = {item["name"]: item for item in result.data["models"] if item["family"] == "friction"}
-    assert set(listed) == set(MODELS)
-    parameter = listed["coulomb"]["parameters"]["F_C"]
-    assert (parameter["unit"], parameter["unit_rotational"], parameter["max"]) == ("N", "N*m", None)
-    families = {"friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"}
-    assert {item["family"] for item in result.data["models"]} == families
-
-
 @pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
 def test_a_model_is_shown_by_name(bristle, name):
     shown = bristle("models", name)

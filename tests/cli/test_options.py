@@ -1,9 +1,7 @@
 """Options that commands share, and the words and codes with which commands end."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated
 
 import pytest
 import typer
@@ -14,17 +12,14 @@ from bristle.cli.log import MOST_COLUMNS, _parts, _table
 from bristle.cli.options import (
     SIZE_SETTING,
     Output,
-    as_command,
     command_text,
     folder_named,
     holds_own,
     loaded_code,
     own_figures,
-    own_readers,
     print_json,
     refuse,
     size_limit,
-    toml_content,
 )
 from bristle.core import SIZE_LIMIT, Variable
 from bristle.core.errors import InputError
@@ -62,13 +57,6 @@ def test_the_first_option_that_was_given_is_refused():
 )
 def test_a_name_holds_a_file_of_code(name, own):
     assert holds_own(name) is own
-
-
-def test_unnamed_files_are_not_read():
-    assert toml_content(None) is None
-    assert own_figures(None, "run", has_folder=False) == ((), ())
-    with own_readers(None) as nothing:
-        assert nothing is None
 
 
 def test_figures_need_a_folder(tmp_path):
@@ -113,32 +101,6 @@ def test_a_command_names_the_folder_of_results(capsys):
     assert reported(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
     Output(SimpleNamespace(obj="x"), out=Path("there")).tell({}, files="a.c")
     assert capsys.readouterr().err == "bristle: wrote there: a.c\n"
-
-
-def test_a_command_without_a_folder_has_none():
-    output = Output(SimpleNamespace(obj="bristle run x"))
-    assert output.command == "bristle run x"
-    with output.opened("working") as (folder, report):
-        assert folder is None
-        report(0.5, "half")
-
-
-def test_groups_of_options_become_options():
-    @dataclass(frozen=True)
-    class Group:
-        first: Annotated[int, "of the group"]
-        second: str = "usual"
-
-    def work(name: str, *, group: Group, last: bool = False):
-        """Do it."""
-        return name, group, last
-
-    command = as_command(work)
-    assert list(command.__signature__.parameters) == ["name", "first", "second", "last"]
-    assert command.__signature__.parameters["second"].default == "usual"
-    assert command.__signature__.parameters["first"].default is command.__signature__.empty
-    assert (command.__doc__, command.__name__) == ("Do it.", "work")
-    assert command(name="x", first=3, second="y", last=True) == ("x", Group(3, "y"), True)
 
 
 def test_a_command_line_is_stored_without_folders():

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.cli.conftest import written_in
 
-from bristle.files.arrays import read_arrays
+from bristle.core.content import content_of
+from bristle.files.permission import is_allowed
 
 pytestmark = pytest.mark.slow
 
@@ -46,7 +46,6 @@ def draw({takes}):
 FIGURE = ReportFigure(
     name="mine", title="A <title>", caption="What to see.", alternative="what it is", takes="{takes}", draw=draw)
 """
-LINE = 12  # of what differs
 
 
 def own(line="axes.grid(True)", takes="prediction", name="mine.py", **parts):
@@ -106,11 +105,6 @@ def test_a_user_figure_follows_the_others_and_is_a_file(bristle, later, command,
     assert text.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 1
 
 
-def test_without_a_user_figure_there_is_no_such_section(bristle, place):
-    assert bristle(*PREDICT).code == 0
-    assert 'id="further"' not in page()
-
-
 def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     shutil.copy(EXAMPLE, "own_figure.py")
     result = bristle(*IDENTIFY, "--figure", "own_figure.py", "--format", "csv")
@@ -122,46 +116,6 @@ def test_the_example_shows_the_residual_along_the_travel(bristle, place):
     places = [float(row[4]) for row in rows]
     assert -51.0 < min(places) < -45.0
     assert 45.0 < max(places) < 51.0
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("1 / 0", f"mine.py, line {LINE}: the figure mine is not drawn: ZeroDivisionError: division by zero"),
-        ("sys.exit(3)", f"mine.py, line {LINE}: the figure mine is not drawn: SystemExit: 3"),
-        ("figure = None", "mine: the figure mine is not drawn: InputError: mine: returned a NoneType, not a Figure"),
-        ("axes.text(0, 0, '$\\\\frac{$', parse_math=True)", "mine: the figure mine is not drawn: ValueError"),
-    ],
-)
-def test_a_failing_user_figure_is_omitted_and_reported(bristle, place, line, said):
-    assert bristle(*PREDICT, "--format", "svg").code == 0
-    before = written_in("run"), written_in_figures()
-    result = bristle(*PREDICT, *own(line.replace("\\\\", "\\")), "--format", "svg", "--force")
-    assert result.code == 0
-    assert f"warning: {said}" in result.err
-    assert "The other results are complete" in result.err
-    assert result.err.count("the figure mine is not") == 1
-    assert (written_in("run"), written_in_figures()) == before
-    assert said.replace("'", "&#39;") in page()
-    assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("format_", ["drawn", "written as a file"])
-def test_a_fault_in_a_built_in_figure_omits_it_and_is_a_fault(bristle, place, monkeypatch, format_):
-    def broken(*_):
-        raise ZeroDivisionError("of ours")
-
-    module, name = ("bristle.figures.on_reports.Place", "is_taken") if format_ == "drawn" else ("bristle.figures", "numbers_of")
-    monkeypatch.setattr(f"{module}.{name}", broken)
-    result = bristle(*PREDICT, "--format", "csv", "--json")
-    assert result.code == 70
-    figure = "fit.prediction" if format_ == "drawn" else "prediction"
-    assert f"{figure} is not {format_}: ZeroDivisionError: of ours" in result.err
-    assert result.data["provenance"]
-    Path(re.search(r"\S+\.txt", result.err)[0]).unlink()
-    assert "Prediction error" in page()
-    assert ("is not drawn: ZeroDivisionError" in page()) == (format_ == "drawn")
 
 
 def written_in_figures():
@@ -183,35 +137,6 @@ def test_a_figure_that_fails_on_saving_omits_only_that_file(bristle, place):
     assert "mine.pdf" not in written_in_figures()
     assert "mine\n" not in Path("run/figures/captions.txt").read_text(encoding="utf-8")
     assert 'id="figure-own-mine"' in page()
-
-
-def test_a_continued_study_redraws_it_and_replaces_no_other_file(bristle, later):
-    assert bristle(*STUDY, *own("axes.plot(study.columns['friction.F_C'])", "study"), "--format", "svg").code == 0
-    first = Path("run/figures/mine.svg").read_bytes()
-    assert bristle(*STUDY, *own("pass", "study"), "--format", "svg").code == 0
-    assert Path("run/figures/mine.svg").read_bytes() != first
-    Path("run/figures/mine.svg").write_text("a person's")
-    ended = bristle(*STUDY, "--figure", "mine.py", "--format", "svg")
-    assert ended.code == 2
-    assert "were changed: figures/mine.svg. Move these files" in ended.err
-
-
-def test_a_user_figure_cannot_change_the_results(bristle, place):
-    assert bristle(*IDENTIFY).code == 0
-    before = read_arrays(Path("run"), "traces")
-    option = own("identification.best.traces.measured[:] = 0.0", "identification")
-    result = bristle(*IDENTIFY, *option, "--force")
-    assert result.code == 0
-    after = read_arrays(Path("run"), "traces")
-    assert all(np.array_equal(before[name], after[name]) for name in before)
-
-
-def test_missing_optional_results_are_reported(bristle, place):
-    axis = Path("axis.toml").read_text(encoding="utf-8")
-    Path("axis.toml").write_text(axis[: axis.index("[controller]")], encoding="utf-8")
-    result = bristle(*IDENTIFY, *own(takes="simulation"))
-    assert result.code == 0
-    assert "the figure mine is not drawn: this report has no simulation" in result.err
 
 
 @pytest.mark.parametrize(
@@ -243,23 +168,7 @@ def test_an_unsuitable_figure_is_refused_before_any_work(bristle, place, command
     assert not Path("run").exists()
 
 
-def test_conflicting_options_are_refused(bristle, place):
-    option = own()
-    assert "--figure: needs a folder to write into. Add --out DIR" in bristle(*PREDICT[:-2], *option).err
-    shutil.copy("mine.py", "again.py")
-    twice = bristle(*PREDICT, *option, "--figure", "again.py")
-    assert twice.code == 2
-    assert "another figure has the same name; found 'mine'" in twice.err
-    none = bristle(*PREDICT, "--figure", "own.py")
-    assert none.code == 2
-    assert "own.py: defines no figure. End the file with FIGURE" in none.err
-    assert bristle(*IDENTIFY, *option, "--each").code == 2
-
-
 def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
-    from bristle.core.content import content_of
-    from bristle.files.permission import is_allowed
-
     own("axes.set_title('allowed')")
     checksum = content_of("mine.py").checksum
     assert not is_allowed(checksum)

@@ -3,15 +3,14 @@
 from pathlib import Path
 
 import pytest
-from tests.files.own_slot import AXIS, SEALS, SLOT, TRUTH, pressed, write_bench
+from tests.files.own_slot import AXIS, SLOT, TRUTH, write_bench
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 @pytest.mark.slow
-def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_bench(tmp_path)
+def test_from_the_log_to_the_prediction(bristle, here, monkeypatch):
+    write_bench(here)
     models = "coulomb_viscous+oiled.py,coulomb_viscous"
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--draws", "50")
     result = bristle(*requested, "--out", "results", "--json")
@@ -39,7 +38,7 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
         assert "has no pressure, needed by +oiled" in refused.err
         assert 'pressure = { column = "...", unit = "N/m^2" }' in refused.err
 
-    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(here / "another person"))
     refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml")
     assert refused.code != 0
     assert "oiled.py (SHA-256" in refused.err
@@ -47,47 +46,8 @@ def test_from_the_log_to_the_prediction(bristle, tmp_path, monkeypatch):
     assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
 
 
-@pytest.mark.slow
-def test_a_built_in_slot_is_used_by_name(bristle, tmp_path, monkeypatch):
-    """From a log that a plain model leaves friction over in to the slot that it is told, and no file is carried."""
-    monkeypatch.chdir(tmp_path)
-    write_bench(tmp_path, pressed)
-    (tmp_path / "oiled.py").unlink()
-    Path("length.toml").write_text(AXIS.replace('unit = "bar"', 'unit = "mm"'))
-    for axis, is_pressure in (("axis.toml", True), ("length.toml", False)):
-        plain = bristle("identify", "log.csv", "--axis", axis, "--model", "coulomb_viscous", "--draws", "0", "-v")
-        assert plain.code == 0, plain.err
-        words = " ".join((plain.out + plain.err).split())
-        assert ("friction changes with the recorded pressure" in words.lower()) == is_pressure
-        assert ("Next: try `coulomb_viscous+pressure`" in words) == is_pressure
-
-    requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+pressure", "--draws", "50")
-    result = bristle(*requested, "--out", "results", "--json")
-    assert result.code == 0, result.err
-    assert "missing_channel" not in [item["code"] for item in result.data["diagnostics"]]
-    rise = result.data["parameters"]["k_P"]
-    low, high = rise["interval"]
-    assert low < SEALS["k_P"] < high
-    assert high - low < 0.1 * SEALS["k_P"]
-    assert result.data["parameters"]["P_0"]["status"] == "held"
-    assert 'model = "coulomb_viscous+pressure"' in Path("results/model.toml").read_text()
-    assert not list(Path("results").glob("*.py"))
-    assert "code" not in result.data["provenance"]
-    message = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json")
-    assert message.code == 0, message.err
-    Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
-    refused = bristle("predict", "results/model.toml", "log.csv", "--axis", "dry.toml")
-    assert refused.code != 0
-    assert "has no pressure, needed by +pressure" in refused.err
-
-
-def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_it_is_shown_with_its_channel(bristle, here):
     Path("oiled.py").write_text(SLOT)
-    checked = bristle("check", "oiled.py", "--json")
-    assert checked.code == 0
-    assert checked.data["model"] == "oiled"
-    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(checked.data["certificates"])
     shown = bristle("models", "lugre+oiled.py", "--json").data["models"][0]
     assert shown["name"] == "lugre+oiled"
     assert {"F_S", "a", "b_0"} <= set(shown["parameters"])
@@ -95,6 +55,15 @@ def test_it_is_checked_and_shown(bristle, tmp_path, monkeypatch):
     alone = bristle("models", "oiled.py")
     assert "e^" in alone.out or "exp" in alone.out
     assert "Needs channel pressure of the log: pressure of the oil, >= 0 N/m^2" in alone.out
+
+
+@pytest.mark.slow
+def test_it_is_checked(bristle, here):
+    Path("oiled.py").write_text(SLOT)
+    checked = bristle("check", "oiled.py", "--json")
+    assert checked.code == 0
+    assert checked.data["model"] == "oiled"
+    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(checked.data["certificates"])
     Path("oiled.py").write_text(SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6'))
     drifted = bristle("check", "oiled.py", "--json")
     assert drifted.code == 1

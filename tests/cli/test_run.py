@@ -13,21 +13,6 @@ from bristle.files import read_axis, read_log
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
-STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
-
-
-def test_variants_with_all_their_numbers(bristle, place):
-    result = bristle("run", "experiment.toml", "--json")
-    assert result.code == 0
-    variants = result.data["variants"]
-    assert list(variants) == ["base", "none"]
-    for variant in variants.values():
-        assert set(variant["following_error"]) == set(variant["true_error"]) == STATISTICS
-        assert set(variant["by_direction"]) == {"forward", "backward"}
-        assert variant["effort"]["peak"] >= variant["effort"]["rms"] > 0.0
-        assert variant["runs"] == 1
-    assert result.data["error_unit"] == "m"
-
 
 def test_results_and_words(bristle, place):
     result = bristle("run", "experiment.toml", "--out", "run")
@@ -105,10 +90,6 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     assert result.data["provenance"]["code"] == "own.py"
     assert result.err.startswith("bristle: warning: friction.file: the code in own.py (SHA-256 ")
     assert bristle("run", "experiment.toml").code == 2  # asked for once, allowed once
-    assert bristle("check", "own.py").code == 0
-    assert bristle("run", "experiment.toml").code == 0
-    Path("own.py").write_text(Path("own.py").read_text() + "\n")
-    assert bristle("run", "experiment.toml").code == 2
 
 
 def test_the_log_of_each_variant_is_written(bristle, place):
@@ -138,23 +119,14 @@ def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_follow
     assert log.effort.column == "u"
 
 
-def test_logs_need_a_folder(bristle, place):
-    ended = bristle("run", "experiment.toml", "--log")
-    assert ended.code == 2
-    assert "--log: needs a folder" in ended.err
-
-
 @pytest.mark.parametrize("command", ["run", "design"])
 def test_an_experiment_on_a_contact_is_refused_with_its_command(bristle, tmp_path, command):
     assert bristle("paper", "--write", tmp_path / "my copy").code == 0
-    contacts = sorted((tmp_path / "my copy").glob("fig_*.toml"))
-    assert len(contacts) == 10
-    for contact in contacts:
-        ended = bristle(command, contact)
-        assert ended.code == 2
-        assert ended.err.count("\n") == 1
-        assert "is an experiment on a contact" in ended.err
-        assert f"bristle paper --from '{contact.parent}' --figure {int(contact.stem[-2:])}\n" in ended.err
+    ended = bristle(command, tmp_path / "my copy/fig_03.toml")
+    assert ended.code == 2
+    assert ended.err.count("\n") == 1
+    assert "is an experiment on a contact" in ended.err
+    assert f"bristle paper --from '{tmp_path / 'my copy'}' --figure 3\n" in ended.err
 
 
 def test_an_experiment_on_a_contact_is_recognized_by_its_tables(bristle, place):

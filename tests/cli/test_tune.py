@@ -14,9 +14,3 @@ def test_a_machine_without_memory_is_refused_by_name(bristle, tmp_path, monkeypa
     ended = bristle("tune", "--save", str(tmp_path / "out"))
     assert ended.code == 1
     assert "the machine experiment has no non-volatile memory" in " ".join(ended.err.split())
-
-
-def test_save_and_undo_exclude_each_other(bristle, tmp_path):
-    ended = bristle("tune", "--save", str(tmp_path), "--undo", str(tmp_path))
-    assert ended.code == 2
-    assert "--undo and --save: exclude each other" in " ".join(ended.err.split())

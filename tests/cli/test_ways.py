@@ -1,14 +1,12 @@
 """Which way a command takes by its options, and what it hands on to the work."""
 
-import inspect
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Annotated, get_args, get_origin, get_type_hints
 
 import pytest
 
-from bristle.cli import compare, demo, design, excite, export, identify, lab, paper, predict, run, study
+from bristle.cli import compare, design, export, identify, run
 from bristle.core.errors import InputError
 from bristle.friction import DEFAULT_MODELS
 
@@ -103,109 +101,21 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
 
 
-# --- paper, lab and demonstration ------------------------------------------------------------------------------------
-
-
-def test_a_page_of_the_lab_contains_the_tested_model(asked, tmp_path, monkeypatch):
-    monkeypatch.setattr(lab, "toml_content", lambda file: file)
-    facts = {"uncertainty": {"F_C": 1}, "treatment": {}}
-    friction = named(component=None, name="dahl")
-    asked("bristle.files.read_model", (None, friction, facts))
-    asked("bristle.files.provenance", {})
-    asked("bristle.files.origins_of_code", ())
-    asked("bristle.testing.admit")
-    asked("bristle.lab.lab_page", "page")
-    asked("bristle.files.write_whole")
-    lab.lab(named(obj="bristle lab"), model=tmp_path, out=tmp_path / "lab.html", allow_code=True)
-    calls = {name: (passed, how) for name, passed, how in asked.calls}
-    assert calls["read_model"] == ((tmp_path / "model.toml",), {"allow_code": True})
-    assert calls["admit"] == ((friction,), {})
-    inputs = {"model": friction, "source": "model.toml", "uncertainty": {"F_C": 1}, "mass": None, "fastest": 0.0, "provenance": {}}
-    assert calls["lab_page"] == ((), inputs)
-    assert calls["write_whole"] == ((tmp_path / "lab.html", lab.sealed("page")), {"new": True})
-
-
-def test_a_trial_admits_each_truth_and_prints_its_tables(asked, monkeypatch):
-    truth = named(name="gms", friction=named(component=named(inner="inner")), origin="origin")
-    asked("bristle.paper.robust.truths.truths_named", [truth])
-    asked("bristle.testing.admit")
-    asked("bristle.paper.robust.trial.Plan", "plan")
-    asked("bristle.paper.robust.trial.run_trial", "trial")
-    asked("bristle.files.provenance", {})
-    for place in ("findings.best_table", "findings.claim_table", "page.robust_report", "page.robust_summary"):
-        asked(f"bristle.paper.robust.{place}", place.partition(".")[2])
-    asked("bristle.paper.robust.page.words_of", ["words"])
-    asked("bristle.report.results.write_report")
-    output = Told("folder")
-    paper._try_robustness(output, ["gms,lugre", "dahl"], 3, allow_code=True)
-    calls = {name: (passed, how) for name, passed, how in asked.calls}
-    assert calls["truths_named"] == ((["gms", "lugre", "dahl"],), {"allow_code": True})
-    assert (calls["admit"][0], calls["Plan"][0], calls["run_trial"][0][0]) == (("inner",), ((truth,), 3), "plan")
-    assert calls["provenance"] == (("bristle command",), {"gms": ["origin"]})
-    assert calls["write_report"][0] == ("folder", "robust_report", "robust_summary")
-    assert output.told == ["robust_summary", "claim_table", "best_table", "words"]
-
-
-# --- options ---------------------------------------------------------------------------------------------------------
-
-NUMBERS = {
-    ("identify", "draws"): (100, None, None),
-    ("identify", "workers"): (None, 1, 1024),
-    ("study", "workers"): (None, 1, 1024),
-    ("study", "run"): (None, 0, None),
-    ("lab", "port"): (0, None, None),
-    ("export", "points"): (20, None, None),
-    ("paper", "figure"): (None, None, None),
-    ("paper", "seeds"): (None, 1, 1000),
-}
-WORDS = {
-    ("identify", "free"): "",
-    ("predict", "mode"): "inverse",
-    ("excite", "duration"): "60 s",
-    ("export", "name"): "axis_x",
-    ("demo", "out"): Path("bristle-demo"),
-}
-
-
-def test_options_have_their_defaults_and_their_ranges():
-    numbers, words = {}, {}
-    for module in (demo, excite, export, identify, predict, run, study, compare, design, lab, paper):
-        name = module.__name__.rpartition(".")[2]
-        function = getattr(module, name)
-        hints = get_type_hints(function, include_extras=True)
-        for option, parameter in inspect.signature(function).parameters.items():
-            kind, *described = get_args(hints[option]) if get_origin(hints[option]) is Annotated else (None,)
-            default = parameter.default
-            if kind in (int, int | None, list[int] | None):
-                numbers[name, option] = (default, described[0].min, described[0].max)
-            elif kind is bool:
-                assert default is False, option  # nothing is done unasked
-            elif default not in (None, inspect.Parameter.empty):
-                words[name, option] = default
-    assert numbers == NUMBERS
-    assert words == WORDS
-
-
-def test_an_export_passes_its_options_and_lists_its_files(asked, monkeypatch, tmp_path):
-    outputs, written = [], []
-
-    def output(context, out, force, as_json):
-        outputs.append(Told(out))
-        return outputs[-1]
-
-    exported = named(write=written.append, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
-    monkeypatch.setattr(export, "Output", output)
+def test_an_export_passes_its_options_and_states_its_notes(asked, monkeypatch, tmp_path):
+    output, context = Told(Path("out")), named(obj="bristle export")
+    exported = named(write=lambda folder: None, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    monkeypatch.setattr(export, "Output", lambda *_, **__: output)
     asked("bristle.report.exported.export_model_file", exported)
     asked("bristle.cli.export._law", exported)
-    context = named(obj="bristle export")
     export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
     export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
     (_, model, how), (_, law, of_law) = asked.calls
-    assert model == (tmp_path / "model.toml", "c")
-    assert (how["points"], how["float32"], how["tunable"], how["accept_harm"], how["name"]) == (20, True, True, False, "axis_x")
-    assert (how["log"], how["step"], how["rest"], how["speed"]) == (Path("a.csv"), None, None, None)
-    assert (law, of_law["single"], of_law["accept_harm"], of_law["tunable"]) == ((Path("e.toml"), "fed", "st"), True, True, False)
-    assert outputs[0].opens == [("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False})]
-    assert outputs[1].opens == [("exporting", [Path("e.toml")], {"draws": False})]
-    assert outputs[0].told == [{"notes": ["short"]}, "Note: short"]
-    assert written == [Path("out")] * 2
+    assert (model, law) == ((tmp_path / "model.toml", "c"), (Path("e.toml"), "fed", "st"))
+    expected = {"points": 20, "float32": True, "tunable": True, "accept_harm": False, "name": "axis_x", "log": Path("a.csv"), "step": None}
+    assert {key: how[key] for key in expected} == expected
+    assert {key: of_law[key] for key in ("single", "accept_harm", "tunable")} == {"single": True, "accept_harm": True, "tunable": False}
+    assert output.opens == [
+        ("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False}),
+        ("exporting", [Path("e.toml")], {"draws": False}),
+    ]
+    assert output.told == [{"notes": ["short"]}, "Note: short"]

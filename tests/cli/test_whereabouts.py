@@ -38,7 +38,7 @@ def folder(tmp_path_factory):
     return place
 
 
-LONG = ("identify a model of one's own", "excite")
+LONG = ("identify", "identify a model of one's own", "identify curves", "design", "excite")
 
 
 @pytest.mark.parametrize("command", [pytest.param(command, marks=pytest.mark.slow if command in LONG else ()) for command in RESULTS])

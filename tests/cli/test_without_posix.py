@@ -7,8 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.cli.conftest import AXIS, written_in
-from tests.files.test_results import mark_of
+from tests.cli.conftest import written_in
+from tests.files.test_results import mark_of, write_results
 
 from bristle.cli.options import command_text
 from bristle.core.content import content_of
@@ -25,11 +25,6 @@ def elsewhere(code: str, *arguments: str, **options) -> subprocess.CompletedProc
     return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120, **options)
 
 
-def test_the_simulated_system_lacks_posix():
-    code = PRELUDE + "import os, signal; print(hasattr(os, 'O_DIRECTORY'), hasattr(signal, 'SIGHUP'))"
-    assert elsewhere(code).stdout.split() == [b"False", b"False"]
-
-
 @pytest.mark.slow
 def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, place):
     arguments = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20", "--json")
@@ -43,20 +38,6 @@ def test_the_main_job_gives_the_same_numbers_and_results_are_replaced(bristle, p
     refused = elsewhere(MAIN, *arguments, "--out", "run")
     assert (refused.returncode, refused.stdout) == (2, b"")
     assert not list(place.glob("bristle-*"))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["h5", "tdms", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("parquet", "mat", "npz"))])
-def test_binary_logs_are_read(tmp_path, kind):
-    import numpy as np
-    from tests.logs.conftest import WRITERS
-
-    t = 1e-3 * np.arange(300)
-    path = WRITERS[kind](tmp_path / f"log.{kind}", {"t": t, "q": np.sin(3 * t), "u": np.cos(3 * t)})
-    (tmp_path / "axis.toml").write_text(AXIS.replace('reference = { column = "r", unit = "m" }\n', ""))
-    ended = elsewhere(MAIN, "log", str(path), "--axis", str(tmp_path / "axis.toml"), "--json")
-    assert ended.stderr == b""
-    assert {load["name"] for load in json.loads(ended.stdout)["channels"]} == {"time", "position", "effort"}
 
 
 REPLACE = """
@@ -78,8 +59,6 @@ results.rename_new = once
 
 
 def test_results_are_replaced_whole_and_restored_after_a_kill(tmp_path):
-    from tests.files.test_results import write_results
-
     out = tmp_path / "run"
     write_results(out, "old")
     assert elsewhere(PRELUDE + KILLED + REPLACE.format(meanwhile="pass"), cwd=tmp_path).returncode == 9
@@ -109,22 +88,6 @@ def test_a_link_is_not_followed_even_without_nofollow(tmp_path):
     assert ended.returncode == 1
     assert (mine / "model.toml").read_text() == "mine"
     assert not (mine / NOTE).exists()
-
-
-@pytest.mark.parametrize("encoding", [pytest.param(item, marks=pytest.mark.slow) for item in ("ascii", "cp1252", "cp437")])
-def test_a_console_with_few_letters_shows_every_message(place, encoding):
-    environment = os.environ | {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
-    for arguments in (
-        ("identify", "log.csv", "--axis", "axis.toml", "--draws", "20"),
-        ("models", "lugre"),
-        ("log", "log.csv"),
-        ("run", "experiment.toml"),
-        ("identify", "größe·µ.csv", "--axis", "axis.toml"),
-    ):
-        ended = elsewhere(MAIN, *arguments, env=environment)
-        assert ended.returncode in (0, 1, 2), ended.stderr
-        assert b"fault of bristle" not in ended.stderr
-        (ended.stdout + ended.stderr).decode(encoding)
 
 
 def test_a_pipe_is_read_without_poll(tmp_path):

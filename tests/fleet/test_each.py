@@ -9,6 +9,7 @@ from tests.fleet.conftest import AXIS, OPTIONS, write_log
 from tests.study.conftest import content
 
 import bristle as br
+import bristle.fleet.identify as module
 from bristle.core.axis import Column
 from bristle.core.errors import InputError
 from bristle.fleet import identify_each
@@ -136,8 +137,6 @@ def test_a_killed_worker_loses_no_rows(logs, tmp_path, monkeypatch):
 
 
 def test_an_interruption_during_a_fit_leaves_no_partial_row(logs, tmp_path, monkeypatch):
-    import bristle.fleet.identify as module
-
     def interrupted(log, model, **options):
         return Identification((), log, unfinished="interrupted")
 

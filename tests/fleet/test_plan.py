@@ -32,18 +32,6 @@ def test_each_log_is_a_separate_block():
     assert item.blocks == (Block(0, 1), Block(1, 2), Block(2, 3))
 
 
-def test_parameters_of_the_plant_come_before_those_of_friction():
-    names = list(fleet().parameters)
-    assert names[0] == "plant.M"
-    assert {"friction.F_C", "friction.F_v"} <= set(names)
-    assert [name.partition(".")[0] for name in names] == sorted((name.partition(".")[0] for name in names), reverse=True)
-    assert all(not variable.choices for variable in fleet(model="stribeck").parameters.values())
-    elements = fleet(model="maxwell_slip")
-    names = [name.partition(".")[2] for name in elements.parameters if name.startswith("friction.")]
-    assert any(elements.model.is_array(name) for name in elements.model.variables)
-    assert not any(elements.model.is_array(name) for name in names)
-
-
 def test_a_parameter_has_the_status_and_the_ends_in_the_unit():
     columns = fleet().columns
     assert list(columns)[: len(RUN)] == list(RUN)

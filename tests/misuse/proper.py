@@ -18,8 +18,6 @@ from bristle.logs.log import Channel, Log
 
 MASS = 12.0
 
-OF_CURVE = {"schema": 1, "kind": "translational", "columns": {"input": "u", "output": "f"}}
-
 
 @dataclass(frozen=True)
 class Call:

@@ -7,12 +7,18 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import pyarrow.parquet
 
-COMMAND = "import sys; from bristle.cli.main import main; sys.exit(main())"
+# A job of a shell without job control ignores Ctrl-C from its start, and so would its children.
+COMMAND = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from bristle.cli.main import main
+sys.exit(main())
+"""
 PATIENCE = 60.0  # [s]
 
 
@@ -130,16 +136,6 @@ class DaskCluster:
         """Let a worker join; return its process."""
         folder = self.folder / f"worker_{len(self.processes)}"
         return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options, **environment)
-
-    @contextmanager
-    def stranger(self, path):
-        """Let a worker join whose Python finds a bristle elsewhere."""
-        process = self.worker("--no-nanny", PYTHONPATH=path)
-        try:
-            yield process
-        finally:
-            process.kill()
-            process.wait()
 
     @staticmethod
     def nursed(nanny):

@@ -137,14 +137,6 @@ def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
     assert simulator._serial(0, row, 1, {}) == ("ok", "")
 
 
-def test_values_go_through_the_tables_where_both_ways_differ(bench, monkeypatch):
-    study = bench.study()
-    assert Varied(study).is_direct
-    models = Varied.models
-    monkeypatch.setattr(Varied, "models", lambda self, values, *a: models(self, values | {"plant.M": 2.0 * values["plant.M"]}, *a))
-    assert not Varied(study).is_direct
-
-
 def test_a_fed_forward_model_and_another_variant_are_placed_apart(bench):
     (sections,) = blocks._placed(bench.study())
     assert sections == {"friction": {"friction.F_C": "F_C"}, "plant": {"plant.M": "M"}}

@@ -1,7 +1,5 @@
 """The blocks of a study on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine."""
 
-import pickle
-import shutil
 import signal
 import socket
 import subprocess
@@ -12,15 +10,13 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.study.conftest import content, same
+from tests.study.conftest import content
 from tests.study.processes import DaskCluster, begun, numbers, siege, until
 
 from bristle.cli.main import main
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
 from bristle.study import read_study_file, run_study
-from bristle.study import workers as remote
 from bristle.study.block import Simulator
-from bristle.study.workers import Cluster, WorkerError
 
 pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")]
@@ -33,30 +29,6 @@ def dask(tmp_path_factory):
         cluster.worker("--no-nanny")
         cluster.worker("--no-nanny")
         yield cluster
-
-
-def test_kills_of_workers_and_of_the_command_lose_or_repeat_no_run(slow_bench, dask):
-    bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 64"))
-    out = bench.folder / "out"
-    run_study(study, bench.folder / "here", workers=1)
-    process = begun(bench.folder / "study.toml", out, "--scheduler", dask.address)
-    until(lambda: len(content(out)) >= 2, "the first blocks")
-    dask.processes[1].kill()
-    dask.worker("--no-nanny")
-    before = len(content(out))
-    until(lambda: len(content(out)) >= min(before + 2, 8), "blocks after a worker was killed")
-    process.kill()
-    process.wait()
-    process.stderr.close()
-    before = len(content(out))
-    assert before < 16
-    ran = run_study(study, out, scheduler=dask.address)
-    assert ran.is_whole
-    assert ran.before >= before
-    assert numbers(out) == list(range(64))
-    assert content(out) == content(bench.folder / "here")
-    assert not (out / ".partial").exists()
 
 
 RECORDED = """
@@ -134,55 +106,6 @@ def own_dask(tmp_path_factory):
         yield cluster
 
 
-def bristle_of_another_kind(folder, code):
-    """Write a bristle that is not this one; return where Python finds it."""
-    inner = folder / "bristle" / "study"
-    inner.mkdir(parents=True)
-    for package in (inner.parent, inner):
-        (package / "__init__.py").write_text("")
-    (inner / "workers.py").write_text(code)
-    return str(folder)
-
-
-def test_a_worker_that_cannot_load_bristle_is_reported(bench, own_dask, tmp_path):
-    path = bristle_of_another_kind(tmp_path / "other", "raise ImportError('too old')")
-    with own_dask.stranger(path), pytest.raises(WorkerError, match=r"at the runs \d+ to \d+: ImportError: too old"):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-    assert numbers(bench.folder / "out") == []
-
-
-def test_a_worker_of_another_version_is_refused(bench, own_dask, tmp_path):
-    code = "def simulated(*_):\n    return 'unfit', 'bristle 0.0.9 on a-machine'\n"
-    message = rf"the software of a worker differs; found 'bristle 0\.0\.9 on a-machine', allowed bristle .*{remote.described()['code']}"
-    with own_dask.stranger(bristle_of_another_kind(tmp_path / "other", code)), pytest.raises(InputError, match=message):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-    assert numbers(bench.folder / "out") == []
-
-
-def test_contents_of_its_files_identify_the_code_of_bristle(tmp_path):
-    (tmp_path / "inner").mkdir()
-    (tmp_path / "first.py").write_bytes(b"a = 1\n")
-    (tmp_path / "inner" / "second.py").write_bytes(b"b = 2\n")
-    checksum = remote.checksum_of_code(tmp_path)
-    (tmp_path / "first.py").write_bytes(b"a = 1\r\n")  # as a checkout on another system has it
-    (tmp_path / "first.pyc").write_bytes(b"compiled")
-    assert remote.checksum_of_code(tmp_path) == checksum
-    (tmp_path / "inner" / "second.py").write_bytes(b"b = 3\n")
-    changed = remote.checksum_of_code(tmp_path)
-    (tmp_path / "inner" / "second.py").rename(tmp_path / "inner" / "third.py")
-    assert len({checksum, changed, remote.checksum_of_code(tmp_path)}) == 3
-
-
-def test_tasks_on_a_worker_refuse_other_software(bench):
-    study = bench.study()
-    outcome, columns = remote.simulated(pickle.dumps(study), remote.described(), 4, 8)
-    assert outcome == "done"
-    assert same(columns, Simulator(study).columns(study.blocks[1]))
-    outcome, why = remote.simulated(pickle.dumps(study), remote.described() | {"code": "another"}, 4, 8)
-    assert outcome == "unfit"
-    assert why.startswith(f"code {remote.described()['code']} on ")
-
-
 @pytest.fixture
 def deaf():
     """A port at which something listens that never answers."""
@@ -208,23 +131,12 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
         assert f"Start dask scheduler --port 8786, then dask worker {address}" in str(refused.value)
 
 
-def test_a_scheduler_without_workers_is_reported(bench, own_dask, monkeypatch):
-    monkeypatch.setattr("bristle.study.workers.WORKERS_JOIN", 1.0)
-    with pytest.raises(InputError, match="--scheduler: the scheduler has no workers"):
-        run_study(bench.study(), bench.folder / "out", scheduler=own_dask.address)
-
-
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--run", "3")])
 def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     file = str(bench.write())
     assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2
     assert f"{option[0]}: simulates on this machine, --scheduler on a cluster" in capsys.readouterr().err
     assert not (bench.folder / "out").exists()
-
-
-def test_workers_of_this_machine_exclude_a_cluster(bench):
-    with pytest.raises(InputError, match="workers: cannot be chosen together with a scheduler"):
-        run_study(bench.study(), bench.folder / "out", workers=2, scheduler="tcp://a:1")
 
 
 def test_without_the_cluster_library_the_extra_is_named(bench, capsys, monkeypatch):
@@ -249,12 +161,6 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     # What is there already needs no cluster.
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
-
-
-def test_a_fault_of_a_worker_is_reported(bench, dask):
-    study = bench.study()
-    with pytest.raises(WorkerError, match="the runs -4 to -1: Traceback"):
-        list(Cluster(study, dask.address).results([type(study.blocks[0])(-4, 0)]))
 
 
 def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
@@ -313,32 +219,6 @@ def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_da
         run_study(study, out, scheduler=own_dask.address, progress=end)
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole
-
-
-def bristle_that_dies_of(first, folder):
-    """Copy bristle with one change: the process ends that begins the block of this run; return where it is found."""
-    shutil.copytree(Path(remote.__file__).parents[1], folder / "bristle", ignore=shutil.ignore_patterns("__pycache__"))
-    file = folder / "bristle" / "study" / "workers.py"
-    text = file.read_text()
-    place = "    def columns()"
-    assert text.count(place) == 1
-    file.write_text(text.replace(place, f"    first == {first} and os._exit(9)\n\n{place}"))
-    return folder
-
-
-def test_a_block_that_ends_all_its_workers_is_left_out_with_a_report(bench, tmp_path_factory, monkeypatch, capsys):
-    deadly = bristle_that_dies_of(4, bench.folder / "deadly")
-    facts = remote.described() | {"code": remote.checksum_of_code(deadly / "bristle")}
-    monkeypatch.setattr("bristle.study.workers.described", lambda: facts)
-    file, out = bench.write(), bench.folder / "out"
-    tries_once = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
-    with closing(DaskCluster(tmp_path_factory.mktemp("dask"), **tries_once)) as cluster:
-        cluster.worker(PYTHONPATH=str(deadly))
-        assert main(["study", str(file), "--out", str(out), "--scheduler", cluster.address]) == 1
-    assert "runs 4 to 7 are missing: every process that simulated them crashed" in capsys.readouterr().err
-    assert numbers(out) == [0, 1, 2, 3, 8, 9, 10, 11]
-    monkeypatch.undo()
-    assert run_study(read_study_file(file), out, workers=1).is_whole
 
 
 def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):

@@ -8,8 +8,6 @@ from tests.study.conftest import STUDY
 
 import bristle as br
 from bristle.study import run_study
-from bristle.study.run import worst_runs
-from bristle.study.store import Runs, runs_in
 
 GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace("runs = 12", "runs = 4")
 
@@ -57,11 +55,3 @@ def test_without_pyarrow_the_install_command_is_shown(bench, monkeypatch):
     for message in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
         with pytest.raises(br.core.errors.MissingExtraError, match=r'bristle study .* pip install "bristle\[study\]"'):
             message()
-
-
-def test_the_worst_runs_are_those_with_the_largest_number(bench):
-    run_study(bench.study(), bench.folder / "out", workers=1)
-    runs = runs_in(bench.folder / "out")
-    columns = dict(runs.columns) | {"motion.peak_to_peak": np.arange(12.0) % 7, "status": np.array(["ok"] * 12)}
-    columns["status"] = np.where(columns["run"] == 6, "not_finite", "ok")
-    assert worst_runs(Runs(runs.described, columns), 4) == [5, 4, 11, 3]

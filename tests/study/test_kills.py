@@ -1,12 +1,13 @@
 """Workers, and the process that hands out the work, are killed at any time: every run is there once, bit by bit."""
 
-import os
+import copy
 import pickle
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace as Some
 
 import pytest
 from tests.study.conftest import content
@@ -14,34 +15,8 @@ from tests.study.processes import PATIENCE, begun, children, lives, numbers, sie
 
 from bristle.study import run_study
 from bristle.study.block import Simulator
-from bristle.study.workers import Crew, WorkerError
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-
-
-@pytest.mark.slow
-def test_kills_of_workers_and_of_the_parent_lose_or_repeat_no_run(slow_bench):
-    bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 160"))
-    file, out = bench.folder / "study.toml", bench.folder / "out"
-    run_study(study, bench.folder / "undisturbed", workers=1)
-    process = begun(file, out, "--workers", "2")
-    until(lambda: len(content(out)) >= 2, "the first blocks")
-    os.kill(until(lambda: children(process.pid), "a worker")[0], signal.SIGKILL)
-    before = len(content(out))
-    until(lambda: len(content(out)) >= min(before + 3, 12), "blocks after a worker was killed")
-    workers = children(process.pid)
-    process.kill()
-    process.wait()
-    process.stderr.close()
-    until(lambda: not any(lives(worker) for worker in workers), "workers to end with their parent")
-    ran = run_study(study, out, workers=1)
-    assert ran.is_whole
-    assert ran.before >= before
-    assert numbers(out) == list(range(160))
-    assert content(out) == content(bench.folder / "undisturbed")
-    assert sorted(path.name for path in out.iterdir() if path.name != "report.html") >= [".bristle-results", "runs", "study.json"]
-    assert not (out / ".partial").exists()
 
 
 @pytest.mark.slow
@@ -60,70 +35,47 @@ def test_ctrl_c_ends_the_workers_and_prints_advice(slow_bench):
     assert len(content(out)) < 100
 
 
-def kill(crew):
-    for process in list(crew.processes):
-        process.kill()
-
-
-@pytest.mark.slow
-def test_a_block_whose_worker_ends_goes_to_the_next(bench, monkeypatch):
-    simulated, ended = Crew._simulated, []
-
-    def deadly_once(crew, block):
-        if block.first == 4 and not ended:
-            crew._process()
-            ended.extend(crew.processes)
-            kill(crew)
-        return simulated(crew, block)
-
-    monkeypatch.setattr(Crew, "_simulated", deadly_once)
-    ran = run_study(bench.study(), bench.folder / "out", workers=2)
-    assert ended
-    assert ran.lost == ()
-    assert numbers(bench.folder / "out") == list(range(12))
-
-
-def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_bench):
-    study = slow_bench.study(runs=("runs = 12", "runs = 4000"), block=("block = 4", "block = 4000"))
+@pytest.fixture
+def worker():
+    """A worker without work, and what hands it a message."""
     code = "from bristle.study.workers import serve; serve()"
-    worker = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    for message in ((Simulator, study), study.blocks[0]):
-        pickle.dump(message, worker.stdin)
-        worker.stdin.flush()
-    assert pickle.load(worker.stdout) == ("ready", None)
-    time.sleep(0.5)
-    assert worker.poll() is None
-    worker.stdin.close()
-    worker.wait(10.0)  # its block would take a minute
-    worker.stdout.close()
+    process = subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def hand(message):
+        pickle.dump(message, process.stdin)
+        process.stdin.flush()
+
+    yield process, hand
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+def test_a_worker_answers_each_block_in_turn(worker):
+    process, hand = worker
+    answers = []
+    for message in ((copy.copy, Some(columns=eval)), "6 * 7", "print('by a model of a person')", "1 / 0"):
+        hand(message)
+        answers.append(pickle.load(process.stdout))
+        process.send_signal(signal.SIGINT)  # Ctrl-C reaches all processes of a terminal: the parent ends this one
+    assert answers[:3] == [("ready", None), ("done", 42), ("done", None)]
+    assert answers[3][0] == "failed"
+    assert "ZeroDivisionError" in answers[3][1]
+    process.stdin.close()
+    assert process.wait(10.0) == 0
 
 
 @pytest.mark.slow
-def test_a_block_that_ends_every_worker_is_reported_and_the_others_are_complete(slow_bench, monkeypatch):
-    study = slow_bench.study()
-    requested = Crew._asked
-
-    def deadly(crew, process, message):
-        if getattr(message, "first", None) == 4:
-            kill(crew)
-        return requested(crew, process, message)
-
-    monkeypatch.setattr(Crew, "_asked", deadly)
-    monkeypatch.setattr("bristle.study.workers.TRIES", 2)
-    out = slow_bench.folder / "out"
-    ran = run_study(study, out, workers=2)
-    lost = [block.first for block, _ in ran.lost]
-    assert 4 in lost
-    assert {code for _, code in ran.lost} == {-signal.SIGKILL}
-    assert numbers(out) == [number for number in range(12) if number - number % 4 not in lost]
-    monkeypatch.undo()
-    assert run_study(study, out, workers=1).is_whole
-
-
-def test_workers_that_cannot_begin_end_the_study(bench, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(WorkerError, match="ended before they could start, the last one with code 1"):
-        run_study(bench.study(), bench.folder / "out", workers=2)
+def test_a_worker_ends_in_the_midst_of_a_block_where_its_parent_is_gone(slow_bench, worker):
+    study = slow_bench.study(runs=("runs = 12", "runs = 4000"), block=("block = 4", "block = 4000"))
+    process, hand = worker
+    hand((Simulator, study))
+    hand(study.blocks[0])
+    assert pickle.load(process.stdout) == ("ready", None)
+    time.sleep(0.5)
+    assert process.poll() is None
+    process.stdin.close()
+    process.wait(10.0)  # its block would take a minute
 
 
 @pytest.mark.slow

@@ -21,11 +21,6 @@ def test_a_time_is_reported_in_words(seconds, words):
     assert in_words(seconds) == words
 
 
-def test_a_study_is_whole_where_no_block_was_lost():
-    assert Ran(3, ()).is_whole
-    assert not Ran(3, ((Block(0, 1), None),)).is_whole
-
-
 class Kept:
     """A folder of which the first block is there."""
 

@@ -8,6 +8,7 @@ import bristle as br
 from bristle.core.errors import InputError
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
+from bristle.report.simulation import simulation_summary
 from bristle.study import run_study
 from bristle.study.block import Simulator, Varied, row_of
 from bristle.study.plan import METRICS, Block
@@ -85,23 +86,6 @@ def test_only_draws_out_of_range_leave_the_batch(bench, model, drawn):
     assert set(models) == set(range(12)) - refused
 
 
-@pytest.mark.parametrize("change", ["delay = 1", 'current_lag = "1 ms"', 'tolerance = "1 um"'])
-def test_experiments_that_cannot_be_batched_run_one_by_one(bench, change):
-    rig = (bench.folder / "rig.toml").read_text()
-    if "tolerance" in change:
-        rig = rig.replace("substeps = 2", "")
-    (bench.folder / "rig.toml").write_text(rig + change + "\n")
-    assert not Simulator(bench.study()).in_batches
-
-
-def test_a_friction_model_with_a_memory_is_run_one_by_one(bench):
-    rig = (bench.folder / "rig.toml").read_text()
-    before, after = rig.index('model = "lugre"'), rig.index("[effort]")
-    rig = rig[:before] + 'model = "maxwell_slip"\nF_C = 1.0\nk_i = [1e5, 2e5]\nnu_i = [0.4, 0.6]\n' + rig[after:]
-    (bench.folder / "rig.toml").write_text(rig)
-    assert not Simulator(bench.study()).in_batches
-
-
 def test_values_set_in_models_make_the_experiment_that_the_file_would(bench):
     study = bench.study(LOOPS)
     direct, by_tables = Varied(study), Varied(study)
@@ -161,18 +145,6 @@ def test_a_run_repeated_has_the_numbers_that_were_kept(bench):
         repeat_run(study, 6)
 
 
-def test_a_failed_run_has_a_reason_and_the_others_continue(bench):
-    study = bench.study(level=('["1 N", "0.1 N"]', '["1 N", "1 N"]'))
-    columns = Simulator(study).columns(Block(0, 12))
-    refused = [place for place, status in enumerate(columns["status"]) if status == "refused"]
-    assert 0 < len(refused) < 12
-    for place in range(12):
-        fits = 0.0 < columns["friction.F_C"][place] <= 1.5
-        assert (columns["status"][place] == "ok") == fits
-        assert np.isfinite(columns["motion.peak_to_peak"][place]) == fits
-        assert bool(columns["reason"][place]) != fits
-
-
 def test_a_diverged_loop_has_no_numbers(bench):
     loop = (bench.folder / "loop.toml").read_text().replace('limit = "300 N"\n', "").replace('"0.2 s"', '"2 s"')
     (bench.folder / "loop.toml").write_text(loop)
@@ -185,8 +157,6 @@ def test_a_diverged_loop_has_no_numbers(bench):
 
 
 def test_every_metric_is_a_number_of_bristle_run(bench):
-    from bristle.report.simulation import simulation_summary
-
     result = br.simulate(bench.folder / "loop.toml")
     variant = simulation_summary(result, files={}, provenance={})["variants"]["plain"]
     assert as_json(variant)

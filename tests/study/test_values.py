@@ -34,11 +34,6 @@ def test_an_additional_cause_leaves_other_random_draws_unchanged():
     assert abs(np.corrcoef(beside.numbers(0, 50).T)[0, 1]) < 0.4
 
 
-def test_another_seed_draws_other_values():
-    first, second = (Sampling("random", seed, ("a",), 50).numbers(0, 50) for seed in (3, 4))
-    assert not np.any(first == second)
-
-
 def test_the_draws_for_sobol_indices_exchange_one_coordinate_after_the_other():
     rows = Sampling("sobol", 3, ("a", "b"), 8, indices=True).numbers(0, 32).reshape(8, 4, 2)
     custom, second, first_exchanged, second_exchanged = rows.transpose(1, 0, 2)
@@ -54,16 +49,6 @@ def test_seeds_of_runs_differ():
     assert len(seeds) > 9_990
     assert min(seeds) >= 0
     assert max(seeds) < 2**31
-
-
-def test_distributions_have_the_moments_of_the_file(bench):
-    study = bench.study(runs=("runs = 12", "runs = 20000"))
-    values = study.values(Block(0, 20000))
-    level, mass = values["friction.F_C"], values["plant.M"]
-    assert level.mean() == pytest.approx(1.0, abs=0.003)
-    assert level.std() == pytest.approx(0.1, rel=0.02)
-    assert stats.normaltest(level).pvalue > 1e-3
-    assert (mass.min(), mass.max()) == pytest.approx((0.8, 1.2), abs=1e-3)
 
 
 def fit_in(folder):

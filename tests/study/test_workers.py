@@ -5,9 +5,7 @@ import hashlib
 import io
 import logging
 import pickle
-import signal
 import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import CancelledError, Future
@@ -63,15 +61,6 @@ def test_blocks_in_work_are_limited():
     assert list(_as_ready(submit, [], lambda: 4)) == []
 
 
-def test_blocks_may_come_from_an_iterator_without_a_length():
-    def submit(block):
-        future = Future()
-        future.set_result(block)
-        return future
-
-    assert [block for block, _ in _as_ready(submit, BLOCKS, lambda: 1)] == BLOCKS
-
-
 def test_a_fault_is_reported_with_the_trace():
     def broken():
         raise ValueError("a fault")
@@ -91,12 +80,6 @@ def test_the_checksum_of_code_ignores_line_ends(tmp_path):
     (tmp_path / "c.txt").write_bytes(b"no code")
     parts = [f"{name} {hashlib.sha256(text).hexdigest()} " for name, text in (("a.py", b"x = 1\ny = 2\n"), ("below/b.py", b"z = 3\n"))]
     assert checksum_of_code(tmp_path) == hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
-
-
-def test_a_worker_states_versions_and_code():
-    versions = workers.described()
-    assert set(versions) == {"bristle", "numpy", "scipy", "numba", "code"}
-    assert len(versions["code"]) == 12
 
 
 def test_a_worker_with_other_software_refuses_blocks(monkeypatch):
@@ -333,37 +316,3 @@ def test_a_process_has_a_single_thread_for_linear_algebra_and_finds_the_same_mod
     assert code.endswith("serve()")
     assert {how["env"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
     assert (how["stdin"], how["stdout"], how["stderr"]) == (subprocess.PIPE, subprocess.PIPE, subprocess.DEVNULL)
-
-
-def test_a_worker_answers_that_it_is_ready_and_then_each_block_in_turn(monkeypatch):
-    class Answers(io.BytesIO):
-        def flush(self):
-            if self.getvalue().count(b"failed"):
-                raise InterruptedError
-
-    def columns(block):
-        return {"run": [4, 5]} if block.first == 4 else 1 / 0
-
-    def thread(target, args, daemon):
-        def start():
-            with pytest.raises(SystemExit, match="0"):  # once the input ends
-                target(*args)
-
-        return Some(start=start)
-
-    answers, done = Answers(), []
-    messages = b"".join(map(pickle.dumps, ((workers.Simulator, "study"), Block(4, 6), Block(6, 7))))
-    monkeypatch.setattr(workers.Simulator, "__init__", lambda self, study: done.append(study))
-    monkeypatch.setattr(workers.Simulator, "columns", lambda self, block: columns(block))
-    calls = {"dup": lambda number: number, "dup2": lambda *passed: done.append(passed), "open": lambda *how: "nowhere"}
-    monkeypatch.setattr(workers, "os", Some(fdopen=lambda number, mode: answers, devnull="", O_WRONLY=1, _exit=sys.exit, **calls))
-    monkeypatch.setattr(workers, "threading", Some(Thread=thread))
-    monkeypatch.setattr(workers.sys, "stdin", Some(buffer=io.BytesIO(messages)))
-    monkeypatch.setattr(workers.signal, "signal", lambda *passed: done.append(passed))
-    with pytest.raises(InterruptedError):
-        workers.serve()
-    reported = io.BytesIO(answers.getvalue())
-    assert [pickle.load(reported), pickle.load(reported)] == [("ready", None), ("done", {"run": [4, 5]})]
-    outcome, trace = pickle.load(reported)
-    assert (outcome, "ZeroDivisionError" in trace) == ("failed", True)
-    assert {(signal.SIGINT, signal.SIG_IGN), ("nowhere", 1), "study"} <= set(done)

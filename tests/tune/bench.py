@@ -7,6 +7,7 @@ feedforward to the effort of the loop as the component of a real controller does
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -92,13 +93,13 @@ class Motion:
         return np.concatenate([np.zeros(rest), np.tile(self.cycle, cycles), np.zeros(rest)])
 
 
-def drawn(seed: int) -> tuple[Plant, Motion]:
-    """Return a random axis with its loop, tuned by rule, and the motion of its user."""
-    r = np.random.default_rng([20261127, seed])
+def log_uniform(r: np.random.Generator, low: float, high: float) -> float:
+    return float(math.exp(r.uniform(math.log(low), math.log(high))))
 
-    def log(low: float, high: float) -> float:
-        return float(math.exp(r.uniform(math.log(low), math.log(high))))
 
+def drawn_plant(r: np.random.Generator, seed: int) -> Plant:
+    """Return a random axis with its loop, tuned by rule."""
+    log = partial(log_uniform, r)
     mass, coulomb = log(8, 80), log(15, 120)
     plant = Plant(
         kind=seed % 4,
@@ -129,17 +130,29 @@ def drawn(seed: int) -> tuple[Plant, Motion]:
         crossover = min(crossover, 0.12 * 2 * math.pi * first)
     plant.p, plant.i, plant.d = 0.4 * mass * crossover**2, 0.4 * mass * crossover**3 / 20, mass * crossover
     plant.inertia, plant.limit = 0.97 * mass, coulomb * 4 + abs(plant.gravity) + 6 * mass
+    return plant
+
+
+def cycle_of(amplitude: float, period: float, dwell: float, sample_time: float = 1e-3) -> np.ndarray:
+    """Return a motion to and fro with rests at its ends, of twice this amplitude."""
+    half, rest = round(period / 2 / sample_time), round(dwell / sample_time)
+    t = np.arange(half) / half
+    rise = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
+    return 2 * amplitude * np.concatenate([rise, np.ones(rest), 1 - rise, np.zeros(rest)])
+
+
+def drawn(seed: int) -> tuple[Plant, Motion]:
+    """Return a random axis and the motion of its user."""
+    r = np.random.default_rng([20261127, seed])
+    plant = drawn_plant(r, seed)
     # The motion is large beside the error of the loop, as on a machine in use.
-    amplitude, period, dwell = log(0.5e-3, 8e-3), float(r.uniform(1.2, 3.0)), 0.15 * float(r.uniform() < 0.5)
-    distance = coulomb / plant.p + plant.reach  # the loop breaks the axis away over this distance of the reference
-    amplitude = max(amplitude, 12 * coulomb / plant.p)
+    amplitude, period, dwell = log_uniform(r, 0.5e-3, 8e-3), float(r.uniform(1.2, 3.0)), 0.15 * float(r.uniform() < 0.5)
+    distance = plant.coulomb / plant.p + plant.reach  # the loop breaks the axis away over this distance of the reference
+    amplitude = max(amplitude, 12 * plant.coulomb / plant.p)
     # Within a tenth of a second of a reversal, the reference covers twice this distance.
     period = min(period, max(2 * math.pi * math.sqrt(amplitude / (400 * distance)), 0.8))
     amplitude = min(max(amplitude, 400 * distance * (period / (2 * math.pi)) ** 2), 15e-3)
-    half, rest = round(period / 2 / plant.sample_time), round(dwell / plant.sample_time)
-    t = np.arange(half) / half
-    rise = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
-    return plant, Motion(2 * amplitude * np.concatenate([rise, np.ones(rest), 1 - rise, np.zeros(rest)]))
+    return plant, Motion(cycle_of(amplitude, period, dwell, plant.sample_time))
 
 
 @dataclass

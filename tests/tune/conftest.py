@@ -7,9 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.tune.bench import Bench
+from markupsafe import Markup
+from tests.tune.bench import Bench, drawn
 from tests.tune.machine import BenchMachine, Faults, written
 
+from bristle.report import page
 from bristle.tune import Options, tune
 from bristle.tune.journal import NAME, Journal
 
@@ -31,7 +33,18 @@ def finished(tmp_path_factory, own_locks):
     folder = tmp_path_factory.mktemp("tuned")
     file, bench, _ = written(folder, SEED, CYCLES)
     machine = BenchMachine(bench, memory=folder / "memory.json")
-    return machine, folder, tune(file, folder / "out", move=True, machine=machine, options=OPTIONS)
+    machine.shares = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "picture", lambda name, draw, alternative, caption, **_: page.Picture(f"figure-{name}", Markup(), caption))
+        result = tune(
+            file, folder / "out", move=True, machine=machine, options=OPTIONS, progress=lambda share, _: machine.shares.append(share)
+        )
+    return machine, folder, result
+
+
+@pytest.fixture(autouse=True)
+def without_figures(undrawn):
+    """No figure is drawn on the reports."""
 
 
 @pytest.fixture
@@ -82,8 +95,6 @@ def begun(folder: Path, target: Path, step: str = "identification"):
     (target / "out" / NAME).write_text(text)
 
     def make(faults: Faults | None = None) -> BenchMachine:
-        from tests.tune.bench import drawn
-
         return BenchMachine(Bench(drawn(SEED)[0], SEED), faults, target / "memory.json")
 
     return make, target

@@ -5,8 +5,10 @@ import re
 import subprocess
 import threading
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 from tests.exports.native import COMPILER
 from tests.exports.structured_text import FLAGS, HEAD, Translator
 
@@ -40,6 +42,11 @@ void cycles(int number)
 """
 SIZES = {"bool": ctypes.c_bool, "dint": ctypes.c_int32, "lint": ctypes.c_int64, "lreal": ctypes.c_double}
 WARNINGS = ("-Wno-unused-function", "-Wno-unused-but-set-variable", "-Wno-clobbered", "-Wno-unused-variable")
+
+
+def stroke(rows=600, distance=1e-3):
+    """Return a motion to and fro between two rests [m]."""
+    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
 
 
 def compiled(folder: Path) -> Path:
@@ -111,6 +118,35 @@ class Plc:
             place = self.place(name)
             assert len(content) == ctypes.sizeof(place), (name, len(content))
             ctypes.memmove(ctypes.addressof(place), content, len(content))
+
+
+@contextmanager
+def examples(machine, restart, **settings):
+    """Give the class of machines on a controller, with examples for the contract; `restart` starts it as new or with what it stored."""
+    opened = []
+
+    class Example(machine):
+        @classmethod
+        def example(cls):
+            for each in opened:
+                each.close()
+            restart(as_new=True)
+            return cls.again()
+
+        @classmethod
+        def restarted(cls, kept):
+            kept.close()
+            restart(as_new=False)
+            return cls.again()
+
+        @classmethod
+        def again(cls):
+            opened[:] = [cls(sample_time=1e-3, **settings)]
+            return opened[0]
+
+    yield Example
+    for each in opened:
+        each.close()
 
 
 class Task:

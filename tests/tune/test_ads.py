@@ -3,21 +3,17 @@
 import os
 import socket
 import struct
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.machine import AXIS, MACHINE, written
-from tests.tune.plc import PERSISTENT, Plc, Task, compiled
+from tests.tune.plc import PERSISTENT, Plc, Task, compiled, examples, stroke
 
-from bristle.core import InputError, MissingExtraError
-from bristle.files import read_machine
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Options, tune, undo
+from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
 
@@ -79,53 +75,35 @@ def controller(tmp_path_factory):
 @pytest.fixture
 def kind(controller):
     """Return the class of machines on the controller, which starts anew."""
-    opened = []
 
-    class Example(Ads):
-        @classmethod
-        def example(cls):
-            for machine in opened:
-                machine.close()
-            controller.plc.restart()
-            controller.advance = ADVANCE
-            return cls.again()
+    def restart(*, as_new):
+        (controller.plc.restart if as_new else controller.plc.reboot)()
+        controller.advance = ADVANCE
 
-        @classmethod
-        def restarted(cls, machine):
-            machine.close()
-            controller.plc.reboot()
-            return cls.again()
-
-        @classmethod
-        def again(cls):
-            opened.append(cls(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, sample_time=1e-3, patience=1e3))
-            return opened[-1]
-
-    yield Example
-    for machine in opened:
-        machine.close()
+    with examples(Ads, restart, net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, patience=1e3) as example:
+        yield example
 
 
-def stroke(rows=600, distance=1e-3):
-    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
+@pytest.fixture
+def armed(kind):
+    """A machine on the new controller, with wide limits."""
+    machine = kind.example()
+    machine.arm(WIDE)
+    return machine
 
 
 def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
 
 
-def test_each_row_is_that_of_the_axis(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    recording = machine.record(stroke(6000), lambda: None)
+def test_each_row_is_that_of_the_axis(armed, controller):
+    recording = armed.record(stroke(6000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(6000), atol=1e-15)
     assert recording.position[-1] == pytest.approx(1e-3 * controller.plc.value("position"), abs=2e-6)
     assert np.max(np.abs(recording.error)) < 5e-4
 
 
-def test_lost_rows_are_refused_with_their_number(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_lost_rows_are_refused_with_their_number(armed, controller):
     motion = stroke(6000)
 
     def late():
@@ -133,68 +111,44 @@ def test_lost_rows_are_refused_with_their_number(kind, controller):
             controller.advance = 3000  # more than the ring of 4000 rows between two readings
 
     with pytest.raises(MachineStoppedError, match=r"lost samples: \d+ of 6100 rows") as stopped:
-        machine.record(motion, late)
+        armed.record(motion, late)
     assert stopped.value.reason == "lost_samples"
     assert 0 < int(stopped.value.detail.split()[0]) < 6100
     assert controller.plc.value("rows") == 6100
 
 
-def test_the_feedforward_is_added_in_a_ramp_and_fades(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    machine.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
+def test_the_feedforward_is_added_in_a_ramp_and_fades(armed, controller):
+    armed.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
     recordings = []
     for gain in (0.0, 1.0):
-        machine.set(gain=gain)
-        recordings.append(machine.record(stroke(3000), lambda: None))
+        armed.set(gain=gain)
+        recordings.append(armed.record(stroke(3000), lambda: None))
     errors = [np.mean(np.abs(recording.error[1000:])) for recording in recordings]
     assert errors[1] < 0.7 * errors[0]
     for _ in range(40):
-        machine.state()
+        armed.state()
     assert controller.plc.value("gain_now") == 0.0
 
 
-def test_an_exceeded_effort_is_named(kind):
-    machine = kind.example()
-    machine.arm(Limits(1e-3, 3.0, (-0.1, 0.1)))
-    with pytest.raises(MachineStoppedError, match="effort"):
-        machine.record(stroke(), lambda: None)
-
-
-def test_a_silent_program_loses_the_axis(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
-    machine.set(offset=2.0)
-    controller.plc.cycles(1_000_001)
+def test_a_silent_program_loses_the_axis(armed, controller):
+    armed.set(offset=2.0)
+    controller.plc.put("patience", (100).to_bytes(4, "little"))
+    controller.plc.cycles(101)
     assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
     assert controller.plc.value("effort") == controller.plc.value("controller")
 
 
-def test_an_operator_stops_the_motion(kind, controller):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_an_operator_stops_the_motion(armed, controller):
 
     def alive():
         if controller.plc.value("count") > 100:
             raise MachineStoppedError("operator")
 
     with pytest.raises(MachineStoppedError, match="operator"):
-        machine.record(stroke(6000), alive)
-    machine.state()
+        armed.record(stroke(6000), alive)
+    armed.state()
     assert not controller.plc.value("playing")
     assert controller.plc.value("count") < 3000
-
-
-def test_a_kept_feedforward_is_undone_before_the_next_run(kind):
-    machine = kind.example()
-    before = machine.state()
-    machine.arm(WIDE)
-    machine.keep()
-    with pytest.raises(MachineRefusedError, match="--undo"):
-        machine.arm(WIDE)
-    machine.restore(before)
-    assert machine.state() == before
-    machine.arm(WIDE)
 
 
 def kept_one(kind):
@@ -212,7 +166,8 @@ def kept_one(kind):
 def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(kind, controller):
     machine, _ = kept_one(kind)
     controller.plc.put("keep", b"\0")
-    controller.plc.cycles(1_000_001)
+    controller.plc.put("patience", (100).to_bytes(4, "little"))
+    controller.plc.cycles(101)
     assert (controller.plc.value("ok"), controller.plc.value("cause")) == (False, 4)
     machine.keep()
     assert controller.plc.value("ok")
@@ -302,22 +257,6 @@ def test_a_wrong_prefix_is_refused_by_name(controller):
         Ads(net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix="MAIN.other.", sample_time=1e-3)
 
 
-def test_a_machine_file_states_net_id_and_prefix(tmp_path):
-
-    from bristle.tune.machines import connected
-
-    file = written(tmp_path, 4)[0]
-    file.write_text(file.read_text().replace('"bench.py"', '"ads"') + '[settings]\nnet_id = "1.2.3.4.1.1"\n')
-    with pytest.raises(InputError, match=r"settings\.prefix"):
-        connected(read_machine(file))
-
-
-def test_without_the_library_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyads", None)
-    with pytest.raises(MissingExtraError, match=r"bristle\[ads\]"):
-        Ads(net_id="1.2.3.4.1.1", prefix="MAIN.tune.", sample_time=1e-3)
-
-
 @pytest.mark.slow
 def test_a_minute_in_real_time_loses_no_row(kind, controller):
     machine = kind.example()
@@ -328,23 +267,3 @@ def test_a_minute_in_real_time_loses_no_row(kind, controller):
         motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
         recording = machine.record(motion, lambda: None)
     np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
-
-
-@pytest.mark.slow
-def test_a_run_keeps_a_feedforward_and_undo_restores_the_controller(kind, controller, tmp_path):
-    machine = kind.example()
-    before = machine.state()
-    (tmp_path / "axis.toml").write_text(AXIS.format(limit=400.0, resolution=1e-8))
-    (tmp_path / "machine.toml").write_text(MACHINE.format(cycles=6))
-    cycle = 1e3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 1501)))
-    table = np.column_stack([1e-3 * np.arange(cycle.size), cycle])
-    np.savetxt(tmp_path / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
-    options = Options(models="dahl", duration=20.0)
-    result = tune(tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options)
-    assert result.outcome == "kept", result.reason
-    with pytest.raises(MachineRefusedError, match="closed"):
-        machine.state()
-    state = kind.again().state()
-    assert (state["keep"], state["gain"]) == (True, result.facts["comparison"]["gain"])
-    assert undo(tmp_path / "out", machine=kind.again()).outcome == "undone"
-    assert kind.again().state() == before

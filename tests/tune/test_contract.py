@@ -1,13 +1,18 @@
 """The contract of machines: the bench and an experiment meet it, and each fault is noticed by the demand that names it."""
 
+import sys
 from pathlib import Path
 
 import pytest
-from tests.tune.machine import Example
+from tests.tune.machine import Example, written
 
+from bristle.core import InputError, MissingExtraError
 from bristle.files import read_machine
+from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
 from bristle.tune.experiment import ExperimentMachine
+from bristle.tune.machines import connected
+from bristle.tune.opcua import OpcUa
 
 RIG = Path(__file__).parents[2] / "examples/tune/machine.toml"
 
@@ -48,7 +53,7 @@ class Saving(Example):
         return again
 
 
-@pytest.mark.parametrize("machine", [Example, Rig, Saving])
+@pytest.mark.parametrize("machine", [Rig, Saving])
 def test_a_machine_meets_the_contract(machine):
     assert [(check.name, check.detail) for check in check_machine(machine) if not check.passed] == []
 
@@ -131,3 +136,26 @@ def test_a_machine_that_saves_has_all_methods_of_saving():
 @pytest.mark.parametrize("demand", FAULTS)
 def test_each_fault_is_noticed(demand):
     assert [check.name for check in check_machine(FAULTS[demand]) if not check.passed] == [demand]
+
+
+OPCUA = 'url = "opc.tcp://x"\nprefix = "ns=2;s="\n[settings.names]\nspeed = "i=1"'
+
+
+@pytest.mark.parametrize(
+    ("machine", "settings", "words"),
+    [("ads", 'net_id = "1.2.3.4.1.1"', r"settings\.prefix"), ("opcua", "", r"settings\.url"), ("opcua", OPCUA, "speed")],
+)
+def test_a_machine_file_states_the_address_of_the_controller(tmp_path, machine, settings, words):
+    file = written(tmp_path, 4)[0]
+    file.write_text(file.read_text().replace('"bench.py"', f'"{machine}"') + f"[settings]\n{settings}\n")
+    with pytest.raises(InputError, match=words):
+        connected(read_machine(file))
+
+
+@pytest.mark.parametrize(
+    ("machine", "library", "settings"), [(Ads, "pyads", {"net_id": "1.2.3.4.1.1"}), (OpcUa, "asyncua", {"url": "opc.tcp://127.0.0.1:1"})]
+)
+def test_without_the_library_the_extra_is_named(monkeypatch, machine, library, settings):
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(MissingExtraError, match=rf"bristle\[{machine.__name__.lower()}\]"):
+        machine(**settings, prefix="MAIN.tune.", sample_time=1e-3)

@@ -1,6 +1,5 @@
 """The gates of a run, on records that are made here: each lets the right axis pass, and refuses the wrong one by name."""
 
-from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -9,9 +8,9 @@ import pytest
 from scipy import stats
 from tests.tune.machine import BenchMachine, written
 
-import bristle as br
 from bristle.core.diagnostic import Diagnostic
 from bristle.files import read_machine
+from bristle.identification.result import Identification
 from bristle.prediction import first_gain
 from bristle.tune import MachineRefusedError, Recording, steps
 from bristle.tune.journal import Journal
@@ -54,32 +53,35 @@ def prepared(tmp_path, monkeypatch):
     return run
 
 
-def test_the_gain_with_the_smallest_error_is_taken(prepared):
-    run = prepared(error=lambda gain: 1e-4 * (0.1 + abs(gain - 0.5)))
+@pytest.mark.parametrize(
+    ("script", "gain"),
+    [
+        ({"error": lambda gain: 1e-4 * (0.1 + abs(gain - 0.5))}, 0.5),
+        # 1.05 less one per cent: the effort rises by 4 % at a gain of 0.4
+        ({"effort": lambda gain: 10.0 * (1.0 + 0.1 * gain)}, pytest.approx(0.4, abs=0.02)),
+        ({"error": lambda gain: 1e-4 * (1.0 - gain if gain < 0.4 else 1.6)}, 0.25),
+    ],
+    ids=["smallest error", "effort within its ratio", "larger error ends the ladder"],
+)
+def test_the_best_harmless_gain_is_taken(prepared, script, gain):
+    run = prepared(**script)
     steps.stages(run)
-    assert run.facts["stages"]["gain"] == 0.5
+    assert run.facts["stages"]["gain"] == gain
 
 
-def test_the_safe_gain_keeps_the_effort_within_its_ratio(prepared):
-    run = prepared(effort=lambda gain: 10.0 * (1.0 + 0.1 * gain))
-    steps.stages(run)
-    # 1.05 less one per cent: the effort rises by 4 % at a gain of 0.4
-    assert run.facts["stages"]["gain"] == pytest.approx(0.4, abs=0.02)
-
-
-def test_an_axis_whose_effort_rises_at_once_is_refused(prepared):
-    with pytest.raises(MachineRefusedError, match="without a larger effort") as refused:
-        steps.stages(prepared(effort=lambda gain: 10.0 * (1.0 + 0.4 * gain)))
-    assert refused.value.code == "no_gain"
-
-
-def test_the_ladder_of_gains_ends_where_the_error_is_larger(prepared):
-    run = prepared(error=lambda gain: 1e-4 * (1.0 - gain if gain < 0.4 else 1.6))
-    steps.stages(run)
-    assert run.facts["stages"]["gain"] == 0.25
-    with pytest.raises(MachineRefusedError, match=r"at gain 0\.25 the following error is 110%") as refused:
-        steps.stages(prepared(error=lambda gain: 1e-4 * (1.0 + 0.4 * gain)))
-    assert refused.value.code == "worse"
+@pytest.mark.parametrize(
+    ("script", "code", "words"),
+    [
+        ({"effort": lambda gain: 10.0 * (1.0 + 0.4 * gain)}, "no_gain", "without a larger effort"),
+        ({"error": lambda gain: 1e-4 * (1.0 + 0.4 * gain)}, "worse", r"at gain 0\.25 the following error is 110%"),
+        ({"noise": lambda gain: 0.01 if gain < 0.4 else 1.0}, "hunts_with_feedforward", "."),
+    ],
+    ids=lambda item: item if isinstance(item, str) else "",
+)
+def test_an_axis_without_a_harmless_gain_is_refused(prepared, script, code, words):
+    with pytest.raises(MachineRefusedError, match=words) as refused:
+        steps.stages(prepared(**script))
+    assert refused.value.code == code
 
 
 def test_an_effort_that_does_negative_work_is_refused(prepared):
@@ -87,12 +89,6 @@ def test_an_effort_that_does_negative_work_is_refused(prepared):
     with pytest.raises(MachineRefusedError, match="negative work") as refused:
         steps.warm_up(run)
     assert refused.value.code == "wrong_sign"
-
-
-def test_an_axis_that_hunts_with_the_feedforward_is_refused(prepared):
-    with pytest.raises(MachineRefusedError) as refused:
-        steps.stages(prepared(noise=lambda gain: 0.01 if gain < 0.4 else 1.0))
-    assert refused.value.code == "hunts_with_feedforward"
 
 
 def test_an_axis_that_hunts_without_feedforward_is_refused(prepared):
@@ -151,6 +147,14 @@ def test_records_alternate_so_that_a_drift_cancels(prepared):
     assert all(end < begin for (_, end), (begin, _) in pairwise(spans))
 
 
+@pytest.fixture
+def uncompared(monkeypatch):
+    """The logs of both sides are not compared: for what follows from their records."""
+    monkeypatch.setattr(steps, "compare", lambda *logs, axis: SimpleNamespace(changes={}, helped=True))
+    monkeypatch.setattr(Run, "log", lambda self, name: name)
+
+
+@pytest.mark.usefixtures("uncompared")
 @pytest.mark.parametrize(
     ("noise", "expected"),
     [
@@ -164,6 +168,7 @@ def test_the_noise_at_rest_of_both_sides_is_compared_above_a_share_of_the_effort
     assert found["interval"] == pytest.approx([expected, expected], rel=1e-3)
 
 
+@pytest.mark.usefixtures("uncompared")
 def test_the_noise_of_an_encoder_count_does_not_count(prepared):
     def toggling(counts):
         run = prepared(noise=lambda gain: 1.0 + 0.5 * gain)
@@ -253,14 +258,11 @@ def test_the_effort_precedes_the_motion_by_delay_and_lag(finished):
     assert result.facts["identification"]["lead"] == pytest.approx((plant.delay + 0.5) * plant.sample_time + plant.lag, abs=2e-4)
 
 
-def test_a_model_that_explains_too_little_stops_the_run(identified, monkeypatch):
-    make, folder = identified
-    run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
-    run.step = "identification"
-    monkeypatch.setattr(steps, "first_gain", lambda _: 0.0)
-    monkeypatch.setattr(steps, "identify", lambda log, *_, **__: br.identify(log, "coulomb_viscous", draws=0))
-    with pytest.raises(MachineRefusedError) as refused:
-        steps.identification(run)
+def test_a_model_that_explains_too_little_stops_the_run(prepared, monkeypatch):
+    found = {"usable": False, "verdict": "Not usable", "reasons": ["one", "two", "three"]}
+    monkeypatch.setattr(steps, "_identified", lambda run, record, folder: found)
+    with pytest.raises(MachineRefusedError, match="Not usable: one; two") as refused:
+        steps.identification(prepared())
     assert refused.value.code == "no_usable_model"
 
 
@@ -268,11 +270,7 @@ def test_an_interrupted_identification_ends_the_run(identified, monkeypatch):
     make, folder = identified
     run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
     run.step = "identification"
-
-    def interrupted(log, *_, **__):
-        return replace(br.identify(log, "coulomb_viscous", draws=0), unfinished="interrupted")
-
-    monkeypatch.setattr(steps, "identify", interrupted)
+    monkeypatch.setattr(steps, "identify", lambda log, *_, **__: Identification((), log, unfinished="interrupted"))
     with pytest.raises(KeyboardInterrupt):
         steps.identification(run)
 

@@ -3,17 +3,14 @@
 import asyncio
 import datetime
 import socket
-import sys
 import threading
 import time
 
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
-from tests.tune.plc import Plc, compiled
+from tests.tune.plc import Plc, compiled, examples, stroke
 
-from bristle.core import InputError, MissingExtraError
-from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, MachineStoppedError
 from bristle.tune.contract import check_machine, saves
 from bristle.tune.opcua import OpcUa
@@ -37,7 +34,7 @@ class Server:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
             self.url = f"opc.tcp://127.0.0.1:{probe.getsockname()[1]}/"
-        self.plc, self.clock = plc, 5.0
+        self.plc, self.clock, self._start = plc, 5.0, plc.restart
         self.step, self.lost, self.longest = 1e-3, 0, 10_000
         self._fresh = threading.Event()
         self._end, self._ready = threading.Event(), threading.Event()
@@ -129,36 +126,16 @@ def server(tmp_path_factory):
 @pytest.fixture
 def kind(server):
     """Return the class of machines on the server, whose controller starts anew."""
-    opened = []
-
-    class Example(OpcUa):
-        @classmethod
-        def example(cls):
-            for machine in opened:
-                machine.close()
-            server.restart()
-            return cls.again()
-
-        @classmethod
-        def restarted(cls, machine):
-            opened.clear()
-            machine.close()
-            server.restart(as_new=False)
-            return cls.again()
-
-        @classmethod
-        def again(cls):
-            machine = cls(url=server.url, prefix=PREFIX, sample_time=1e-3, patience=100.0, clock=5.0, publish=0.05)
-            opened[:] = [machine]
-            return machine
-
-    yield Example
-    for machine in opened:
-        machine.close()
+    with examples(OpcUa, server.restart, url=server.url, prefix=PREFIX, patience=100.0, clock=5.0, publish=0.05) as example:
+        yield example
 
 
-def stroke(rows=600, distance=1e-3):
-    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
+@pytest.fixture
+def armed(kind):
+    """A machine on the new controller, with wide limits."""
+    machine = kind.example()
+    machine.arm(WIDE)
+    return machine
 
 
 @pytest.mark.slow
@@ -166,42 +143,34 @@ def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind) if not check.passed] == []
 
 
-def test_each_row_is_that_of_the_axis(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
-    recording = machine.record(stroke(2000), lambda: None)
+def test_each_row_is_that_of_the_axis(armed, server):
+    recording = armed.record(stroke(2000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(2000), atol=1e-15)
     assert recording.position[-1] == pytest.approx(1e-3 * server.plc.value("position"), abs=2e-6)
 
 
-def test_lost_rows_are_refused_with_their_number(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_lost_rows_are_refused_with_their_number(armed, server):
     server.lost = 3  # of 100
     with pytest.raises(MachineStoppedError, match=r"lost samples: 30 of 1000 rows"):
-        machine.record(stroke(900), lambda: None)
+        armed.record(stroke(900), lambda: None)
 
 
 def test_a_saved_feedforward_is_in_force_after_a_restart_until_it_is_removed(kind):
     assert saves(kind).applies
 
 
-def test_a_short_queue_is_refused_before_the_axis_moves(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_a_short_queue_is_refused_before_the_axis_moves(armed, server):
     server.longest = 10
     time.sleep(0.05)
     with pytest.raises(MachineRefusedError, match="a queue of 10 values, and 500 are needed"):
-        machine.record(stroke(), lambda: None)
+        armed.record(stroke(), lambda: None)
     assert server.plc.value("count") == 0
 
 
-def test_other_time_stamps_than_the_sample_time_are_refused(kind, server):
-    machine = kind.example()
-    machine.arm(WIDE)
+def test_other_time_stamps_than_the_sample_time_are_refused(armed, server):
     server.step = 2e-3
     with pytest.raises(MachineRefusedError, match=r"0\.002 s apart, and the sample time is 0\.001 s"):
-        machine.record(stroke(), lambda: None)
+        armed.record(stroke(), lambda: None)
 
 
 def test_a_wrong_node_is_refused_by_name(server):
@@ -209,40 +178,3 @@ def test_a_wrong_node_is_refused_by_name(server):
     with pytest.raises(MachineRefusedError, match="ns=2;s=absent"):
         machine.state()
     machine.close()
-
-
-def test_a_machine_file_states_the_address(tmp_path):
-    from tests.tune.machine import written
-
-    from bristle.tune.machines import connected
-
-    file = written(tmp_path, 4)[0]
-    text = file.read_text().replace('"bench.py"', '"opcua"')
-    file.write_text(text)
-    with pytest.raises(InputError, match=r"settings\.url"):
-        connected(read_machine(file))
-    file.write_text(text + '[settings]\nurl = "opc.tcp://x"\nprefix = "ns=2;s="\n[settings.names]\nspeed = "i=1"\n')
-    with pytest.raises(InputError, match="speed"):
-        connected(read_machine(file))
-
-
-def test_without_the_library_the_extra_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "asyncua", None)
-    with pytest.raises(MissingExtraError, match=r"bristle\[opcua\]"):
-        OpcUa(url="opc.tcp://127.0.0.1:1", prefix=PREFIX, sample_time=1e-3)
-
-
-@pytest.mark.slow
-def test_a_minute_at_a_kilohertz_is_whole_or_refused_with_a_number(kind, server):
-    machine = kind.example()
-    server.clock = machine._clock = 1.0
-    machine.arm(WIDE)
-    motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
-    try:
-        recording = machine.record(motion, lambda: None)
-    except MachineStoppedError as refusal:
-        lost, reason = int(refusal.detail.split()[0]), refusal.reason
-    else:
-        lost, reason = 0, ""
-        np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
-    assert (reason == "lost_samples") == (lost > 0)

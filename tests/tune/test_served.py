@@ -67,6 +67,12 @@ def chosen(client, file="machine.toml", folder="out"):
     return case, client.post(f"{case}/machine", json={"file": file, "folder": folder})
 
 
+@pytest.fixture
+def case(client):
+    """A case of the lab with the machine and its folder."""
+    return chosen(client)[0]
+
+
 # --- the state of a run -----------------------------------------------------------------------------------------------
 
 
@@ -161,18 +167,8 @@ def test_the_plan_moves_and_writes_nothing(machine, monkeypatch):
     assert min(data["seconds"]) > 0.0
 
 
-@pytest.mark.slow
-def test_a_run_is_kept_and_undone(machine):
-    bench, folder = machine
-    shares = []
-    assert served.tune(errand(folder, lambda share, _: shares.append(share)))[0]["outcome"] == "kept"
-    assert bench.kept
-    assert shares[-1] > 0.9
-    assert served.undo(errand(folder))[0]["outcome"] == "undone"
-    assert bench.state() == INITIAL
-
-
-@pytest.mark.parametrize("gain", [0.0, 0.5, 1.0])
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("gain", [0.5, 0.0, 1.0])
 def test_a_stop_of_the_operator_restores_the_machine(machine, gain):
     bench, folder = machine
     facts, _ = served.tune(errand(folder, is_cancelled=lambda: bench.feedforward is not None and bench.state()["gain"] >= gain))
@@ -283,8 +279,7 @@ def test_a_wrong_path_is_refused_with_its_reason(client, identified, tmp_path_fa
     assert client.get(f"{case}/machine").status_code == 404
 
 
-def test_a_changed_journal_is_refused_with_its_line(client, identified):
-    case, _ = chosen(client)
+def test_a_changed_journal_is_refused_with_its_line(client, case, identified):
     journal = identified[1] / "out" / NAME
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join(lines[:1] + lines[2:]))
@@ -292,8 +287,7 @@ def test_a_changed_journal_is_refused_with_its_line(client, identified):
     assert (answer.status_code, "line 2: was changed" in answer.json()["message"]) == (400, True)
 
 
-def test_the_axis_moves_only_after_its_plan(client, identified):
-    case, _ = chosen(client)
+def test_the_axis_moves_only_after_its_plan(client, case, identified):
     opened = client.cases[case.rpartition("/")[2]]
     for paths in (None, {"file": "machine.toml", "folder": "other"}):
         answer = client.post(f"{case}/jobs", json={"task": "tune"})
@@ -305,8 +299,7 @@ def test_the_axis_moves_only_after_its_plan(client, identified):
     assert client.post(f"{bare}/jobs", json={"task": "plan"}).json()["message"].startswith("machine file: is missing")
 
 
-def test_a_page_does_not_choose_the_paths_of_a_job(client, identified, monkeypatch):
-    case, _ = chosen(client)
+def test_a_page_does_not_choose_the_paths_of_a_job(client, case, identified, monkeypatch):
     requests = []
 
     async def run(self, request):
@@ -320,15 +313,13 @@ def test_a_page_does_not_choose_the_paths_of_a_job(client, identified, monkeypat
     assert requests == [{"file": str(identified[1] / "machine.toml"), "folder": str(identified[1] / "out")}]
 
 
-def test_the_machine_of_a_running_job_stays(client, identified):
-    case, _ = chosen(client)
+def test_the_machine_of_a_running_job_stays(client, case, identified):
     client.cases[case.rpartition("/")[2]].job = Some(runs=True, restores=True, task="tune", as_data=dict, kill=lambda: None)
     answer = client.post(f"{case}/machine", json={"file": "machine.toml", "folder": "other"})
     assert (answer.status_code, "in use by the running job" in answer.json()["message"]) == (409, True)
 
 
-def test_the_report_of_a_run_is_shown_once(client, identified):
-    case, _ = chosen(client)
+def test_the_report_of_a_run_is_shown_once(client, case, identified):
     (identified[1] / "out" / "report.html").write_text("<p>tuned</p>")
     address = client.post(f"{case}/machine/ticket").json()["address"]
     assert client.get(address).text == "<p>tuned</p>"

@@ -1,7 +1,6 @@
 """A random axis in LinuxCNC's HAL: its plant as a component, a PID loop by rule, and the files of a machine."""
 
 import fcntl
-import math
 import os
 import shutil
 import subprocess
@@ -14,11 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.linuxcnc import LACKING, LOCK, MODULES
+from tests.tune.bench import cycle_of, drawn_plant, log_uniform
 from tests.tune.machine import AXIS
 
 from bristle.tune.linuxcnc.hal import Hal
 
 HERE = Path(__file__).parents[3] / "examples/linuxcnc"
+ALWAYS = ["kind", "mass", "coulomb", "rise", "stribeck", "asymmetry", "viscous", "reach", "lag", "delay", "resolution", "noise"]
+SOMETIMES = ["damping", "gravity", "cogging", "load", "spring", "damper"]
 CLOCK = 10  # seconds of the axis in a second of the thread
 MACHINE = """schema = 1
 name = "x"
@@ -41,36 +43,18 @@ clock = {clock}
 def drawn(seed: int) -> tuple[dict[str, float], dict[str, float], np.ndarray]:
     """Return parameters of a random plant, gains of its loop, and a cycle of its motion [mm]."""
     r = np.random.default_rng(seed)
-
-    def log(low: float, high: float) -> float:
-        return float(math.exp(r.uniform(math.log(low), math.log(high))))
-
-    mass, coulomb = log(8, 80), log(15, 120)
-    plant: dict[str, float] = {"kind": seed % 4, "seed": seed, "mass": mass, "coulomb": coulomb, "rise": float(r.uniform(0, 0.5))}
-    plant |= {"stribeck": log(1e-3, 8e-3), "asymmetry": float(r.uniform(-0.12, 0.12)), "viscous": float(coulomb * r.uniform(1, 8))}
-    plant |= {"reach": log(8, 120), "lag": log(2e-4, 1e-3), "delay": int(r.integers(0, 4)), "resolution": log(5e-8, 2e-6)}
-    plant |= {"noise": float(coulomb * r.uniform(0, 0.01))}
-    if plant["kind"] == 1:
-        plant["damping"] = 0.3 * math.sqrt(3 * coulomb / (plant["reach"] * 1e-6) * mass)
-    if plant["kind"] == 2 or seed % 5 == 0:
-        plant |= {"gravity": float(r.uniform(-1, 1) * coulomb), "cogging": float(coulomb * r.uniform(0.05, 0.2))}
-        plant |= {"pitch": float(r.choice([0.005, 0.01, 0.02]))}
-    late = (plant["delay"] + 1.5) * 1e-3 + plant["lag"]
-    crossover = 0.5 / late
-    if seed % 3 == 0:
-        first = float(r.uniform(120, 250))
-        plant |= {"load": mass * 0.6, "mass": mass * 0.4}
-        reduced = plant["load"] * plant["mass"] / mass
-        plant |= {"spring": (2 * math.pi * first) ** 2 * reduced, "damper": 0.2 * math.sqrt((2 * math.pi * first) ** 2 * reduced * reduced)}
-        crossover = min(crossover, 0.12 * 2 * math.pi * first)
-    gains = {"Pgain": 0.4 * mass * crossover**2 / 1e3, "Igain": 0.4 * mass * crossover**3 / 20 / 1e3 * CLOCK}
-    gains |= {"Dgain": mass * crossover / 1e3 / CLOCK, "FF2": 0.97 * mass / 1e3 / CLOCK**2}
-    gains |= {"maxoutput": coulomb * 4 + abs(plant.get("gravity", 0.0)) + 6 * mass}
-    amplitude, period, dwell = log(0.5, 8), float(np.round(r.uniform(1.2, 3.0), 3)), 0.15 * float(r.uniform() >= 0.5)
-    half, rest = round(period / 2 / 1e-3), round(dwell / 1e-3)
-    t = np.arange(half) / half
-    way = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
-    return plant, gains, 2 * amplitude * np.concatenate([way, np.ones(rest), 1 - way, np.zeros(rest)])
+    made = drawn_plant(r, seed)
+    plant = (
+        {"seed": seed}
+        | {name: getattr(made, name) for name in ALWAYS}
+        | {name: getattr(made, name) for name in SOMETIMES if getattr(made, name)}
+    )
+    plant["reach"] *= 1e6
+    if made.cogging:
+        plant["pitch"] = made.pitch
+    gains = {"Pgain": made.p / 1e3, "Igain": made.i / 1e3 * CLOCK, "Dgain": made.d / 1e3 / CLOCK, "FF2": made.inertia / 1e3 / CLOCK**2}
+    amplitude, period, dwell = log_uniform(r, 0.5, 8), float(np.round(r.uniform(1.2, 3.0), 3)), 0.15 * float(r.uniform() >= 0.5)
+    return plant, gains | {"maxoutput": made.limit}, cycle_of(amplitude, period, dwell)
 
 
 @contextmanager

@@ -1,9 +1,7 @@
 """`bristle tune` in LinuxCNC's HAL: an axis tuned and restored, and restored after kills."""
 
 import json
-import subprocess
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +11,11 @@ from tests.tune.linuxcnc.session import axis, start
 from bristle.files import read_machine
 from bristle.tune import Limits, MachineRefusedError, MachineStoppedError, Options, save, tune, undo
 from bristle.tune.journal import Journal
-from bristle.tune.linuxcnc.saved import guard, source_of
 from bristle.tune.machines import connected
 from bristle.tune.run import rms
 
 pytestmark = pytest.mark.slow
 SEED = 105
-WIDE = Limits(6e-3, 1e4, (-1.0, 1.0))
 OPTIONS = Options(models="dahl", duration=20.0)
 
 
@@ -91,29 +87,3 @@ def test_an_overrun_of_the_sampler_is_refused_with_its_number(tmp_path, monkeypa
         assert stopped.value.reason == "lost_samples"
         machine.restore(state)
         assert hal.components() == state["components"]
-
-
-def test_the_guard_of_another_version_is_not_loaded_and_without_rights_refused_by_name(tmp_path):
-    with axis(SEED, tmp_path) as (hal, file, _):
-        source = source_of(guard(), Path())
-        hal.install("bristle_guard", source.replace(f"component {guard()} ", "component bristle_guard ").replace("low)", "high)"))
-        machine = connected(read_machine(file))
-        before = machine.state()
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("bristle.tune.linuxcnc.hal.subprocess.run", _without_rights)
-            with pytest.raises(MachineRefusedError, match=rf"(?s){guard()}\.comp.*Permission denied.*Run it as root"):
-                machine.arm(WIDE)
-        assert machine.state() == before
-        machine.arm(WIDE)
-        assert guard() in hal.components()
-        assert hal.get("bristle-guard.max-error") == [6.0]
-        machine.restore(before)
-        assert machine.state() == before
-
-
-def _without_rights(command, run=subprocess.run, **options):
-    """Run halcompile as a user without rights."""
-    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"] if command[0] == "halcompile" else []
-    if nobody:
-        Path(options["cwd"]).chmod(0o777)
-    return run([*nobody, *command], **options)
