@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER
+from tests.tune.machine import AXIS, MACHINE
 from tests.tune.plc import PERSISTENT, Plc, Task, compiled, examples, stroke
 
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError
+from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Options, tune, undo
 from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
 
@@ -267,3 +268,23 @@ def test_a_minute_in_real_time_loses_no_row(kind, controller):
         motion = np.tile(1e-3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 2000))), 30)
         recording = machine.record(motion, lambda: None)
     np.testing.assert_allclose(recording.reference, motion, atol=1e-15)
+
+
+@pytest.mark.slow
+def test_a_run_keeps_a_feedforward_and_undo_restores_the_controller(kind, controller, tmp_path):
+    machine = kind.example()
+    before = machine.state()
+    (tmp_path / "axis.toml").write_text(AXIS.format(limit=400.0, resolution=1e-8))
+    (tmp_path / "machine.toml").write_text(MACHINE.format(cycles=6))
+    cycle = 1e3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 1501)))
+    table = np.column_stack([1e-3 * np.arange(cycle.size), cycle])
+    np.savetxt(tmp_path / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
+    options = Options(models="dahl", duration=20.0)
+    result = tune(tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options)
+    assert result.outcome == "kept", result.reason
+    with pytest.raises(MachineRefusedError, match="closed"):
+        machine.state()
+    state = kind.again().state()
+    assert (state["keep"], state["gain"]) == (True, result.facts["comparison"]["gain"])
+    assert undo(tmp_path / "out", machine=kind.again()).outcome == "undone"
+    assert kind.again().state() == before
