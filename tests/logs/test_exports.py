@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from tests.logs.binary_exports import BINARY
-from tests.logs.exports import EXPORTS, RATED, motion, twincat_rates
+from tests.logs.exports import EXPORTS, RATED, motion
 
 from bristle.core import InputError
 from bristle.files.axis import axis_from, read_axis
@@ -164,7 +164,7 @@ def test_a_table_of_hexadecimal_names_is_no_bus():
 
 
 def test_channels_of_a_trace_keep_their_shift_against_each_other(tmp_path):
-    table = read_table(twincat_rates(tmp_path, MOTION))
+    table = read_table(EXPORTS["twincat, rates"].write(tmp_path, MOTION))
     position, torque = (table.columns[table.stamps[name]] for name in ("ActPos", "ActTorque"))
     assert table.units[table.stamps["ActPos"]] == "ms"
     assert (position[0], torque[0]) == (0.0, 4.0)
@@ -174,7 +174,7 @@ def test_channels_of_a_trace_keep_their_shift_against_each_other(tmp_path):
 def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out_with_a_note(tmp_path):
     effort = {"column": "ActTorque", "unit": "N"}
     described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
-    log = read_log(twincat_rates(tmp_path, MOTION), described)
+    log = read_log(EXPORTS["twincat, rates"].write(tmp_path, MOTION), described)
     (count,) = (int(note.split()[2]) for note in log.notes if note.endswith("because some channels were not recorded at these times"))
     assert len(log) == 4000 - count
     assert 4 <= count <= 5
