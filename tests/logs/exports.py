@@ -60,7 +60,7 @@ def packed(values: list, step: int, start: int = 0) -> list:
 
 
 def cells(m: Motion) -> Iterator[dict[str, object]]:
-    """The cells of each sample, by name: time t, position x, reference r, velocity v, force f, and with a decimal comma ct, cx and so on."""
+    """The cells of each sample, by name: time t, position x, reference r, velocity v, force f; ct, cx and so on have a decimal comma."""
     ticks = [TICKS + 10 * t for t in m.time_us.tolist()]
     columns = {
         "t": decimals(m.time_us, 6),

@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import decimal
-import sys
 
 import numpy as np
 import pytest
-from tests.logs.conftest import WRITERS, write_hdf5, write_npz, write_parquet
+from tests.logs.conftest import WRITERS, write_hdf5
 
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.errors import InputError
 from bristle.files import read_axis
 from bristle.logs import read_log
 from bristle.logs.readers import read_table
@@ -51,7 +50,7 @@ def test_without_a_name_every_column_of_every_table_has_its_full_name(two_groups
     assert caught.value.allowed == "tables: bench/first, bench/second"
 
 
-def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis):
+def test_the_path_names_a_table_before_the_axis_does(here, two_groups, recording, axis):
     chosen = dataclasses.replace(axis, table="bench/second")
     log = read_log(f"{two_groups}::bench/first", chosen)
     np.testing.assert_allclose(log.position.values, recording["q"])
@@ -59,7 +58,7 @@ def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis
     assert log.origin.name == "tests.h5::bench/first"
 
 
-def test_a_table_that_is_not_there(two_groups, tmp_path, recording):
+def test_a_table_that_is_not_there(here, two_groups, tmp_path, recording):
     with pytest.raises(InputError, match=r"holds no table 'bench/fist'.*Did you mean 'bench/first'"):
         read_table(two_groups, "bench/fist")
     only = write_hdf5(tmp_path / "one.h5", recording, "sweep")
@@ -92,14 +91,14 @@ def test_objects_of_python_are_not_loaded(tmp_path):
 
 
 @pytest.mark.parametrize("write", ["csv", "parquet"])
-def test_a_table_name_for_a_single_table_is_noted_or_refused(tmp_path, recording, write):
+def test_a_table_name_for_a_single_table_is_noted_or_refused(here, tmp_path, recording, write):
     path = WRITERS[write](tmp_path / f"log.{write}", recording)
     assert "the file is a single table: bristle ignores the table name 'x'" in read_table(path, "x").notes
     with pytest.raises(InputError, match="is not a file with several tables"):
         read_table(f"{path}::x")
 
 
-def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
+def test_parquet_knows_units_time_stamps_and_gaps(here, tmp_path):
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
     start = datetime.datetime(2026, 1, 1, 12, 0, 0)
@@ -126,7 +125,7 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     assert table.notes == ("bristle ignores column 'note', because it holds no numbers",)
 
 
-def test_a_file_that_matlab_saved_as_version_7_3(tmp_path, recording):
+def test_a_file_that_matlab_saved_as_version_7_3(here, tmp_path, recording):
     path = tmp_path / "log.mat"
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, values in recording.items():
@@ -143,7 +142,7 @@ def test_a_file_that_matlab_saved_as_version_7_3(tmp_path, recording):
 
 @pytest.mark.parametrize("count", [4, pytest.param(10, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["h5", "npz", "parquet"])
-def test_a_file_cut_anywhere_is_refused(tmp_path, recording, kind, count):
+def test_a_file_cut_anywhere_is_refused(here, tmp_path, recording, kind, count):
     data = WRITERS[kind](tmp_path / f"whole.{kind}", recording).read_bytes()
     part = tmp_path / f"part.{kind}"
     for cut in {*np.random.default_rng(3).integers(8, len(data), count).tolist(), len(data) - 1}:
@@ -152,15 +151,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path, recording, kind, count):
             read_table(part)
 
 
-@pytest.mark.parametrize(("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow")])
-def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch, kind, module):
-    path = WRITERS[kind](tmp_path / f"log.{kind}", recording)
-    monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[io\]"'):
-        read_table(path)
-
-
-def test_the_axis_file_names_the_table_and_the_rate(tmp_path, two_groups, recording):
+def test_the_axis_file_names_the_table_and_the_rate(here, tmp_path, two_groups, recording):
     text = """schema = 1
 kind = "translational"
 [log]
@@ -178,8 +169,3 @@ sample_rate = "1000 Hz"
     (tmp_path / "axis.toml").write_text(f'{text}sample_time = "1 ms"\n')
     with pytest.raises(InputError, match="has both a sample_time and a sample_rate"):
         read_axis(tmp_path / "axis.toml")
-
-
-def test_single_columns_of_an_npz_and_a_parquet_file_need_no_table(tmp_path, recording, axis):
-    for path in (write_npz(tmp_path / "a.npz", recording), write_parquet(tmp_path / "a.parquet", recording)):
-        np.testing.assert_allclose(read_log(path, axis).position.values, recording["q"])
