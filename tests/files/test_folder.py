@@ -10,7 +10,7 @@ import pytest
 
 from bristle.core.errors import InputError
 from bristle.files import folder as folders
-from bristle.files.folder import Folder, exchange, extended, folder_wanted, rename_new
+from bristle.files.folder import Folder, exchange, folder_wanted, rename_new
 
 
 @pytest.fixture
@@ -196,12 +196,3 @@ def test_a_folder_is_wanted_without_links(tmp_path):
 def test_invalid_places_for_a_folder_are_refused(path, words):
     with pytest.raises(InputError, match=words):
         folder_wanted(path)
-
-
-def test_a_long_path_is_written_as_windows_takes_it():
-    short, long = "C:\\" + "x" * 190, "C:\\" + "x" * 197
-    assert extended(short) == short
-    assert extended(long) == "\\\\?\\" + long
-    assert extended("\\\\?\\" + long) == "\\\\?\\" + long
-    share = "\\\\server\\" + "x" * 200
-    assert extended(share) == "\\\\?\\UNC\\server\\" + "x" * 200

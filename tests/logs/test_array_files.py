@@ -1,5 +1,6 @@
 """Arrays in files: what is a column, where time runs, what lies elsewhere, what is announced and not there."""
 
+import decimal
 import io
 import struct
 import zipfile
@@ -148,26 +149,26 @@ def parquet(table):
 
 def test_columns_of_parquet_are_numbers_with_gaps_and_seconds_from_the_first_stamp():
     pyarrow = pytest.importorskip("pyarrow")
-    fields = {
-        "at": pyarrow.array([1_000, 1_500, 4_000], pyarrow.timestamp("ms")),
-        "day": pyarrow.array([2_000, 3_000, 5_000], pyarrow.time32("ms")),
-        "lasts": pyarrow.array([2_000, 3_000, 5_000], pyarrow.duration("ms")),
-        "count": pyarrow.array([1, None, 3]),
-        "on": pyarrow.array([True, False, True]),
-        "word": pyarrow.array(["a", "b", "c"]),
+    exact = [decimal.Decimal("0.25"), None, decimal.Decimal("-1.50")]
+    columns = {
+        "at": (pyarrow.array([1_000, 1_500, 4_000], pyarrow.timestamp("ms")), [0.0, 0.5, 3.0]),
+        "day": (pyarrow.array([2_000, 3_000, 5_000], pyarrow.time32("ms")), [2.0, 3.0, 5.0]),
+        "clock": (pyarrow.array([2_000_000, 3_000_000, 5_000_000], pyarrow.time64("us")), [2.0, 3.0, 5.0]),
+        "lasts": (pyarrow.array([2_000, 3_000, 5_000], pyarrow.duration("ms")), [2.0, 3.0, 5.0]),
+        "count": (pyarrow.array([1, None, 3]), [1.0, np.nan, 3.0]),
+        "exact": (pyarrow.array(exact, pyarrow.decimal128(5, 2)), [0.25, np.nan, -1.5]),
+        "on": (pyarrow.array([True, False, True]), [1.0, 0.0, 1.0]),
     }
-    data = parquet(pyarrow.table(fields))
+    arrays = {name: array for name, (array, _) in columns.items()} | {"word": pyarrow.array(["a", "b", "c"])}
+    fields = [pyarrow.field(name, array.type, metadata={"unit": "mm"} if name == "count" else None) for name, array in arrays.items()]
+    data = parquet(pyarrow.table(arrays, schema=pyarrow.schema(fields)))
     table = read_parquet(data, request_of())
-    assert table.columns["at"].tolist() == [0.0, 0.5, 3.0]
-    assert table.columns["day"].tolist() == table.columns["lasts"].tolist() == [2.0, 3.0, 5.0]
-    np.testing.assert_array_equal(table.columns["count"], [1.0, np.nan, 3.0])
-    assert table.columns["on"].tolist() == [1.0, 0.0, 1.0]
-    assert (table.units["at"], table.units["day"]) == ("s", "s")
-    assert "bristle ignores column 'word', because it holds no numbers" in table.notes
-    chosen = read_parquet(data, request_of(choice=Choice(frozenset({"at"}))))
-    assert list(chosen.columns) == ["at"]
+    for name, (_, values) in columns.items():
+        np.testing.assert_array_equal(table.columns[name], values)
+    assert table.units == {"at": "s", "day": "s", "clock": "s", "count": "mm"}
+    assert table.notes == ("bristle ignores column 'word', because it holds no numbers",)
+    chosen = read_parquet(data, request_of(choice=Choice(frozenset({"at"})), limit=24))
+    assert (list(chosen.columns), chosen.notes) == (["at"], ())
     assert "count" in chosen.names
-    assert chosen.notes == ()
     with pytest.raises(InputError, match="more than the limit"):
         read_parquet(data, request_of(limit=100))
-    assert read_parquet(data, request_of(limit=24, choice=Choice(frozenset({"at"})))).columns["at"].size == 3

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import datetime
-import decimal
 
 import numpy as np
 import pytest
@@ -84,45 +82,12 @@ def test_columns_without_names_and_with_names_in_an_npz_file(tmp_path, recording
     np.testing.assert_array_equal(read_table(tmp_path / "single.npy").columns["column_2"], recording["q"])
 
 
-def test_objects_of_python_are_not_loaded(tmp_path):
-    np.savez(tmp_path / "log.npz", t=np.array([{"a": 1}], dtype=object))
-    with pytest.raises(InputError, match="holds Python objects"):
-        read_table(tmp_path / "log.npz")
-
-
 @pytest.mark.parametrize("write", ["csv", "parquet"])
 def test_a_table_name_for_a_single_table_is_noted_or_refused(here, tmp_path, recording, write):
     path = WRITERS[write](tmp_path / f"log.{write}", recording)
     assert "the file is a single table: bristle ignores the table name 'x'" in read_table(path, "x").notes
     with pytest.raises(InputError, match="is not a file with several tables"):
         read_table(f"{path}::x")
-
-
-def test_parquet_knows_units_time_stamps_and_gaps(here, tmp_path):
-    pyarrow = pytest.importorskip("pyarrow")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    start = datetime.datetime(2026, 1, 1, 12, 0, 0)
-    stamps = [start + datetime.timedelta(milliseconds=2 * k) for k in range(4)]
-    exact = [decimal.Decimal("0.25"), None, decimal.Decimal("-1.50"), decimal.Decimal("2.00")]
-    columns = {
-        "when": pyarrow.array(stamps),
-        "count": pyarrow.array([1, None, 3, 4]),
-        "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]),
-        "note": pyarrow.array(["a", "b", "c", "d"]),
-        "clock": pyarrow.array([5000, 5002, 5004, 5006], pyarrow.time32("ms")),
-        "day": pyarrow.array([5_000_000, 5_002_000, 5_004_000, 5_006_000], pyarrow.time64("us")),
-        "exact": pyarrow.array(exact, pyarrow.decimal128(5, 2)),
-    }
-    fields = [pyarrow.field(name, item.type, metadata={"unit": "mm"} if name == "q" else None) for name, item in columns.items()]
-    parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
-    table = read_table(tmp_path / "log.parquet")
-    np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])
-    np.testing.assert_array_equal(table.columns["count"], [1, np.nan, 3, 4])
-    np.testing.assert_allclose(table.columns["clock"], [5.0, 5.002, 5.004, 5.006])
-    np.testing.assert_allclose(table.columns["day"], [5.0, 5.002, 5.004, 5.006])
-    np.testing.assert_array_equal(table.columns["exact"], [0.25, np.nan, -1.5, 2.0])
-    assert table.units == {"when": "s", "q": "mm", "clock": "s", "day": "s"}
-    assert table.notes == ("bristle ignores column 'note', because it holds no numbers",)
 
 
 def test_a_file_that_matlab_saved_as_version_7_3(here, tmp_path, recording):
