@@ -49,6 +49,10 @@ NOISE = np.random.default_rng(1).standard_normal(TIME.size)
         (correlation, (np.arange(19.0), np.arange(19.0)), 0.0),
         (correlation, (POSITION, POSITION[:-1]), 0.0),
         (correlation, (POSITION, np.ones(POSITION.size)), 0.0),
+        (correlation, (np.ones(POSITION.size), POSITION), 0.0),
+        (correlation, (POSITION, -1e200 * POSITION), pytest.approx(-1.0)),
+        (correlation, (POSITION, np.where(TIME == 0.005, np.nan, POSITION)), 0.0),
+        (slope, (np.where(TIME == 0.005, np.nan, POSITION), POSITION), 0.0),
     ],
 )
 def test_measures_of_signals_are_those_of_their_shape(measure, signals, value):
