@@ -56,8 +56,7 @@ def fitted(log, axis):
 def test_a_coefficient_refers_to_the_unit_of_the_axis_file(tmp_path, log, second):
     axis = axis_file(tmp_path, 'column = "p"\nunit = "bar"', 'column = "belt tension"\nfile = "belt.csv"')
     values, error = fitted(log, axis)
-    assert values["known_p"] == pytest.approx(2.0, rel=0.01)  # N for 1 bar
-    assert values["known_belt_tension"] == pytest.approx(4.0, rel=0.01)
+    assert (values["known_p"], values["known_belt_tension"]) == pytest.approx((2.0, 4.0), rel=0.01)  # 2 N for 1 bar
     assert error < 3.0
 
 
@@ -65,9 +64,7 @@ def test_a_given_coefficient_is_held_and_explains_its_part(tmp_path, log, second
     entry = 'column = "belt tension"\nfile = "belt.csv"\ncoefficient = '
     of_pressure = 'column = "p"\nunit = "bar"\ncoefficient = "2 N"'
     values, right = fitted(log, axis_file(tmp_path, of_pressure, entry + '"0.004 kN"'))
-    assert values["known_belt_tension"] == 4.0
-    assert values["known_p"] == 2.0
-    assert values["M"] == pytest.approx(12.0, rel=0.01)
+    assert (values["known_belt_tension"], values["known_p"], values["M"]) == (4.0, 2.0, pytest.approx(12.0, rel=0.01))
     _, wrong = fitted(log, axis_file(tmp_path, of_pressure, entry + "-4.0"))
     assert wrong > 5.0 * right
 
@@ -103,16 +100,11 @@ def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_i
         ('column = "belt"\nfile = "belt.csv"', r"has no column 'belt'"),
         ('column = "belt tension"\nfile = "short.csv"', r"ends within the log"),
         ('column = "belt tension"\nfile = "timeless.csv"', r"needs a column of time in both tables"),
+        ('column = "p"\nunit = "barr"', "is not a unit"),
     ],
 )
-def test_a_second_table_must_cover_the_log(tmp_path, log, second, entry, message):
+def test_a_second_table_must_cover_the_log_and_a_unit_exist(tmp_path, log, second, entry, message):
     written(tmp_path / "short.csv", "t,belt tension", TIME[:-500], TENSION[:-500])
     written(tmp_path / "timeless.csv", "a,belt tension", TENSION, TENSION)
-    axis = axis_file(tmp_path, entry)
     with pytest.raises(InputError, match=message):
-        read_log(log, axis)
-
-
-def test_a_unit_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(InputError, match="is not a unit"):
-        axis_file(tmp_path, 'column = "p"\nunit = "barr"')
+        read_log(log, axis_file(tmp_path, entry))
