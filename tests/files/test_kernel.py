@@ -135,17 +135,12 @@ def test_invalid_kernels_are_refused_with_their_key(folder, text, said):
     assert said in str(caught.value)
 
 
-def test_an_operator_of_another_kind_is_refused(folder):
-    magnet = hysteresis.prandtl_ishlinskii(kind="magnetic", thresholds=[0.1], weights=[1.0])
-    write_operator(folder / "magnet.toml", magnet)
-    for table in ('file = "magnet.toml"', 'model = "preisach_contact", kernel = "magnet.toml"'):
-        with pytest.raises(InputError, match="magnetic"):
-            fed_forward(folder, table)
-    joint = hysteresis.prandtl_ishlinskii(kind="rotational", thresholds=[0.1], weights=[1.0])
-    write_operator(folder / "joint.toml", joint)
-    for table in ('file = "joint.toml"', 'model = "preisach_contact", kernel = "joint.toml"'):
-        with pytest.raises(InputError, match="rotational"):
-            fed_forward(folder, table)
+@pytest.mark.parametrize("kind", ["magnetic", "rotational"])
+@pytest.mark.parametrize("entry", ['file = "other.toml"', 'model = "preisach_contact", kernel = "other.toml"'])
+def test_an_operator_of_another_kind_is_refused(folder, entry, kind):
+    write_operator(folder / "other.toml", hysteresis.prandtl_ishlinskii(kind=kind, thresholds=[0.1], weights=[1.0]))
+    with pytest.raises(InputError, match=kind):
+        fed_forward(folder, entry)
 
 
 def test_numbers_of_a_kernel_are_bounded_as_elsewhere():

@@ -18,8 +18,7 @@ def test_every_kind_of_file_holds_the_same_columns(any_file, recording):
     table = read_table(any_file)
     for name, values in recording.items():
         np.testing.assert_allclose(table.columns[name], values, rtol=1e-11, atol=1e-15)
-    assert table.origin.checksum == hashlib.sha256(any_file.read_bytes()).hexdigest()
-    assert table.source == any_file
+    assert (table.origin.checksum, table.source) == (hashlib.sha256(any_file.read_bytes()).hexdigest(), any_file)
 
 
 def test_the_content_decides_not_the_ending(any_file, recording):
@@ -52,8 +51,7 @@ def test_structures_matrices_and_constants_of_mat_files(tmp_path, compressed):
     scipy.io.savemat(path, content, do_compression=compressed)
     table = read_table(path)
     assert set(table.columns) == {"log.t", "both[0]", "both[1]", "wide[0]", "wide[1]", "count"}
-    np.testing.assert_array_equal(table.columns["both[1]"], [1, 3, 5, 7, 9])
-    np.testing.assert_array_equal(table.columns["wide[1]"], [5, 6, 7, 8, 9])
+    np.testing.assert_array_equal([table.columns["both[1]"], table.columns["wide[1]"]], [[1, 3, 5, 7, 9], [5, 6, 7, 8, 9]])
     assert table.constants == {"kp": 160.18}
 
 
@@ -123,9 +121,7 @@ def test_units_and_sample_time_of_tdms_channels(tmp_path, here):
             ]
         )
     table = read_table(path)
-    assert set(table.columns) == {"x", "a/y", "b/y"}
-    assert table.units == {"x": "mm"}
-    assert table.sample_time == 5e-4
+    assert (set(table.columns), table.units, table.sample_time) == ({"x", "a/y", "b/y"}, {"x": "mm"}, 5e-4)
     assert "'remark', because it holds no numbers" in table.notes[0]
 
 

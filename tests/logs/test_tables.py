@@ -38,11 +38,11 @@ def test_a_group_of_an_hdf5_file_is_a_table(two_groups, recording):
     assert {note.split()[2].strip(",") for note in table.notes} == {"bench/second/remark", "bench/second/cube"}
 
 
-def test_without_a_name_every_column_of_every_table_has_its_full_name(two_groups, recording, axis):
+def test_without_a_name_every_column_of_every_table_has_its_full_name(request, two_groups, recording, axis):
     table = read_table(two_groups)
-    assert table.tables == ("bench/first", "bench/second")
+    assert (table.tables, table.units) == (("bench/first", "bench/second"), {"bench/second/q": "mm"})
     assert set(table.columns) == {f"bench/{test}/{name}" for test in ("first", "second") for name in recording}
-    assert table.units == {"bench/second/q": "mm"}
+    request.getfixturevalue("here")
     with pytest.raises(InputError, match=r"holds 2 tables.*FILE::TABLE") as caught:
         read_log(two_groups, axis)
     assert caught.value.allowed == "tables: bench/first, bench/second"
@@ -52,19 +52,26 @@ def test_the_path_names_a_table_before_the_axis_does(here, two_groups, recording
     chosen = dataclasses.replace(axis, table="bench/second")
     log = read_log(f"{two_groups}::bench/first", chosen)
     np.testing.assert_allclose(log.position.values, recording["q"])
-    assert log.source == two_groups
-    assert log.origin.name == "tests.h5::bench/first"
+    assert (log.source, log.origin.name) == (two_groups, "tests.h5::bench/first")
 
 
-def test_a_table_that_is_not_there(here, two_groups, tmp_path, recording):
-    with pytest.raises(InputError, match=r"holds no table 'bench/fist'.*Did you mean 'bench/first'"):
-        read_table(two_groups, "bench/fist")
-    only = write_hdf5(tmp_path / "one.h5", recording, "sweep")
-    table = read_table(only, "multisine")
+@pytest.mark.parametrize(
+    ("named", "words"),
+    [
+        ("tests.h5::bench/fist", r"holds no table 'bench/fist'.*Did you mean 'bench/first'"),
+        ("log.csv::sweep", "is not a file with several tables"),
+    ],
+)
+def test_a_table_that_is_not_there_is_refused(here, two_groups, tmp_path, recording, named, words):
+    WRITERS["csv"](tmp_path / "log.csv", recording)
+    with pytest.raises(InputError, match=words):
+        read_table(f"{tmp_path}/{named}")
+
+
+def test_a_name_is_ignored_with_a_note_where_there_is_only_one_table(here, tmp_path, recording):
+    table = read_table(write_hdf5(tmp_path / "one.h5", recording, "sweep"), "multisine")
     assert set(table.columns) == set(recording)
     assert table.notes == ("this log has no table 'multisine': bristle read its only table, 'sweep'",)
-    with pytest.raises(InputError, match="is not a file with several tables"):
-        read_table(f"{WRITERS['csv'](tmp_path / 'log.csv', recording)}::sweep")
 
 
 def test_columns_without_names_and_with_names_in_an_npz_file(tmp_path, recording):
@@ -98,8 +105,7 @@ def test_a_file_that_matlab_saved_as_version_7_3(here, tmp_path, recording):
         file["remark"] = np.array([[104, 105]], dtype=np.uint16)
         file["remark"].attrs["MATLAB_class"] = np.bytes_(b"char")
         file["#refs#/a"] = np.arange(3.0)
-    with path.open("r+b") as raw:
-        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" "))
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" ") + path.read_bytes()[512:])
     table = read_table(path)
     assert set(table.columns) == set(recording)
     np.testing.assert_array_equal(table.columns["u"], recording["u"])
