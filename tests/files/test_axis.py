@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import datetime
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -216,9 +217,8 @@ BAD = [
 
 @pytest.mark.parametrize(("tables", "said"), BAD, ids=[message[:50] for _, message in BAD])
 def test_refusals_name_key_value_and_remedy(tables, said):
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=re.escape(said)):
         axis_from(changed(**tables))
-    assert said in str(caught.value)
 
 
 SIDELESS = {"position": {"column": "q", "unit": "rad"}, "effort": "u"}

@@ -103,7 +103,6 @@ def test_the_build_up_distance_identifies_wide_loops_before_sliding(seed, reach)
     assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
 
-@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
 def test_an_axis_that_slides_against_a_spring_does_not_count_as_stuck(seed, level):

@@ -62,6 +62,8 @@ def test_changes_of_friction_are_measured_over_time_and_position():
     level, shares = look_at(effort_of() - 2.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position))).changes
     assert {place: share * level for place, share in shares.items()} == {-1: pytest.approx(-4.0, rel=0.2)}
     assert look_at().changes[1] == {}
+    warmer = codes(effort_of() + 3.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position)))
+    assert warmer["level_over_position"]["percent"] > 0.0
     assert codes(effort_of() + 2.0 * time * SIDE)["level_drifts"]["percent"] == pytest.approx(100.0 * 4.0 / 8.5, rel=0.2)
 
 
@@ -269,7 +271,18 @@ def test_an_effort_proportional_to_position_means_a_stuck_axis_for_any_zero(orig
 
 
 @pytest.mark.parametrize(
-    ("ratio", "gear"), [(2.1, "2"), (2.13, None), (0.48, "1/2"), (59.0, "60"), (3.2, "pi"), (1.1, None), (1000.0, "1000")]
+    ("ratio", "gear"),
+    [
+        (2.1, "2"),
+        (2.13, None),
+        (0.48, "1/2"),
+        (59.0, "60"),
+        (3.2, "pi"),
+        (1.1, None),
+        (1000.0, "1000"),
+        (6.28, "2 pi"),
+        (30.0 / np.pi, "30/pi"),
+    ],
 )
 def test_a_ratio_is_that_of_a_gear_within_six_hundredths(ratio, gear):
     assert codes(velocity=ratio * MOTION.velocity).get("gear_suspect", {}).get("gear") == gear
