@@ -10,7 +10,7 @@ from bristle.files.axis import axis_text, read_axis
 from bristle.identification import identify
 from bristle.logs.readers import read_log
 
-TIME = np.arange(4000) * 1e-3
+TIME = np.arange(2000) * 1e-3
 POSITION = 0.05 * np.sin(2 * np.pi * 1.1 * TIME) + 0.02 * np.sin(2 * np.pi * 2.3 * TIME)
 VELOCITY, ACCELERATION = np.gradient(POSITION, TIME), np.gradient(np.gradient(POSITION, TIME), TIME)
 PRESSURE = 3e5 + 1e5 * np.sin(2 * np.pi * 0.7 * TIME)  # [Pa]
@@ -39,7 +39,7 @@ def log(tmp_path):
 @pytest.fixture
 def second(tmp_path):
     """A table at another rate, that begins before the log and ends after it."""
-    times = np.arange(-0.01, 4.01, 0.004)
+    times = np.arange(-0.01, 2.01, 0.004)
     return written(tmp_path / "belt.csv", "t [ms],belt tension", 1e3 * times, np.cos(2 * np.pi * 1.7 * times))
 
 
@@ -90,8 +90,8 @@ def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_i
     axis = axis_file(tmp_path, 'column = "belt tension"\nfile = "belt.csv"')
     assert read_log(log, axis).regressors[0].values == pytest.approx(TENSION, abs=1e-2)
     written(tmp_path / "belt.csv", "t,belt tension", TIME[:-500], TENSION[:-500])
-    (tmp_path / "axis.toml").write_text((tmp_path / "axis.toml").read_text() + '[log]\nspan = ["0 s", "3 s"]\n')
-    assert read_log(log, read_axis(tmp_path / "axis.toml")).time.values[-1] < 3.0
+    (tmp_path / "axis.toml").write_text((tmp_path / "axis.toml").read_text() + '[log]\nspan = ["0 s", "1 s"]\n')
+    assert read_log(log, read_axis(tmp_path / "axis.toml")).time.values[-1] < 1.0
 
 
 @pytest.mark.parametrize(
