@@ -4,6 +4,7 @@ import ctypes
 import errno
 import hashlib
 import os
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
@@ -147,10 +148,7 @@ def test_the_exchange_of_names_reports_its_success(monkeypatch, tmp_path, system
     monkeypatch.setattr(folders.sys, "platform", "other")
     monkeypatch.setattr(ctypes, "CDLL", lambda name, use_errno: SimpleNamespace(**{system: call}))
     monkeypatch.setattr(ctypes, "get_errno", lambda: code)
-    if outcome is None:
-        with pytest.raises(FileExistsError):
-            folders._rename(tmp_path / "a", tmp_path / "b", 7)
-    else:
+    with pytest.raises(FileExistsError) if outcome is None else nullcontext():
         assert folders._rename(tmp_path / "a", tmp_path / "b", 7) is outcome
     names = os.fsencode(tmp_path / "a"), os.fsencode(tmp_path / "b")
     assert requested == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]

@@ -73,9 +73,7 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     loop = 0.1 * reach * np.cos(2.0 * np.pi * (t - 2.0 * DT))
     effort = 2e6 * (late + loop) + rng.normal(0.0, 2e4 * reach, t.size)
     log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
-    result = codes(log)
-    assert "sign_reversed" not in result
-    assert "never_slides" in result
+    assert set(codes(log)) & {"sign_reversed", "never_slides"} == {"never_slides"}
     assert "sign_reversed" in codes(replace(log, effort=-effort))
 
 

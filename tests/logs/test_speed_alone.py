@@ -79,10 +79,8 @@ def test_the_unit_of_the_speed_determines_the_kind_of_axis():
 def test_an_axis_file_is_proposed_and_the_log_looked_at():
     inspected = inspect_log(log())
     assert 'velocity = { column = "speed", unit = "mm/s" }' in inspected.proposal.text
-    assert inspected.proposal.missing == ()
-    assert set(inspected.proposal.axis.columns) == {"time", "velocity", "effort"}
-    channels = [channel["name"] for channel in inspected.summary["channels"]]
-    assert channels == ["time", "position", "velocity", "effort"]
+    assert (inspected.proposal.missing, set(inspected.proposal.axis.columns)) == ((), {"time", "velocity", "effort"})
+    assert [channel["name"] for channel in inspected.summary["channels"]] == ["time", "position", "velocity", "effort"]
     assert inspected.summary["passages"]
     counted = propose_axis(log().replace(b"mm/s", b"count/s"))
     assert counted.missing == ("encoder.resolution",)
