@@ -63,7 +63,7 @@ def test_unknown_values_must_be_filled_in(tmp_path):
         ("time [s],position [mm],force [N],spare", (T, POSITION, FRICTION, np.ones_like(T)), "\n# unused columns: spare\n"),
     ],
 )
-def test_what_the_log_leaves_open_is_asked_for_or_shown(tmp_path, head, columns, part):
+def test_open_values_are_asked_for_or_shown(tmp_path, head, columns, part):
     assert part in propose_axis(written(tmp_path, head, *columns)).text
 
 

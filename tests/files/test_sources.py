@@ -84,7 +84,7 @@ def test_a_reference_is_from_a_log_or_a_planned_motion(sources, file, shift):
         (lambda sources: sources.listed("plant", {"model": "play", "r": 1.0}, "translational", "plant"), r"plant\.model"),
     ],
 )
-def test_files_that_are_not_what_a_key_needs_are_refused(sources, call, words):
+def test_files_of_another_kind_are_refused_with_their_key(sources, call, words):
     with pytest.raises(InputError, match=words):
         call(sources)
 
