@@ -724,6 +724,14 @@ def test_results_without_a_file_are_a_bug(tmp_path):
     assert not any(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["../x", "/x", "a/../b", "a/b/c", "a//b", "a/", "./a", f"a/{NOTE}", "a\\b", "..", ".", "", NOTE, "a\0b"])
+def test_a_name_that_leads_elsewhere_is_a_bug(tmp_path, name):
+    with pytest.raises(ValueError, match="is not the name"), results_folder(tmp_path / "run") as folder:
+        folder / name
+    assert not any(tmp_path.iterdir())
+    assert not owned.is_own_name(name)
+
+
 def test_unencodable_characters_are_escaped_and_line_ends_kept(tmp_path):
     with results_folder(tmp_path / "run") as folder:
         folder.write("a.txt", "\udcff\nµ\n")

@@ -38,10 +38,7 @@ def read(write, axis, recording):
     """Write the recording with some columns changed and read it by an axis file with other entries; return the log and its axis."""
 
     def read(changed=lambda recording: {}, described=None):
-        if not callable(described):
-            settings = described or {}
-            described = lambda axis: dataclasses.replace(axis, **settings)  # noqa: E731
-        of_log = described(axis)
+        of_log = described(axis) if callable(described) else dataclasses.replace(axis, **(described or {}))
         return read_log(write(**changed(recording)), of_log), of_log
 
     return read
