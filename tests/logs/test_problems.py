@@ -90,6 +90,7 @@ def test_a_reading_that_leaves_and_returns_was_lost():
         (changed(NOISY, at_10=3e6, at_20=3e6), [10, 20]),
         (changed(NOISY, at_5=-2e30), [5]),
         (np.ones(50), []),
+        (np.where(np.arange(3000) < 2990, 0.0, 1.0), []),
     ],
 )
 def test_far_outside_is_a_million_times_the_usual_range(values, places):
