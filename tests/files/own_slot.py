@@ -64,9 +64,9 @@ def recorded(friction, count=12_000):
     return t, q, 12.0 * a + friction(pressure, v) + np.random.default_rng(1).normal(0.0, 0.2, count), pressure
 
 
-def write_bench(folder, friction=falling):
+def write_bench(folder, friction=falling, count=12_000):
     """Write the slot, an axis and its log."""
-    t, q, u, pressure = recorded(friction)
+    t, q, u, pressure = recorded(friction, count)
     table = np.column_stack([t, 1e3 * q, u, 1e-5 * pressure])
     np.savetxt(folder / "log.csv", table, delimiter=",", header="t,q,u,oil", comments="", fmt="%.9g")
     (folder / "axis.toml").write_text(AXIS)

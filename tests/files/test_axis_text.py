@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bristle.core.axis import Axis
-from bristle.core.errors import InputError
 from bristle.files.axis import axis_from, axis_text, read_axis
 from bristle.logs import Channel
 from bristle.logs.log import Log
@@ -49,58 +48,25 @@ CASES = {"bare": {}, "linear": LINEAR, "turning": TURNING, "force": FORCE, "dela
 @pytest.mark.parametrize("tables", CASES.values(), ids=CASES)
 def test_an_axis_survives_a_round_trip(tables):
     axis = axis_from(BASE | {"columns": COLUMNS} | tables)
-    assert not axis.text
     text = axis_text(axis)
-    assert text is not None
     assert text.startswith(b"# The axis of these results, in SI units.\nschema = 1\n")
     again = read_axis(text)
-    assert again == axis
-    assert axis_text(again) == text
+    assert (again, axis_text(again)) == (axis, text)
 
 
 def test_an_existing_axis_file_is_kept():
     text = b'# of a person\nschema = 1\nname = "stage"\nkind = "translational"\n[columns]\nposition = "q"\neffort = "u"\n'
     axis = read_axis(text)
     assert axis_text(axis) == text
-    heavier = replace(axis, mass=5.0)
-    assert b"mass = 5" in axis_text(heavier)
-    assert b"of a person" not in axis_text(heavier)
-
-
-def test_harmonics_and_known_columns_are_listed_once_in_order():
-    axis = axis_from(BASE | {"columns": COLUMNS} | LINEAR)
-    (cogging,) = axis.cogging
-    assert (cogging.turner, cogging.harmonics) == ("motor", (1, 6))
-    assert cogging.turn == pytest.approx(0.01)  # a turn of the motor moves the table by the lead
-    assert [column.name for column in axis.regressors] == ["wind_N", "twice"]
-    assert [(item.column, item.gain, item.optional) for item in axis.injected] == [("pulses", 2.0, False), ("more", 0.5, True)]
-
-
-@pytest.mark.parametrize(
-    ("tables", "words"),
-    [
-        ({"known": [{"column": "a"}, {"column": "a"}]}, r"known\[1\]\.name.*is defined twice"),
-        (
-            {"transmission": {"lead": "10 mm"}, "cogging": [{"turn": "motor", "harmonics": [1]}] * 2},
-            r"cogging\[1\]\.turn.*is defined twice",
-        ),
-        ({"cogging": [{"turn": "motor", "harmonics": [1]}]}, r"cogging\[0\]\.turn.*the travel of the axis per turn.*lead"),
-        ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia.*does not apply to a translational axis"),
-        ({"plant": {"stiffness": "1 N/m"}}, "plant.stiffness.*needs an oscillator as the plant"),
-        ({"plant": {"damping": "1 N*s/m"}}, "plant.damping.*needs an oscillator as the plant"),
-        ({"encoder": {"resolution": "0 mm"}}, "encoder.resolution.*must be positive and finite"),
-    ],
-)
-def test_inapplicable_keys_are_refused(tables, words):
-    with pytest.raises(InputError, match=words):
-        axis_from(BASE | {"columns": COLUMNS} | tables)
+    heavier = axis_text(replace(axis, mass=5.0))
+    assert (b"mass = 5" in heavier, b"of a person" in heavier) == (True, False)
 
 
 def test_without_columns_those_of_the_log_are_named():
     log = Log(time=0.01 * np.arange(5), position=np.arange(5.0), effort=np.ones(5))
     text = axis_text(None, log)
     axis = read_axis(text)
-    assert (axis.kind, set(axis.columns)) == (log.kind, {"time", "position", "effort"})
+    assert axis.kind == log.kind
     assert {name: column.base for name, column in axis.columns.items()} == {"time": "s", "position": "m", "effort": "N"}
     assert set(read_axis(axis_text(Axis(kind="translational", mass=3.0), log)).columns) == {"time", "position", "effort"}
     named = axis_from(BASE | {"columns": COLUMNS})

@@ -75,10 +75,8 @@ def read(tmp_path, text):
 
 def test_feedforward_is_read_with_its_units(tmp_path):
     fed = read(tmp_path, HEAD + FED).variants[0].feedforward
-    assert (fed.gain, fed.offset, fed.asymmetry, fed.limit) == (0.9, 0.2, 0.1, 3.0)
-    assert fed.rate_limit == pytest.approx(2000.0)
-    assert fed.conditioning == pytest.approx(60e-6)
-    assert fed.along == "measured"
+    assert (fed.gain, fed.offset, fed.asymmetry, fed.limit, fed.along) == (0.9, 0.2, 0.1, 3.0, "measured")
+    assert (fed.rate_limit, fed.conditioning) == pytest.approx((2000.0, 60e-6))
     plain = read(tmp_path, HEAD).variants[0].feedforward
     assert (plain.friction, plain.along, plain.limit) == (None, "desired", math.inf)
 

@@ -33,10 +33,8 @@ def controller_of(table, of_axis):
 )
 def test_gains_of_the_drive_become_si(found, k_v, limit):
     law = controller_of(*found)
-    assert law.values["k_v"] == pytest.approx(k_v, rel=1e-12)
-    assert law.values["limit"] == pytest.approx(limit, rel=1e-12)
-    assert law.values["k_p"] == 160.18
-    assert law.kind == found[1].kind
+    assert (law.values["k_v"], law.values["limit"]) == pytest.approx((k_v, limit), rel=1e-12)
+    assert (law.values["k_p"], law.kind) == (160.18, found[1].kind)
 
 
 SCREW = """
@@ -56,38 +54,29 @@ def test_an_inertia_may_be_an_effort_of_the_drive_per_acceleration():
     assert controller_of(table, Axis(kind="rotational", columns={"effort": column})).values["J"] == pytest.approx(0.24)
 
 
-def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
-    law = axis_from(tomllib.loads(SCREW)).controller
-    travel = 0.01 / (2 * 2 * math.pi)  # of the carriage for one radian of the motor [m]
-    assert law.values["k_v"] == pytest.approx(12.0 * 0.5 / travel / travel, rel=1e-12)
-    assert law.values["k_i"] == pytest.approx(6.0 * 0.5 / travel / travel, rel=1e-12)
-    assert law.values["limit"] == pytest.approx(8.0 * 0.5 / travel, rel=1e-12)
+TRAVEL = 0.01 / (2 * 2 * math.pi)  # of the carriage for one radian of the motor [m]
 
 
-def test_a_gain_for_the_motor_angle_is_independent_of_the_position_unit():
-    by_angle, by_scale = (axis_from(tomllib.loads(text)) for text in (SCREW, SCREW.replace('unit = "rev", side = "motor"', 'unit = "mm"')))
-    assert by_scale.controller.values["k_v"] == pytest.approx(by_angle.controller.values["k_v"], rel=1e-12)
-
-
-def test_a_gain_in_the_torque_of_the_motor_goes_through_gear_and_lead():
-    # Power: k_v v_m w_m on the motor is k_v' v v on the axis, with v = w_m lead/(2 pi gear).
-    for unit in ("rev", "mm"):
-        text = SCREW.replace('"12 A*s/rad"', '"0.03 N*m*s/rad"').replace('"rev", side = "motor"', f'"{unit}"')
-        if unit == "rev":
-            text = text.replace('unit = "rev"', 'unit = "rev", side = "motor"')
-        result = axis_from(tomllib.loads(text)).controller.values["k_v"]
-        travel = 0.01 / (2 * 2 * math.pi)
-        assert result * travel**2 == pytest.approx(0.03, rel=1e-12)
-
-
-def test_an_integral_time_is_a_gain():
-    text = SCREW.replace('k_i = "6 A/rad"', 'T_n = "20 ms"')
+@pytest.mark.parametrize("position", ['"rev", side = "motor"', '"mm"'])
+@pytest.mark.parametrize(
+    ("gain", "k_v"),
+    [
+        ("12 A*s/rad", 12.0 * 0.5),
+        # Power: k_v v_m w_m on the motor is k_v' v v on the axis, with v = w_m lead/(2 pi gear).
+        ("0.03 N*m*s/rad", 0.03),
+    ],
+)
+def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead(position, gain, k_v):
+    text = SCREW.replace('"rev", side = "motor"', position).replace("12 A*s/rad", gain)
     values = axis_from(tomllib.loads(text)).controller.values
-    assert values["k_i"] * 0.02 == pytest.approx(values["k_v"], rel=1e-12)
-    with pytest.raises(InputError, match=r"controller\.T_n: sets the integral gain, but k_i sets it too"):
-        axis_from(tomllib.loads(text.replace("T_n =", "k_i = 5.0, T_n =")))
-    off = axis_from(tomllib.loads(text.replace('"20 ms"', "0.0"))).controller.values
-    assert off["k_i"] == 0.0
+    expected = {"k_v": k_v / TRAVEL**2, "k_i": 6.0 * 0.5 / TRAVEL**2, "limit": 8.0 * 0.5 / TRAVEL}
+    assert {name: values[name] for name in expected} == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(("time", "per_gain"), [('"20 ms"', 50.0), ("0.0", 0.0)])
+def test_an_integral_time_is_a_gain(time, per_gain):
+    values = axis_from(tomllib.loads(SCREW.replace('k_i = "6 A/rad"', f"T_n = {time}"))).controller.values
+    assert values["k_i"] == pytest.approx(per_gain * values["k_v"], rel=1e-12)
 
 
 def test_a_unit_of_neither_is_refused():

@@ -12,10 +12,6 @@ from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, with_ki
 LINEAR, TURNING = Transmission("translational", 1.0, 0.01), Transmission("rotational", 5.0, None)
 
 
-def test_a_scale_converts_to_its_base_first():
-    assert Scale("m", 3.0).of("2 mm", "path") == pytest.approx(6e-3)
-
-
 @pytest.mark.parametrize(
     ("text", "effort", "expected"),
     [
@@ -42,27 +38,30 @@ def test_the_unit_of_a_constant_decides_between_force_and_torque(text, effort, e
 def test_invalid_constants_are_refused(text, effort, words):
     with pytest.raises(InputError, match=words):
         Constant.of(text, effort, "effort.constant")
-    assert Constant.of("1 N/A", None, "effort.constant").value == 1.0
 
 
-def test_an_effort_is_carried_to_the_axis():
-    drive = Drive(LINEAR, Constant("A", "N*m", 0.5))
-    ratio = 2.0 * math.pi / 0.01
-    assert drive.effort(None, None, "x") == Scale("A", pytest.approx(0.5 * ratio))
-    assert drive.effort("mA", None, "x") == Scale("A", pytest.approx(0.5 * ratio))
-    assert drive.effort("kN", None, "x") == Scale("N", 1.0)
-    assert drive.effort("N*m", None, "x") == Scale("N*m", pytest.approx(ratio))
-    assert Drive(LINEAR).effort(None, None, "x") == Scale("N", 1.0)
-    geared = Drive(TURNING, Constant("A", "N*m", 0.5))
-    assert geared.effort("A", None, "x").factor == pytest.approx(2.5)  # of the motor, before the gear
-    assert geared.effort("A", "load", "x").factor == pytest.approx(0.5)
+OF_TORQUE, TURN = Constant("A", "N*m", 0.5), 2.0 * math.pi / 0.01
 
 
-def test_percent_of_rated_refers_to_the_motor():
-    assert Drive(TURNING, rated="2 N*m").effort("%", None, "x") == Scale("rated", pytest.approx(10.0))
-    assert Drive(TURNING, rated="2 N*m").effort("%", "load", "x") == Scale("rated", pytest.approx(2.0))
-    assert Drive(LINEAR, rated="120 N").effort("%", None, "x") == Scale("rated", pytest.approx(120.0))
-    assert Drive(TURNING, Constant("A", "N*m", 0.5), "3 A").effort("%", None, "x").factor == pytest.approx(7.5)
+@pytest.mark.parametrize(
+    ("drive", "unit", "side", "base", "factor"),
+    [
+        (Drive(LINEAR, OF_TORQUE), None, None, "A", 0.5 * TURN),
+        (Drive(LINEAR, OF_TORQUE), "mA", None, "A", 0.5 * TURN),
+        (Drive(LINEAR, OF_TORQUE), "kN", None, "N", 1.0),
+        (Drive(LINEAR, OF_TORQUE), "N*m", None, "N*m", TURN),
+        (Drive(LINEAR), None, None, "N", 1.0),
+        (Drive(TURNING, OF_TORQUE), "A", None, "A", 2.5),  # of the motor, before the gear
+        (Drive(TURNING, OF_TORQUE), "A", "load", "A", 0.5),
+        # A share of the rated effort is one of the motor.
+        (Drive(TURNING, rated="2 N*m"), "%", None, "rated", 10.0),
+        (Drive(TURNING, rated="2 N*m"), "%", "load", "rated", 2.0),
+        (Drive(LINEAR, rated="120 N"), "%", None, "rated", 120.0),
+        (Drive(TURNING, OF_TORQUE, "3 A"), "%", None, "rated", 7.5),
+    ],
+)
+def test_an_effort_is_carried_to_the_axis(drive, unit, side, base, factor):
+    assert drive.effort(unit, side, "x") == Scale(base, pytest.approx(factor))
 
 
 @pytest.mark.parametrize(
@@ -82,13 +81,20 @@ def test_invalid_efforts_are_refused(drive, unit, words):
         drive.effort(unit, None, "x")
 
 
-def test_a_movement_is_carried_to_the_axis():
-    assert Drive(LINEAR).movement("um", None, "x") == Scale("m", 1.0)
-    assert Drive(LINEAR).movement("rad", "motor", "x") == Scale("rad", pytest.approx(0.01 / (2.0 * math.pi)))
-    assert Drive(LINEAR).movement(None, None, "x", per="/s") == Scale("m/s", 1.0)
-    assert Drive(TURNING).movement("deg/s", "motor", "x", per="/s") == Scale("rad/s", pytest.approx(0.2))
-    assert Drive(LINEAR, count=2e-6).movement("count", None, "x") == Scale("count", 2e-6)
-    assert Drive(LINEAR, count=2e-6).movement("count/s", None, "x", per="/s") == Scale("count/s", 2e-6)
+@pytest.mark.parametrize(
+    ("drive", "unit", "side", "per", "base", "factor"),
+    [
+        (Drive(LINEAR), "um", None, "", "m", 1.0),
+        (Drive(LINEAR), "rad", "motor", "", "rad", 0.01 / (2.0 * math.pi)),
+        (Drive(LINEAR), None, None, "/s", "m/s", 1.0),
+        (Drive(TURNING), "deg/s", "motor", "/s", "rad/s", 0.2),
+        (Drive(LINEAR, count=2e-6), "count", None, "", "count", 2e-6),
+        (Drive(LINEAR, count=2e-6), "count/s", None, "/s", "count/s", 2e-6),
+    ],
+)
+def test_a_movement_is_carried_to_the_axis(drive, unit, side, per, base, factor):
+    assert drive.movement(unit, side, "x", per=per) == Scale(base, pytest.approx(factor))
+    assert Scale("m", 3.0).of("2 mm", "path") == pytest.approx(6e-3)
 
 
 @pytest.mark.parametrize(
@@ -135,22 +141,20 @@ def channel(name, plant=None, **entry):
     return axis_from(data).columns[name]
 
 
-def test_a_load_counts_in_multiples_of_the_nominal_load():
-    column = channel("load", {"nominal_load": "500 N"}, unit="kN", sign=-1)
-    assert (column.unit, column.base, column.scale) == ("kN", "N", pytest.approx(-1.0 / 500.0))
-    assert channel("load", {"nominal_load": "500 N"}).unit == ""
-
-
-def test_temperatures_are_absolute():
-    for unit in ("degC", "°C", "celsius"):
-        column = channel("temperature", unit=unit)
-        assert (column.unit, column.base, column.scale, column.shift) == ("", "", 1.0, 273.15)
-    assert channel("temperature", unit="K").base == "K"
-
-
-def test_a_further_channel_is_in_si_of_its_unit():
-    column = channel("oil", unit="bar", sign=-1)
-    assert (column.unit, column.scale) == ("bar", -1.0)
+@pytest.mark.parametrize(
+    ("name", "plant", "entry", "expected"),
+    [
+        # A load counts in multiples of the nominal load, and temperatures are absolute.
+        ("load", {"nominal_load": "500 N"}, {"unit": "kN", "sign": -1}, ("kN", "N", pytest.approx(-1.0 / 500.0), 0.0)),
+        ("load", {"nominal_load": "500 N"}, {}, ("", "N", pytest.approx(1.0 / 500.0), 0.0)),
+        *(("temperature", None, {"unit": unit}, ("", "", 1.0, 273.15)) for unit in ("degC", "°C", "celsius")),
+        ("temperature", None, {"unit": "K"}, ("K", "K", 1.0, 0.0)),
+        ("oil", None, {"unit": "bar", "sign": -1}, ("bar", "kg/m/s^2", -1.0, 0.0)),
+    ],
+)
+def test_further_channels_are_in_si_or_multiples_of_their_nominal_value(name, plant, entry, expected):
+    column = channel(name, plant, **entry)
+    assert (column.unit, column.base, column.scale, column.shift) == expected
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.cli.main import main
 from bristle.core import InputError
 from bristle.files.experiment import read_experiment
 
@@ -41,9 +42,8 @@ def read(folder, text):
 
 def test_a_plant_left_alone(tmp_path):
     variant = read(tmp_path, OPEN)
-    assert variant.effort.values.tolist() == [0.0] * 600
+    assert (variant.effort.values.tolist(), variant.effort.description) == ([0.0] * 600, "none")
     assert (variant.run.tolerance, variant.run.substeps) == (1e-6, 0)
-    assert variant.effort.description == "none"
 
 
 @pytest.mark.parametrize(
@@ -95,40 +95,28 @@ def test_variants_differ_in_their_efforts(tmp_path):
         ('model = "constant"', 'model = "sine"\namplitude = "2 mm"', "effort.amplitude: .*2 mm"),
         ('model = "constant"', 'model = "sine"\namplitude = "2 N"', "frequency"),
         ('model = "constant"', 'model = "recorded"', "effort.file: "),
+        ('model = "constant"', 'model = "recorded"\nfile = "log.csv"', r"run\.duration: is longer than the log of the effort, 2\.4 s"),
+        (
+            '[effort]\nmodel = "constant"',
+            '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
+            r"run.tolerance: is only for open loops with \[effort\]",
+        ),
     ],
 )
 def test_conflicting_keys_are_refused(tmp_path, old, new, message):
+    (tmp_path / "log.csv").write_text(LOG)
     with pytest.raises(InputError, match=message):
         read(tmp_path, OPEN.replace(old, new))
 
 
-def test_a_run_longer_than_its_log_is_refused(tmp_path):
-    (tmp_path / "log.csv").write_text(LOG)
-    with pytest.raises(InputError, match=r"run\.duration: is longer than the log of the effort, 2\.4 s"):
-        read(tmp_path, OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"'))
-
-
-def test_a_tolerance_in_a_loop_is_refused(tmp_path):
-    loop = OPEN.replace(
-        '[effort]\nmodel = "constant"',
-        '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
-    )
-    with pytest.raises(InputError, match=r"run.tolerance: is only for open loops with \[effort\]"):
-        read(tmp_path, loop)
-
-
 def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
-    from bristle.cli.main import main
-
     out = tmp_path / "out"
     assert main(["run", str(write(tmp_path, OPEN)), "--out", str(out), "--log"]) == 0
     text = capsys.readouterr().out
     assert "Position, peak to peak" in text
     assert "ollowing error" not in text
     numbers = json.loads((out / "summary.json").read_text())["variants"]["base"]
-    assert numbers["completed"]
-    assert numbers["motion"]["max"] > 0.1
-    assert numbers["following_error"]["rms"] is None
+    assert (numbers["completed"], numbers["motion"]["max"] > 0.1, numbers["following_error"]["rms"]) == (True, True, None)
     page = Path(out / "report.html").read_text()
     assert "An open loop: without a controller" in page
     assert "1 µm" in page.replace("\u202f", " ").replace("\xa0", " ")

@@ -4,13 +4,14 @@ import ctypes
 import errno
 import hashlib
 import os
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
 
 from bristle.core.errors import InputError
 from bristle.files import folder as folders
-from bristle.files.folder import Folder, exchange, extended, folder_wanted, rename_new
+from bristle.files.folder import Folder, exchange, folder_wanted, rename_new
 
 
 @pytest.fixture
@@ -27,9 +28,8 @@ def opened(tmp_path):
 
 
 def test_the_content_of_a_folder_is_listed_in_order(opened):
-    assert opened.names() == ["a", "below", "link", "lost"]
     with opened.below("below") as inside:
-        assert inside.names() == ["b"]
+        assert (opened.names(), inside.names()) == (["a", "below", "link", "lost"], ["b"])
 
 
 def test_links_are_there_and_are_no_files(opened):
@@ -41,17 +41,15 @@ def test_links_are_there_and_are_no_files(opened):
 
 
 def test_a_file_has_a_size_and_a_checksum(opened):
-    assert opened.size("a") == 500_000
-    assert opened.size("below/b") == 6
+    assert (opened.size("a"), opened.size("below/b")) == (500_000, 6)
     assert opened.checksum("a") == hashlib.sha256(b"first" * 100_000).hexdigest()
 
 
 def test_a_file_is_renamed_only_to_an_unused_name(opened):
     opened.rename("a", "c")
-    assert opened.names() == ["below", "c", "link", "lost"]
     opened.rename("below/b", "below/d")
     with opened.below("below") as inside:
-        assert inside.names() == ["d"]
+        assert (opened.names(), inside.names()) == (["below", "c", "link", "lost"], ["d"])
     for taken in ("below", "link", "lost"):
         with pytest.raises(FileExistsError):
             opened.rename("c", taken)
@@ -72,8 +70,7 @@ def test_where_files_have_a_single_name_an_own_look_comes_first(opened, monkeypa
 
 def test_a_file_takes_the_place_of_another(opened):
     opened.replace("a", "link")
-    assert opened.names() == ["below", "link", "lost"]
-    assert opened.is_file("link")
+    assert (opened.names(), opened.is_file("link")) == (["below", "link", "lost"], True)
 
 
 def test_files_and_empty_folders_are_removed(opened):
@@ -121,29 +118,22 @@ def pair(tmp_path):
     return tmp_path / "old", tmp_path / "new"
 
 
-def test_a_folder_is_renamed_only_to_an_unused_name(tmp_path):
+@pytest.mark.parametrize("system_knows_it", [True, False])
+def test_a_folder_is_renamed_only_to_an_unused_name(tmp_path, monkeypatch, system_knows_it):
     old, new = pair(tmp_path)
+    if not system_knows_it:
+        monkeypatch.setattr(folders, "_rename", lambda *requested: False)
+        assert not exchange(old, new)
     with pytest.raises(FileExistsError):
         rename_new(old, new)
     rename_new(old, tmp_path / "third")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["new", "third"]
-
-
-def test_where_the_system_cannot_an_own_look_comes_first(tmp_path, monkeypatch):
-    old, new = pair(tmp_path)
-    monkeypatch.setattr(folders, "_rename", lambda *requested: False)
-    with pytest.raises(FileExistsError):
-        rename_new(old, new)
-    rename_new(old, tmp_path / "third")
-    assert (tmp_path / "third/old").exists()
-    assert not exchange(tmp_path / "third", new)
+    assert sorted(str(item.relative_to(tmp_path)) for item in tmp_path.rglob("*")) == ["new", "new/new", "third", "third/old"]
 
 
 def test_two_folders_exchange_their_names(tmp_path):
     old, new = pair(tmp_path)
     if exchange(old, new):
-        assert (old / "new").exists()
-        assert (new / "old").exists()
+        assert ((old / "new").exists(), (new / "old").exists()) == (True, True)
 
 
 @pytest.mark.parametrize(("system", "arguments"), [("renameat2", 5), ("renamex_np", 3)])
@@ -158,10 +148,7 @@ def test_the_exchange_of_names_reports_its_success(monkeypatch, tmp_path, system
     monkeypatch.setattr(folders.sys, "platform", "other")
     monkeypatch.setattr(ctypes, "CDLL", lambda name, use_errno: SimpleNamespace(**{system: call}))
     monkeypatch.setattr(ctypes, "get_errno", lambda: code)
-    if outcome is None:
-        with pytest.raises(FileExistsError):
-            folders._rename(tmp_path / "a", tmp_path / "b", 7)
-    else:
+    with pytest.raises(FileExistsError) if outcome is None else nullcontext():
         assert folders._rename(tmp_path / "a", tmp_path / "b", 7) is outcome
     names = os.fsencode(tmp_path / "a"), os.fsencode(tmp_path / "b")
     assert requested == [(-100, names[0], -100, names[1], 7) if arguments == 5 else (*names, 7)]
@@ -180,9 +167,8 @@ def test_an_unsupported_exchange_changes_no_names(monkeypatch, tmp_path):
 def test_a_folder_is_wanted_without_links(tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    assert folder_wanted(tmp_path / "link" / "new") == tmp_path / "real" / "new"
-    assert folder_wanted(tmp_path / "link") == tmp_path / "real"
-    assert folder_wanted(tmp_path / "real" / "..") == tmp_path
+    wanted = [folder_wanted(tmp_path / name) for name in ("link/new", "link", "real/..")]
+    assert wanted == [tmp_path / "real" / "new", tmp_path / "real", tmp_path]
 
 
 @pytest.mark.parametrize(
@@ -196,12 +182,3 @@ def test_a_folder_is_wanted_without_links(tmp_path):
 def test_invalid_places_for_a_folder_are_refused(path, words):
     with pytest.raises(InputError, match=words):
         folder_wanted(path)
-
-
-def test_a_long_path_is_written_as_windows_takes_it():
-    short, long = "C:\\" + "x" * 190, "C:\\" + "x" * 197
-    assert extended(short) == short
-    assert extended(long) == "\\\\?\\" + long
-    assert extended("\\\\?\\" + long) == "\\\\?\\" + long
-    share = "\\\\server\\" + "x" * 200
-    assert extended(share) == "\\\\?\\UNC\\server\\" + "x" * 200

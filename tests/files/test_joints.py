@@ -29,8 +29,7 @@ def joints(text, name="joints.toml"):
 def test_the_number_of_a_joint_stands_in_all_texts():
     axes = {name: axis_from(table) for name, table in joints(COMMON + "[[joint]]\n[[joint]]\nname = 'elbow'").items()}
     assert list(axes) == ["joint_1", "elbow"]
-    assert [axis.columns["effort"].name for axis in axes.values()] == ["u1", "u2"]
-    assert [axis.name for axis in axes.values()] == ["joint_1", "elbow"]
+    assert [(axis.name, axis.columns["effort"].name) for axis in axes.values()] == [("joint_1", "u1"), ("elbow", "u2")]
 
 
 def test_an_entry_of_a_joint_replaces_only_the_same_entry():
@@ -69,8 +68,7 @@ ARRAYS = COMMON.replace("q{joint}", "y[{joint0}]").replace("u{joint}", "u[{joint
 
 def test_columns_of_arrays_count_from_a_stated_number():
     axes = [axis_from(table) for table in joints(ARRAYS + "[[joint]]\n[[joint]]\n").values()]
-    assert [axis.columns["position"].name for axis in axes] == ["y[0]", "y[1]"]
-    assert [axis.columns["effort"].name for axis in axes] == ["u[1]", "u[2]"]
+    assert [(axis.columns["position"].name, axis.columns["effort"].name) for axis in axes] == [("y[0]", "u[1]"), ("y[1]", "u[2]")]
 
 
 @pytest.mark.parametrize("names", [("a1", "a2", "a3"), ("a0", "a1", "a2"), ("turn", "lift", "twist")])

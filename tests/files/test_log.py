@@ -36,11 +36,9 @@ def log_file(tmp_path):
 def test_an_axis_is_a_file_or_an_object(tmp_path, log_file, values):
     (tmp_path / "axis.toml").write_text(AXIS)
     log = read_log(log_file, values(tmp_path / "axis.toml"))
-    assert log.kind == "rotational"
-    assert log.sample_time == pytest.approx(1e-3)
+    assert (log.kind, log.sample_time, log.effort.unit) == ("rotational", pytest.approx(1e-3), "N*m")
     assert np.max(log.position.values) == pytest.approx(np.pi / 20, rel=1e-3)
     assert log.effort.values[0] == pytest.approx(5.0)  # -1 A, sign, 0.5 N*m/A, gear of 10
-    assert log.effort.unit == "N*m"
 
 
 def test_a_bad_axis_file_is_named_before_the_log_is_read(tmp_path):

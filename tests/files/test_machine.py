@@ -7,8 +7,6 @@ from tests.tune.machine import AXIS, MACHINE
 from bristle.core import InputError
 from bristle.files import read_machine
 
-LINES = ("velocity", "acceleration", "stroke", "following_error")
-
 
 def place(folder, position, *, axis="", machine="", step=1e-3):
     text = AXIS.format(limit=400.0, resolution=1e-7)
@@ -30,25 +28,20 @@ def test_a_motion_is_one_cycle_without_the_first_sample_of_the_next(tmp_path):
     assert (file.settings["sample_time"], file.cycles, file.effort_ratio) == (pytest.approx(1e-3), 10, 1.05)
 
 
-@pytest.mark.parametrize("line", LINES)
-def test_a_missing_limit_is_named_with_an_example(tmp_path, line):
-    with pytest.raises(InputError, match=rf"no limit for {line.replace('_', ' ')}.*Write {line} = "):
-        read_machine(place(tmp_path, stroke(), axis=f"{line} ="))
-
-
-def test_a_missing_limit_of_effort_is_named(tmp_path):
-    with pytest.raises(InputError, match=r"effort\.limit: is needed"):
-        read_machine(place(tmp_path, stroke(), axis="limit ="))
-
-
 @pytest.mark.parametrize(
-    ("position", "reason"), [(stroke()[:700], "does not end where it starts"), (stroke(amplitude=0.03), "leaves the stroke of the axis")]
+    ("position", "changed", "words"),
+    [
+        *(
+            (stroke(), {"axis": f"{line} ="}, rf"no limit for {line.replace('_', ' ')}.*Write {line} = ")
+            for line in ("velocity", "acceleration", "stroke", "following_error")
+        ),
+        (stroke(), {"axis": "limit ="}, r"effort\.limit: is needed"),
+        # A run cannot repeat the motion.
+        (stroke()[:700], {}, "does not end where it starts"),
+        (stroke(amplitude=0.03), {}, "leaves the stroke of the axis"),
+        (stroke(), {"step": 2e-3}, r"motion\.csv.*has a time step of 0\.002 s"),
+    ],
 )
-def test_a_motion_that_a_run_cannot_repeat_is_refused(tmp_path, position, reason):
-    with pytest.raises(InputError, match=reason):
-        read_machine(place(tmp_path, position))
-
-
-def test_another_sample_time_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"motion\.csv.*has a time step of 0\.002 s"):
-        read_machine(place(tmp_path, stroke(), step=2e-3))
+def test_missing_limits_and_motions_that_do_not_repeat_are_refused(tmp_path, position, changed, words):
+    with pytest.raises(InputError, match=words):
+        read_machine(place(tmp_path, position, **changed))

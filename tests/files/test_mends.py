@@ -73,12 +73,6 @@ def refusal(data):
     return None
 
 
-def test_missing_values_are_named_until_filled_in():
-    data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"})
-    with pytest.raises(InputError, match=r"columns\.position\.unit: is not filled in.*Also fill in effort\.rated"):
-        axis_from(data)
-
-
 def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
     data = table(
         kind="translational",
@@ -98,16 +92,37 @@ def test_the_unit_of_the_position_decides_the_kind(unit, kind):
     assert axis_from(table(kind=None, columns__position={"column": "q", "unit": unit})).kind == kind
 
 
-def test_a_constant_is_a_force_or_a_torque():
-    effort = {"column": "u", "unit": "A"}
-    straight = axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A"}))
-    turning = axis_from(table(kind="rotational", columns__position="q", columns__effort=effort, effort={"constant": "0.12 N*m/A"}))
-    assert (straight.columns["effort"].scale, turning.columns["effort"].scale) == (61.2, 0.12)
-    with pytest.raises(InputError, match="has both a force_constant and a constant"):
-        axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}))
+OF_DRIVE = {"column": "u", "unit": "A"}
 
 
-def test_a_key_under_the_wrong_table_is_sent_where_it_belongs():
-    data = table(columns__effort={"column": "u", "unit": "%"}, effort={"rated": "2.4 N*m", "lead": "10 mm"})
-    with pytest.raises(InputError, match=r"This key belongs under \[transmission\]"):
+@pytest.mark.parametrize(
+    ("entries", "scale"),
+    [
+        ({"effort": {"constant": "61.2 N/A"}}, 61.2),
+        ({"kind": "rotational", "columns__position": "q", "effort": {"constant": "0.12 N*m/A"}}, 0.12),
+    ],
+)
+def test_a_constant_is_a_force_or_a_torque(entries, scale):
+    assert axis_from(table(columns__effort=OF_DRIVE, **entries)).columns["effort"].scale == scale
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (
+            table(columns__effort=OF_DRIVE, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}),
+            "has both a force_constant and a constant",
+        ),
+        (
+            table(columns__effort={"column": "u", "unit": "%"}, effort={"rated": "2.4 N*m", "lead": "10 mm"}),
+            r"This key belongs under \[transmission\]",
+        ),
+        (
+            table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"}),
+            r"columns\.position\.unit: is not filled in.*Also fill in effort\.rated",
+        ),
+    ],
+)
+def test_contradicting_misplaced_and_open_entries_are_named(data, words):
+    with pytest.raises(InputError, match=words):
         axis_from(data)

@@ -1,8 +1,6 @@
 """Model files: numbers to the bit, provenance, models of a user's own."""
 
 import datetime
-import math
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -30,8 +28,7 @@ def test_numbers_survive_a_round_trip_exactly(tmp_path_factory, M, F_C, F_v, off
     model = find("coulomb_viscous")(F_C=F_C, F_v=F_v, offset=offset)
     write_model(path, plant, model)
     result = read_model(path)
-    assert result.plant == plant
-    assert result.friction.values == model.values
+    assert (result.plant, result.friction.values) == (plant, model.values)
 
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
@@ -42,12 +39,8 @@ def test_every_model_of_both_kinds_survives_a_round_trip(tmp_path, name, slot, k
     model = find(name + slot)(kind=kind, **values)
     write_model(tmp_path / "model.toml", None, model)
     result = read_model(tmp_path / "model.toml")
-    assert result.plant is None
-    assert (result.friction.name, result.friction.kind) == (name + slot, kind)
-    assert set(result.friction.values) == set(values)
-    for key, value in values.items():
-        assert np.array_equal(result.friction.values[key], value), key
-        assert math.isinf(value) == math.isinf(result.friction.values[key]) if isinstance(value, float) else True
+    assert (result.plant, result.friction.name, result.friction.kind) == (None, name + slot, kind)
+    np.testing.assert_equal(result.friction.values, values)
 
 
 def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
@@ -67,13 +60,13 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
         notes={"F_C": 'the "edge"\nof what is sought', "M": ""},
     )
     assert "M = 20.0 # kg: moving mass or inertia" in path.read_text()
-    raw = tomllib.loads(path.read_text())
-    assert raw["schema"] == 1
     info = read_model(path).info
     assert info["provenance"] == {"command": 'a "b" \\ c'}
-    assert info["uncertainty"]["M"] == {"std": 0.25, "robust_std": 0.75, "status": "identified"}
-    assert info["uncertainty"]["F_C"]["note"] == 'the "edge"\nof what is sought'
-    assert info["uncertainty"]["offset"] == {"status": "held"}
+    assert info["uncertainty"] == {
+        "M": {"std": 0.25, "robust_std": 0.75, "status": "identified"},
+        "F_C": {"status": "at_edge", "note": 'the "edge"\nof what is sought'},
+        "offset": {"status": "held"},
+    }
 
 
 def test_the_treatment_survives_a_round_trip(tmp_path):
@@ -84,25 +77,6 @@ def test_the_treatment_survives_a_round_trip(tmp_path):
     assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3, "lag": 2.8e-4}
     write_model(path, None, find("coulomb")(F_C=8.0))
     assert read_model(path).info["treatment"] == {}
-
-
-@pytest.mark.parametrize(
-    ("line", "key"),
-    [
-        ('cutoff = "3 m"', "treatment.cutoff"),
-        ("cutoff = -3.0", "treatment.cutoff"),
-        ("decimation = 2.5", "treatment.decimation"),
-        ("decimation = 0", "treatment.decimation"),
-        ("cut_off = 3.0", "treatment.cut_off"),
-    ],
-)
-def test_a_treatment_that_cannot_be_is_named(tmp_path, line, key):
-    path = tmp_path / "model.toml"
-    write_model(path, None, find("coulomb")(F_C=8.0))
-    path.write_text(f"{path.read_text()}\n[treatment]\n{line}\n")
-    with pytest.raises(InputError) as caught:
-        read_model(path)
-    assert key in str(caught.value)
 
 
 def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
@@ -157,6 +131,11 @@ HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
         ("schema = 1\n[friction]\nfile = 'own.py'\nslots = 'asymmetry'\n", ("friction.slots",)),
         ("schema = 1\n[friction]\nfile = 'other.py'\n", ("other.py",)),
         ("schema = 1\n[friction]\nmodel = ['coulomb']\n", ("friction.model",)),
+        (HEAD + 'F_C = 3\n[treatment]\ncutoff = "3 m"\n', ("treatment.cutoff",)),
+        (HEAD + "F_C = 3\n[treatment]\ncutoff = -3.0\n", ("treatment.cutoff",)),
+        (HEAD + "F_C = 3\n[treatment]\ndecimation = 2.5\n", ("treatment.decimation",)),
+        (HEAD + "F_C = 3\n[treatment]\ndecimation = 0\n", ("treatment.decimation",)),
+        (HEAD + "F_C = 3\n[treatment]\ncut_off = 3.0\n", ("treatment.cut_off",)),
     ],
 )
 def test_errors_are_named(tmp_path, own_model, text, words):
@@ -165,8 +144,7 @@ def test_errors_are_named(tmp_path, own_model, text, words):
     with pytest.raises(InputError) as caught:
         read_model(path)
     assert str(caught.value).startswith(str(path))
-    for word in words:
-        assert word in str(caught.value)
+    assert [word for word in words if word not in str(caught.value)] == []
 
 
 @pytest.mark.parametrize("name", ["preisach_lugre", "leuven+asymmetry", "gms", "elastoplastic"])
@@ -175,8 +153,7 @@ def test_models_with_memory_survive_a_round_trip_exactly(name, tmp_path):
     path = tmp_path / "model.toml"
     write_model(path, None, friction_model)
     result = read_model(path).friction
-    assert result.name == name
-    assert pack(result.parameters).tobytes() == pack(friction_model.parameters).tobytes()
+    assert (result.name, pack(result.parameters).tobytes()) == (name, pack(friction_model.parameters).tobytes())
 
 
 def test_a_choice_is_written_by_name_and_an_invalid_choice_is_refused(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from bristle.files import read_log
 from bristle.files.axis import axis_from
-from bristle.files.motion import motion_columns, write_motion
+from bristle.files.motion import write_motion
 
 T = 1e-3 * np.arange(2000)
 X = 0.01 * np.sin(2.0 * np.pi * T) ** 3
@@ -50,17 +50,3 @@ def test_a_motion_survives_a_round_trip(name, tmp_path):
     assert log.position.values == pytest.approx(X, abs=1e-12)
     if log.velocity is not None:
         assert log.velocity.values == pytest.approx(SIGNALS["velocity"], abs=1e-9)
-
-
-def test_headers_have_name_and_unit():
-    heads = {
-        name: head for name, (head, _) in motion_columns(axis_from({"schema": 1, "kind": "translational", **AXES["millimetres"]})).items()
-    }
-    assert heads == {"time": "t [ms]", "position": "soll [mm]", "velocity": "velocity [mm/s]", "acceleration": "acceleration [mm/s^2]"}
-
-
-def test_an_axis_without_columns_has_si():
-    from bristle.core import Axis
-
-    heads = [head for head, _ in motion_columns(Axis(kind="rotational")).values()]
-    assert heads == ["time [s]", "position [rad]", "velocity [rad/s]", "acceleration [rad/s^2]"]

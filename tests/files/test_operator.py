@@ -1,6 +1,5 @@
 """Model files of operators: every number comes back, and what does not fit is refused."""
 
-import numpy as np
 import pytest
 
 from bristle import hysteresis
@@ -17,18 +16,8 @@ def test_numbers_survive_a_round_trip_exactly(tmp_path, name, kind):
     operator = component(kind=kind, **component.example)
     write_operator(tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'})
     result = read_operator(tmp_path / "model.toml")
-    assert result.operator == operator
-    assert result.offset == 1.0 / 3.0
-    assert result.provenance == {"command": 'a "quoted" one'}
+    assert (result.operator, result.offset, result.provenance) == (operator, 1.0 / 3.0, {"command": 'a "quoted" one'})
     assert holds_operator(tmp_path / "model.toml")
-
-
-def test_a_table_of_many_numbers_is_written_and_read(tmp_path):
-    u = np.linspace(0.0, 1.0, 300)
-    curves = [(turn + (1.0 - turn) * u, u**2 * (1.0 - turn)) for turn in np.linspace(-1.0, 0.9, 150).tolist()]
-    operator = hysteresis.table_of_curves(curves, kind="magnetic")
-    write_operator(tmp_path / "model.toml", operator)
-    assert read_operator(tmp_path / "model.toml").operator == operator
 
 
 @pytest.mark.parametrize(
@@ -50,10 +39,8 @@ def test_invalid_operator_files_are_refused(tmp_path, was, now, said):
     text = (tmp_path / "model.toml").read_text()
     assert was in text
     (tmp_path / "model.toml").write_text(text.replace(was, now))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=f"model.toml.*{said}"):
         read_operator(tmp_path / "model.toml")
-    assert said in str(caught.value)
-    assert "model.toml" in str(caught.value)
 
 
 @pytest.mark.parametrize("offset", [0.0, 2.5])

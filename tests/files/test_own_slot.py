@@ -25,7 +25,7 @@ FACTOR = np.exp(-3e-6 * (PRESSURE - 2e5))
 def bench(tmp_path, monkeypatch):
     """A folder with the slot, an axis and its log."""
     monkeypatch.chdir(tmp_path)
-    write_bench(tmp_path)
+    write_bench(tmp_path, count=1000)
     return tmp_path
 
 
@@ -47,28 +47,25 @@ def edited(*changes):
 def test_a_saved_model_is_read_back_equal(oiled, bench):
     values = {"F_C_pos": 9.0, "F_C_neg": 8.0, "F_v_pos": 30.0, "F_v_neg": 31.0, "a": 2e-6}
     model = with_slots(coulomb_viscous, ["temperature", oiled, "asymmetry"])(**values, k_T=-0.01)
-    assert model.name == "coulomb_viscous+temperature+oiled+asymmetry"
     (bench / "elsewhere").mkdir()
     write_model(bench / "elsewhere" / "model.toml", None, model)
     with pytest.raises(InputError, match=r"friction\.model: names code that needs permission to run: oiled\.py"):
         read_model(bench / "elsewhere" / "model.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
-    assert again == model
-    assert base_of(again.component) is coulomb_viscous
-    assert channel_slots_of(again.component) == (oiled,)
-    assert pickle.loads(pickle.dumps(model)) == model
-    other = with_slots(coulomb_viscous, [oiled])(F_C=9.0, F_v=30.0, a=1e-6)
-    assert other != other.with_values(a=2e-6)
+    assert again == model == pickle.loads(pickle.dumps(model))
+    assert (again.name, base_of(again.component), channel_slots_of(again.component)) == (
+        "coulomb_viscous+temperature+oiled+asymmetry",
+        coulomb_viscous,
+        (oiled,),
+    )
+    assert model != model.with_values(a=3e-6)
 
 
 def test_a_user_model_works_with_a_user_slot(oiled, bench):
-    custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    model = with_slots(br.load_code(custom), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
+    model = with_slots(br.load_code(DRAG), [oiled])(F_C=20.0, F_q=125.0, a=1e-6)
     write_model(bench / "both.toml", None, model)
-    text = Path("both.toml").read_text()
-    assert 'file = "quadratic_drag.py"' in text
-    assert 'slots = ["oiled.py"]' in text
+    assert 'file = "quadratic_drag.py"\nslots = ["oiled.py"]\n' in Path("both.toml").read_text()
     with pytest.warns(InputWarning, match="is run"):
         assert read_model("both.toml", allow_code=True).friction == model
 
@@ -144,15 +141,20 @@ def test_a_user_slot_may_share_a_channel_of_bristle(oiled):
     assert text == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
 
 
-def test_two_slots_must_agree_on_a_channel(oiled):
-    other = edited(("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"'))
-    with pytest.raises(InputError, match=r"channel pressure: has different descriptions in two slots"):
-        with_slots(lugre, [oiled, other])
-    clash = edited(("b_0", "F_C"))
-    with pytest.raises(InputError, match=r"F_C.*Give the parameter of the slot another name"):
-        with_slots(lugre, [clash])
-    with pytest.raises(InputError, match="a slot twice"):
-        with_slots(lugre, [oiled, oiled])
+OTHER = [("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"')]
+
+
+@pytest.mark.parametrize(
+    ("slots", "words"),
+    [
+        (lambda oiled: [oiled, edited(*OTHER)], r"channel pressure: has different descriptions in two slots"),
+        (lambda oiled: [edited(("b_0", "F_C"))], r"F_C.*Give the parameter of the slot another name"),
+        (lambda oiled: [oiled, oiled], "a slot twice"),
+    ],
+)
+def test_two_slots_must_agree_on_a_channel(oiled, slots, words):
+    with pytest.raises(InputError, match=words):
+        with_slots(lugre, slots(oiled))
 
 
 @pytest.mark.parametrize(
@@ -184,14 +186,20 @@ def test_every_parameter_has_a_default(bench):
         edited(("] = 2e5", "]"), ("] = 0.0", "]"))
 
 
-def test_a_model_is_distinguished_from_a_slot(bench):
-    custom = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-    with pytest.raises(InputError, match=r"defines a friction model. Write quadratic_drag\.py as the first name"):
-        load_slot_file(custom)
-    with pytest.raises(InputError, match=r"oiled\.py: defines no friction model"):
-        br.load_code("oiled.py")
-    with pytest.raises(InputError, match=r"no such slot; found '\+oiled\.py'.*or a file of yours"):
-        find("lugre+oiled.py")
+DRAG = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: load_slot_file(DRAG), r"defines a friction model. Write quadratic_drag\.py as the first name"),
+        (lambda: br.load_code("oiled.py"), r"oiled\.py: defines no friction model"),
+        (lambda: find("lugre+oiled.py"), r"no such slot; found '\+oiled\.py'.*or a file of yours"),
+    ],
+)
+def test_a_model_is_distinguished_from_a_slot(bench, call, words):
+    with pytest.raises(InputError, match=words):
+        call()
 
 
 # --- the channel ------------------------------------------------------------------------------------------------

@@ -3,10 +3,8 @@
 import errno
 import json
 import os
-import random
 import re
 import shutil
-import signal
 import stat
 import subprocess
 import sys
@@ -50,26 +48,11 @@ def fill(folder, mark: str, size: int = 3) -> None:
         (folder / name).write_text((mark + "\n") * size)
 
 
-def write_results(out: Path, mark: str = "new", force: bool = True) -> None:
+def write_results(out: Path, mark: str = "new", force: bool = True, during=lambda folder: None) -> None:
+    """Write the results, and let something happen while they are written."""
     with results_folder(out, force=force) as folder:
         fill(folder, mark)
-
-
-def test_a_remark_in_the_note_is_kept(tmp_path):
-    write_results(tmp_path / "out")
-    with (tmp_path / "out" / NOTE).open("a") as note:
-        note.write("# my remark\n")
-    with pytest.raises(InputError, match=f"contains files that were changed: {NOTE}"):
-        write_results(tmp_path / "out")
-    assert "# my remark" in (tmp_path / "out" / NOTE).read_text()
-
-
-def test_a_folder_of_many_runs_is_never_replaced(tmp_path):
-    with growing_folder(tmp_path / "out", "study") as (grown, _):
-        grown.write("summary.json", "{}")
-    with pytest.raises(InputError, match="contains a study of many runs"):
-        write_results(tmp_path / "out")
-    assert (tmp_path / "out" / "summary.json").is_file()
+        during(folder)
 
 
 def mark_of(out: Path, size: int = 3) -> str:
@@ -77,9 +60,13 @@ def mark_of(out: Path, size: int = 3) -> str:
     texts = {(out / name).read_text() for name in NAMES}
     assert len(texts) == 1
     lines = texts.pop().splitlines()
-    assert len(lines) == size
-    assert len(set(lines)) == 1
+    assert (len(lines), len(set(lines))) == (size, 1)
     return lines[0]
+
+
+def left_in(place: Path) -> tuple[str, list[str]]:
+    """Return what the results say, and all that lies beside them."""
+    return mark_of(place / "run"), [item.name for item in place.iterdir()]
 
 
 def state_of(place: Path) -> dict[str, object]:
@@ -107,21 +94,19 @@ def out(tmp_path):
 
 
 def test_results_appear_only_when_complete(tmp_path):
-    out = tmp_path / "run"
-    with results_folder(out) as folder:
-        fill(folder, "new")
-        assert not out.exists()
-    assert mark_of(out) == "new"
-    assert [item.name for item in tmp_path.iterdir()] == ["run"]
-    assert sorted(item.name for item in out.iterdir()) == sorted((*NAMES, NOTE))
+    write_results(tmp_path / "run", during=lambda _: pytest.fail("too early") if (tmp_path / "run").exists() else None)
+    assert left_in(tmp_path) == ("new", ["run"])
+    assert sorted(item.name for item in (tmp_path / "run").iterdir()) == sorted((*NAMES, NOTE))
 
 
-def test_existing_results_need_force_and_are_replaced_whole(out):
+@pytest.mark.parametrize("removed", [(), ("report.html",)])
+def test_existing_results_need_force_and_are_replaced_whole(out, removed):
     refused(out, "--force", force=False)
     assert mark_of(out) == "old"
+    for name in removed:
+        (out / name).unlink()
     write_results(out)
-    assert mark_of(out) == "new"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+    assert left_in(out.parent) == ("new", ["run"])
 
 
 def test_results_are_known_by_their_note_however_they_are_called(out):
@@ -136,9 +121,15 @@ def test_results_are_known_by_their_note_however_they_are_called(out):
 
 def test_the_note_has_no_data_of_the_machine(out):
     text = (out / NOTE).read_text()
-    assert str(out.parent) not in text
-    assert os.uname().nodename not in text
+    assert [word for word in (str(out.parent), os.uname().nodename) if word in text] == []
     assert {json.loads(line).get("file") for line in text.splitlines()[1:]} == set(NAMES)
+
+
+def of_many_runs(out: Path) -> None:
+    """Let the folder be one of a study."""
+    shutil.rmtree(out)
+    with growing_folder(out, "study") as (grown, _):
+        grown.write("summary.json", "{}")
 
 
 def stranger(name: str, make):
@@ -196,7 +187,7 @@ def with_note(text: str | bytes):
         stranger("a note with a full path", with_note(NEW + '{"file": "/etc/passwd"}\n')),
         stranger("a note of lists", with_note("[" * 9000 + "\n")),
         stranger("a note of other types", with_note(NEW + '{"file": 3}\n')),
-        stranger("a note without end", with_note(NEW.encode() + b"\n" * 100_000)),
+        stranger("a note without end", with_note(NEW.encode() + b"\n" * 20_000)),
         stranger("a note of no text", with_note(bytes(range(256)))),
         stranger("a note of a broken number", with_note(NEW.replace('"1"', '"-1e9"'))),
         stranger("a note that claims all as half written", with_note(NEW + '{"file": "mine.txt"}\n')),
@@ -247,10 +238,12 @@ def copied(source: str, target: str) -> str:
         ),
         (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "were changed: summary"),
         (lambda out: (out / NOTE).unlink(), r"without the file.*0\.1.*by hand"),
+        (lambda out: (out / NOTE).write_text((out / NOTE).read_text() + "# my remark\n"), f"contains files that were changed: {NOTE}"),
+        (of_many_runs, "contains a study of many runs"),
         (lambda out: out.chmod(0o555), "write-protected"),
     ],
 )
-def test_added_and_changed_files_are_never_replaced(out, change, words):
+def test_added_changed_and_other_files_are_never_replaced(out, change, words):
     (out.parent / "mine").write_text("mine")
     change(out)
     before = state_of(out.parent)
@@ -259,27 +252,14 @@ def test_added_and_changed_files_are_never_replaced(out, change, words):
     assert state_of(out.parent) == before
 
 
-def test_a_removed_file_is_not_an_obstacle(out):
-    (out / "report.html").unlink()
-    write_results(out)
-    assert mark_of(out) == "new"
-
-
 @pytest.mark.parametrize("exchanged", [True, False])
 @pytest.mark.parametrize("change", [lambda p: (p / "notes.txt").write_text("mine"), lambda p: p.chmod(0o500)])
 def test_changes_during_the_run_are_kept(out, monkeypatch, exchanged, change):
     if not exchanged:
         monkeypatch.setattr(results, "exchange", lambda *_: False)
-
-    def replace():
-        with results_folder(out, force=True) as folder:
-            fill(folder, "new")
-            change(out)
-
     with pytest.raises(InputError):
-        replace()
-    assert mark_of(out) == "old"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+        write_results(out, during=lambda _: change(out))
+    assert left_in(out.parent) == ("old", ["run"])
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
@@ -298,8 +278,7 @@ def test_files_added_at_the_last_moment_are_kept_and_reported(out, monkeypatch, 
         write_results(out)
     place = Path(str(message[0].message).partition(":")[0])
     assert mark_of(out) == "new"
-    assert (place / "notes.txt").read_text() == "mine"
-    assert (place / "model.toml").read_text() == "mine too"
+    assert [(place / name).read_text() for name in ("notes.txt", "model.toml")] == ["mine", "mine too"]
 
 
 @pytest.mark.parametrize(
@@ -313,17 +292,14 @@ def test_files_added_at_the_last_moment_are_kept_and_reported(out, monkeypatch, 
     ],
 )
 def test_a_folder_that_appears_during_the_run_is_kept(tmp_path, appear):
-    out = tmp_path / "run"
     before = {}
 
-    def work():
-        with results_folder(out) as folder:
-            fill(folder, "new")
-            appear(out)
-            before.update({name: item for name, item in state_of(tmp_path).items() if name.startswith("run")})
+    def during(_):
+        appear(tmp_path / "run")
+        before.update({name: item for name, item in state_of(tmp_path).items() if name.startswith("run")})
 
     with pytest.raises(InputError):
-        work()
+        write_results(tmp_path / "run", during=during)
     assert state_of(tmp_path) == before
 
 
@@ -332,30 +308,13 @@ def test_a_folder_that_replaces_the_temporary_folder_is_kept(tmp_path):
     mine.mkdir()
     (mine / "model.toml").write_text("mine")
 
-    def work():
-        with results_folder(tmp_path / "run") as folder:
-            fill(folder, "new")
-            folder.path.rename(tmp_path / "elsewhere")
-            folder.path.symlink_to(mine)
+    def exchanged(folder):
+        folder.path.rename(tmp_path / "elsewhere")
+        folder.path.symlink_to(mine)
 
     with pytest.raises(InputError), pytest.warns(InputWarning, match="bristle keeps"):
-        work()
-    assert (mine / "model.toml").read_text() == "mine"
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_rename_never_replaces(tmp_path):
-    for name in ("new", "taken"):
-        (tmp_path / name).mkdir()
-    before = state_of(tmp_path)
-    for flagless in (False, True):
-        with pytest.MonkeyPatch.context() as patch:
-            if flagless:
-                patch.setattr(folders, "_rename", lambda *_: False)
-            with pytest.raises(OSError, match="exists") as caught:
-                folders.rename_new(tmp_path / "new", tmp_path / "taken")
-        assert caught.value.errno == errno.EEXIST
-    assert state_of(tmp_path) == before
+        write_results(tmp_path / "run", during=exchanged)
+    assert ((mine / "model.toml").read_text(), (tmp_path / "run").exists()) == ("mine", False)
 
 
 @pytest.mark.parametrize(
@@ -401,61 +360,55 @@ def test_obstacles_are_named(tmp_path, make, words):
     assert state_of(tmp_path) == before
 
 
-def test_results_may_be_named_by_a_link_to_the_folder_that_they_go_into(tmp_path):
-    (tmp_path / "run").symlink_to(tmp_path / "disk")
-    write_results(tmp_path / "run")
-    write_results(tmp_path / "run", "again")
-    assert mark_of(tmp_path / "disk") == "again"
-    assert (tmp_path / "run").is_symlink()
-
-
-def test_a_link_above_the_results_is_followed(tmp_path):
-    (tmp_path / "disk").mkdir()
+@pytest.mark.parametrize(("named", "place"), [("link", "disk"), ("link/run", "disk/run")])
+def test_a_link_to_the_results_or_above_them_is_followed(tmp_path, named, place):
+    (tmp_path / place).parent.mkdir(exist_ok=True)
     (tmp_path / "link").symlink_to(tmp_path / "disk")
-    write_results(tmp_path / "link" / "run")
-    assert mark_of(tmp_path / "disk" / "run") == "new"
+    for mark in ("new", "again"):
+        write_results(tmp_path / named, mark)
+        assert mark_of(tmp_path / place) == mark
+    assert (tmp_path / "link").is_symlink()
 
 
-def test_a_parent_without_permission_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(results.os, "access", lambda *_: False)  # the tests may run as root, who may everything
-    refused(tmp_path / "run", "permission")
+@pytest.mark.parametrize(
+    ("name", "patched", "answer", "words"),
+    [
+        ("other", (os, "access"), lambda *_: False, "permission"),  # the tests may run as root, who may everything
+        ("run", (Path, "is_mount"), lambda _: True, "mount point"),  # mounting takes rights that tests do not have
+        ("other", (os, "write"), lambda *_: full(), "no space left"),
+    ],
+)
+def test_a_place_without_permission_or_room_is_refused_before_any_work(out, monkeypatch, name, patched, answer, words):
+    before = state_of(out.parent)
+    monkeypatch.setattr(*patched, answer)
+    refused(out.with_name(name), words)
+    assert state_of(out.parent) == before
 
 
-def test_a_mount_point_is_refused_before_any_work(out, monkeypatch):
-    monkeypatch.setattr(Path, "is_mount", lambda _: True)  # mounting takes rights that tests do not have
-    refused(out, "mount point")
+def failing(error):
+    """Return what ends the work by an error."""
 
+    def during(_):
+        raise error
 
-def test_a_disk_without_room_for_the_note_is_unchanged(tmp_path, monkeypatch):
-    monkeypatch.setattr(owned.os, "write", lambda *_: full())
-    refused(tmp_path / "run", "no space left")
-    assert not list(tmp_path.iterdir())
+    return during
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)])
 def test_an_error_in_the_work_keeps_the_old_results(out, error):
-    def work():
-        with results_folder(out, force=True) as folder:
-            (folder / "model.toml").write_text("half")
-            raise error
-
     with pytest.raises(type(error)):
-        work()
-    assert mark_of(out) == "old"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+        write_results(out, during=failing(error))
+    assert left_in(out.parent) == ("old", ["run"])
 
 
 def test_a_process_that_will_be_killed_removes_its_unfinished_results(out):
-    def work():
-        with results_folder(out, force=True) as folder:
-            (folder / "model.toml").write_text("half")
-            results.remove_unfinished()
-            assert [item.name for item in out.parent.iterdir()] == ["run"]
-            raise KeyboardInterrupt
+    def during(_):
+        results.remove_unfinished()
+        assert left_in(out.parent) == ("old", ["run"])
+        raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        work()
-    assert mark_of(out) == "old"
+        write_results(out, during=during)
 
 
 def test_whoever_ends_a_process_waits_until_the_other_thread_has_removed(out, monkeypatch):
@@ -469,8 +422,8 @@ def test_whoever_ends_a_process_waits_until_the_other_thread_has_removed(out, mo
     monkeypatch.setattr(results.owned, "remove_own", slow)
 
     def work():
-        with pytest.raises(KeyboardInterrupt), results_folder(out, force=True):
-            raise KeyboardInterrupt
+        with pytest.raises(KeyboardInterrupt):
+            write_results(out, during=failing(KeyboardInterrupt()))
 
     worker = threading.Thread(target=work)
     worker.start()
@@ -538,8 +491,7 @@ def test_a_full_disk_at_any_step_leaves_old_or_new(tmp_path, exchanged):
         # What could not be removed then is removed by the next that can.
         long_ago(place)
         write_results(place / "run", "last")
-        assert mark_of(place / "run") == "last"
-        assert [item.name for item in place.iterdir()] == ["run"], made[at - 1]
+        assert left_in(place) == ("last", ["run"]), made[at - 1]
     assert {"mkdir", "write", "fsync", "rename", "unlink", "rmdir"} <= set(made)
 
 
@@ -568,8 +520,7 @@ def test_killed_at_each_step(out, step, way):
     assert mark_of(out) in ("old", "new")
     long_ago(out.parent)
     write_results(out, "last")
-    assert mark_of(out) == "last"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+    assert left_in(out.parent) == ("last", ["run"])
 
 
 def writer(out: Path, mark: str, size: int, **options) -> subprocess.Popen:
@@ -577,52 +528,23 @@ def writer(out: Path, mark: str, size: int, **options) -> subprocess.Popen:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
 
-def run_writer(out: Path, mark: str, size: int) -> None:
-    process = writer(out, mark, size)
-    process.communicate()
-    assert process.returncode == 0
-
-
-@pytest.mark.slow
-def test_killed_at_random_moments(tmp_path):
-    out, size, chance = tmp_path / "run", 200_000, random.Random(20)
-    began = time.perf_counter()
-    run_writer(out, "0", size)
-    whole = time.perf_counter() - began
-    previous = "0"
-    for trial in range(1, 21):
-        process = writer(out, str(trial), size)
-        assert process.stdout is not None
-        process.stdout.readline()  # from here on it writes; the start of the interpreter is not worth killing
-        time.sleep(chance.uniform(0.0, whole))
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        result = mark_of(out, size)
-        assert result in (previous, str(trial))
-        previous = result
-    run_writer(out, "last", size)
-    assert mark_of(out, size) == "last"
-    assert [item.name for item in tmp_path.iterdir()] == ["run"]
-
-
 def test_a_limit_on_the_size_of_files(out):
     process = writer(out, "new", 100_000, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)))
     _, errors = process.communicate()
     assert process.returncode != 0
-    assert "InputError" in errors
-    assert "file too large" in errors
-    assert mark_of(out) == "old"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+    assert re.search("InputError.*file too large", errors)
+    assert left_in(out.parent) == ("old", ["run"])
 
 
 def test_the_later_of_two_simultaneous_writers_is_refused(out):
-    with results_folder(out, force=True) as folder:
-        fill(folder, "first")
+    def during(_):
         process = writer(out, "second", 3)
         _, errors = process.communicate()
         assert process.returncode != 0
         assert "another process" in errors
         write_results(out.with_name("another"))  # clears what dead processes left, not what a living one writes
+
+    write_results(out, "first", during=during)
     assert mark_of(out) == "first"
 
 
@@ -636,8 +558,8 @@ def test_the_next_success_removes_the_remains_of_a_killed_process(out):
     (left / "notes.txt").write_text("mine")
     before = state_of(out.parent)
     refused(out, force=False)
-    with pytest.raises(InputError, match="bad"), results_folder(out, force=True):
-        raise InputError("bad")
+    with pytest.raises(InputError, match="bad"):
+        write_results(out, during=failing(InputError("bad")))
     assert state_of(out.parent) == before
     write_results(out.with_name("another"))
     assert [item.name for item in left.iterdir() if item.name != NOTE] == ["notes.txt"]
@@ -646,6 +568,7 @@ def test_the_next_success_removes_the_remains_of_a_killed_process(out):
     assert sorted(item.name for item in out.parent.iterdir()) == ["another", "run"]
 
 
+@pytest.mark.filterwarnings("error")
 def test_results_are_removed_even_at_the_limit_of_open_files(tmp_path, monkeypatch):
     def removed(path, **options):
         # The note of these results is the file too many.
@@ -654,16 +577,12 @@ def test_results_are_removed_even_at_the_limit_of_open_files(tmp_path, monkeypat
     opened, remove = [], owned.remove_own
     monkeypatch.setattr(results.owned, "remove_own", removed)
 
-    def work():
-        with results_folder(tmp_path / "run") as folder:
-            opened.append(folder)
-            raise InputError("no more files")
+    def during(folder):
+        opened.append(folder)
+        raise InputError("no more files")
 
-    with warnings.catch_warnings(record=True) as message:
-        warnings.simplefilter("always")
-        with pytest.raises(InputError, match="no more files"):
-            work()
-    assert not message
+    with pytest.raises(InputError, match="no more files"):
+        write_results(tmp_path / "run", during=during)
     assert not list(tmp_path.iterdir())
 
 
@@ -672,13 +591,8 @@ def test_results_do_not_replace_their_own_inputs(out):
         with pytest.raises(InputError, match=r"contains input files of this command: model\.toml\. Name another"):
             results_folder(out, force=True, reads=[None, "a\0b", named]).__enter__()
 
-    def work():
-        with results_folder(out, force=True) as folder:
-            fill(folder, "new")
-            content_of(out / SUMMARY)  # named by another file, say
-
     with pytest.raises(InputError, match=r"contains input files of this command: summary\.json"):
-        work()
+        write_results(out, during=lambda _: content_of(out / SUMMARY))  # named by another file, say
     assert mark_of(out) == "old"
     write_results(out)
     assert mark_of(out) == "new"
@@ -715,12 +629,9 @@ def test_only_complete_results_of_the_same_user_are_restored(tmp_path, monkeypat
         monkeypatch.setattr(results.os, "getuid", lambda: os.stat(aside).st_uid + 1)
     if restored:
         refused(out, "exists already", force=False)
-        assert mark_of(out) == "old"
     else:
-        with results_folder(out) as folder:
-            assert mark_of(aside) == "old"
-            fill(folder, "new")
-        assert mark_of(out) == "new"
+        write_results(out, force=False, during=lambda _: mark_of(aside))
+    assert mark_of(out) == ("old" if restored else "new")
     results._open.discard(left)
 
 
@@ -772,16 +683,16 @@ def test_many_at_once_never_mix(tmp_path):
         except InputError as error:
             refused.append(str(error))
 
-    for round_ in range(20):
+    for round_ in range(8):
         threads = [threading.Thread(target=attempt, args=(f"{round_}-{item}",)) for item in range(6)]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-        assert mark_of(out) in ended
-    assert ended
+        mark, names = left_in(tmp_path)
+        assert mark in ended
+        assert names == ["run"]
     assert all(re.search("another process|cannot be written|were changed|exists", words) for words in refused)
-    assert [item.name for item in tmp_path.iterdir()] == ["run"]
 
 
 def test_the_concurrent_removal_of_old_results_is_awaited(out, monkeypatch):
@@ -804,8 +715,7 @@ def test_the_concurrent_removal_of_old_results_is_awaited(out, monkeypatch):
     monkeypatch.setattr(results.owned, "remove_own", beside)
     write_results(out, "new")
     both[0].join()
-    assert mark_of(out) == "new"
-    assert [item.name for item in out.parent.iterdir()] == ["run"]
+    assert left_in(out.parent) == ("new", ["run"])
 
 
 def test_results_without_a_file_are_a_bug(tmp_path):
@@ -829,8 +739,11 @@ def test_unencodable_characters_are_escaped_and_line_ends_kept(tmp_path):
 
 
 def test_long_paths_get_the_prefix_of_windows():
-    long = "x" * 250
-    assert folders.extended(r"C:\runs") == r"C:\runs"
-    assert folders.extended(rf"C:\{long}") == rf"\\?\C:\{long}"
-    assert folders.extended(rf"\\host\share\{long}") == rf"\\?\UNC\host\share\{long}"
-    assert folders.extended(rf"\\?\C:\{long}") == rf"\\?\C:\{long}"
+    long, short = "x" * 197, "x" * 190
+    paths = (rf"C:\{short}", rf"C:\{long}", rf"\\host\share\{long}", rf"\\?\C:\{long}")
+    assert [folders.extended(path) for path in paths] == [
+        rf"C:\{short}",
+        rf"\\?\C:\{long}",
+        rf"\\?\UNC\host\share\{long}",
+        rf"\\?\C:\{long}",
+    ]

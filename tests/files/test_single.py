@@ -10,11 +10,9 @@ from bristle.files.single import write_whole
 
 def test_a_file_is_written_and_replaced_whole(tmp_path):
     path = tmp_path / "page.html"
-    assert write_whole(path, "first\n") == path
-    assert path.read_bytes() == b"first\n"
-    write_whole(path, b"second")
-    assert path.read_bytes() == b"second"
-    assert [file.name for file in tmp_path.iterdir()] == ["page.html"]
+    for content in ("first\n", b"second"):
+        assert write_whole(path, content) == path
+        assert [file.read_bytes() for file in tmp_path.iterdir()] == [content if isinstance(content, bytes) else content.encode()]
 
 
 def test_a_new_file_does_not_replace_an_existing_file(tmp_path):

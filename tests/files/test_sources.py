@@ -41,18 +41,19 @@ def test_each_file_is_read_once_and_kept_by_its_role(sources):
 def test_a_plant_and_an_operator_are_looked_for_among_their_own_kind(sources):
     assert sources.listed("plant", {"model": "inertia", "M": 2.0}, "translational", "plant").values == {"M": 2.0}
     assert sources.listed("hysteresis", {"model": "play", "r": "1 um"}, "translational", "hysteresis").values == {"r": 1e-6}
-    with pytest.raises(InputError, match=r"plant\.model"):
-        sources.listed("plant", {"model": "play", "r": 1.0}, "translational", "plant")
 
 
-def test_friction_is_that_of_a_table_or_of_a_model_file_with_its_plant(sources):
-    plant, model = sources.friction({"model": "coulomb", "F_C": "5 N"}, "translational", "friction")
-    assert (plant, model.values["F_C"]) == (None, 5.0)
-    plant, model = sources.friction({"file": "model.toml"}, "translational", "friction")
-    assert (plant.values, model.values["F_C"]) == ({"M": 2.0}, 3.0)
-    assert sources.friction({"file": "model.toml", "F_C": "4 N"}, "translational", "friction")[1].values["F_C"] == 4.0
-    with pytest.raises(InputError, match=r"friction\.file: is the model of a translational axis, but this axis is rotational"):
-        sources.friction({"file": "model.toml"}, "rotational", "friction")
+@pytest.mark.parametrize(
+    ("table", "plant", "level"),
+    [
+        ({"model": "coulomb", "F_C": "5 N"}, None, 5.0),
+        ({"file": "model.toml"}, {"M": 2.0}, 3.0),
+        ({"file": "model.toml", "F_C": "4 N"}, {"M": 2.0}, 4.0),
+    ],
+)
+def test_friction_is_that_of_a_table_or_of_a_model_file_with_its_plant(sources, table, plant, level):
+    found, model = sources.friction(table, "translational", "friction")
+    assert (found and found.values, model.values["F_C"]) == (plant, level)
 
 
 @pytest.mark.parametrize(("file", "shift"), [("log.csv", 0.1), ("motion.csv", 0.1)])
@@ -65,20 +66,30 @@ def test_a_reference_is_from_a_log_or_a_planned_motion(sources, file, shift):
     assert of_own_axis["position"] == pytest.approx(values["position"])
 
 
-def test_a_reference_with_gaps_is_refused(sources):
-    axis = sources.axis("axis.toml", "axis.file")
-    with pytest.raises(InputError, match=r"reference\.file: has gaps, which split it into 2 parts"):
-        sources.recorded({"model": "recorded", "file": "gap.csv"}, axis, "reference")
-
-
-@pytest.mark.parametrize("file", [3, "", None])
-def test_the_name_of_a_file_is_text(sources, file):
-    with pytest.raises(InputError, match=r"axis\.file: must be the name of a file"):
-        sources.axis(file, "axis.file")
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        *(
+            (lambda sources, file=file: sources.axis(file, "axis.file"), r"axis\.file: must be the name of a file")
+            for file in (3, "", None)
+        ),
+        (
+            lambda sources: sources.recorded({"model": "recorded", "file": "gap.csv", "axis": "axis.toml"}, None, "reference"),
+            r"reference\.file: has gaps, which split it into 2 parts",
+        ),
+        (
+            lambda sources: sources.friction({"file": "model.toml"}, "rotational", "friction"),
+            r"friction\.file: is the model of a translational axis, but this axis is rotational",
+        ),
+        (lambda sources: sources.listed("plant", {"model": "play", "r": 1.0}, "translational", "plant"), r"plant\.model"),
+    ],
+)
+def test_files_of_another_kind_are_refused_with_their_key(sources, call, words):
+    with pytest.raises(InputError, match=words):
+        call(sources)
 
 
 def test_a_table_without_a_file_names_no_code_and_no_model(sources):
     assert sources.own({"model": "encoder"}, Sensor, "sensor") is None
-    assert sources.fitted_to({"model": "coulomb"}, "friction") == ""
-    assert sources.fitted_to({"file": "own.py"}, "friction") == ""
-    assert sources.fitted_to({"file": "model.toml"}, "friction") == ""
+    tables = ({"model": "coulomb"}, {"file": "own.py"}, {"file": "model.toml"})
+    assert [sources.fitted_to(table, "friction") for table in tables] == ["", "", ""]

@@ -1,5 +1,6 @@
 """Variants: what an override replaces, which path is told, what a recorded signal and a run become."""
 
+import copy
 import math
 from types import SimpleNamespace
 
@@ -10,65 +11,72 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.experiment import Run
 from bristle.files import read_experiment, variant
-from bristle.files.sources import Sources
 from bristle.files.variant import Tables, effort_from, effort_variables, merged, run_from, variables_of_section
 from bristle.references import recorded, sine
 
 SINE = sine(amplitude=1e-3, frequency=1.0)
 
 
-def test_an_override_replaces_the_keys_that_it_names():
-    base = {"run": {"duration": 1.0, "delay": 2}, "friction": {"model": "coulomb", "F_C": 3.0}}
-    assert merged(base, {"run": {"delay": 0}}) == {**base, "run": {"duration": 1.0, "delay": 0}}
-    assert merged(base, {"run": 3}) == {**base, "run": 3}
-    assert base["run"]["delay"] == 2
+OF_LUGRE = {"model": "lugre", "F_C": 3.0, "feedforward": {"gain": 0.5}}
 
 
-@pytest.mark.parametrize("key", ["model", "file", "identified"])
-def test_parameters_belong_to_the_model_that_was_named_with_them(key):
-    base = {"model": "lugre", "F_C": 3.0, "feedforward": {"gain": 0.5}}
-    assert merged(base, {key: "other"}) == {key: "other", "feedforward": {"gain": 0.5}}
-    assert merged(base, {"F_C": 4.0}) == {**base, "F_C": 4.0}
+@pytest.mark.parametrize(
+    ("base", "override", "result"),
+    [
+        (
+            {"run": {"duration": 1.0, "delay": 2}, "friction": 1},
+            {"run": {"delay": 0}},
+            {"run": {"duration": 1.0, "delay": 0}, "friction": 1},
+        ),
+        ({"run": {"duration": 1.0, "delay": 2}, "friction": 1}, {"run": 3}, {"run": 3, "friction": 1}),
+        # Parameters belong to the model that was named with them.
+        *((OF_LUGRE, {key: "other"}, {key: "other", "feedforward": {"gain": 0.5}}) for key in ("model", "file", "identified")),
+        (OF_LUGRE, {"F_C": 4.0}, {**OF_LUGRE, "F_C": 4.0}),
+    ],
+)
+def test_an_override_replaces_the_keys_that_it_names(base, override, result):
+    before = copy.deepcopy(base)
+    assert merged(base, override) == result
+    assert base == before
 
 
 def test_the_path_of_an_overridden_key_is_in_the_override():
     tables = Tables({"run": {"delay": 1}}, {"run": {"delay": 1}, "sensor": 3}, "compare.fast")
-    assert tables.path("run") == "compare.fast.run"
-    assert tables.path("run", "delay") == "compare.fast.run.delay"
-    assert tables.path("run", "seeds") == "run.seeds"
-    assert tables.path("sensor", "noise") == "sensor.noise"
-    assert tables.path("plant") == "plant"
+    keys = (("run",), ("run", "delay"), ("run", "seeds"), ("sensor", "noise"), ("plant",))
+    paths = ["compare.fast.run", "compare.fast.run.delay", "run.seeds", "sensor.noise", "plant"]
+    assert [tables.path(*key) for key in keys] == paths
     assert (tables.table("run"), tables.table("plant")) == ({"delay": 1}, {})
 
 
-def run(sample_time, duration):
-    return Run(duration, sample_time)
-
-
-def test_a_recorded_signal_is_constant_over_finer_samples_and_cut_at_the_end():
+@pytest.mark.parametrize(
+    ("duration", "sample_time", "samples"),
+    [(0.03, 0.005, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]), (0.04, 0.02, [1.0, 3.0]), (0.04, 0.01, [1.0, 2.0, 3.0, 4.0])],
+)
+def test_a_recorded_signal_is_constant_over_finer_samples_and_cut_at_the_end(duration, sample_time, samples):
     values = np.array([1.0, 2.0, 3.0, 4.0])
-    assert variant._repeated(values, 0.01, run(0.005, 0.03), "it", "run.duration", "x").tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
-    assert variant._repeated(values, 0.01, run(0.02, 0.04), "it", "run.duration", "x").tolist() == [1.0, 3.0]
-    assert variant._repeated(values, 0.01, run(0.01, 0.04), "it", "run.duration", "x").tolist() == values.tolist()
+    assert variant._repeated(values, 0.01, Run(duration, sample_time), "it", "run.duration", "x").tolist() == samples
     with pytest.raises(InputError, match=r"run\.duration.*is longer than the log, 0\.04 s.*Remove duration"):
-        variant._repeated(values, 0.01, run(0.01, 0.05), "the log", "run.duration", "Remove duration")
+        variant._repeated(values, 0.01, Run(0.05, 0.01), "the log", "run.duration", "Remove duration")
 
 
-def test_a_run_gets_missing_values_from_its_axis():
-    axis = Axis(kind="translational", effort_limit=200.0, lag=3e-4, sample_time=5e-4)
-    result = run_from({"duration": "2 s"}, axis, SINE, "translational", "run")
-    assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == (2.0, 5e-4, 200.0, 3e-4)
-    custom = run_from({"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0}, axis, SINE, "translational", "run")
-    assert (custom.sample_time, custom.effort_limit, custom.current_lag) == (1e-3, 50.0, 0.0)
-    bare = run_from({"duration": 2, "sample_time": "1 ms"}, None, SINE, "translational", "run")
-    assert (bare.effort_limit, bare.current_lag) == (math.inf, 0.0)
+AXIS = Axis(kind="translational", effort_limit=200.0, lag=3e-4, sample_time=5e-4)
+RECORDED = recorded(position=np.zeros(50), sample_time=0.01)
 
 
-def test_a_recorded_reference_brings_its_time():
-    reference = recorded(position=np.zeros(50), sample_time=0.01)
-    result = run_from({}, None, reference, "translational", "run")
-    assert (result.duration, result.sample_time) == (0.5, 0.01)
-    assert run_from({"duration": 0.2}, None, reference, "translational", "run").duration == 0.2
+@pytest.mark.parametrize(
+    ("table", "axis", "reference", "expected"),
+    [
+        ({"duration": "2 s"}, AXIS, SINE, (2.0, 5e-4, 200.0, 3e-4)),
+        ({"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0}, AXIS, SINE, (2.0, 1e-3, 50.0, 0.0)),
+        ({"duration": 2, "sample_time": "1 ms"}, None, SINE, (2.0, 1e-3, math.inf, 0.0)),
+        ({}, None, RECORDED, (0.5, 0.01, math.inf, 0.0)),
+        ({"duration": 0.2}, None, RECORDED, (0.2, 0.01, math.inf, 0.0)),
+        ({"duration": 3e-3, "sample_time": 1e-3}, None, SINE, (3e-3, 1e-3, math.inf, 0.0)),
+    ],
+)
+def test_a_run_gets_missing_values_from_its_axis_or_its_recorded_reference(table, axis, reference, expected):
+    result = run_from(table, axis, reference, "translational", "run")
+    assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == expected
 
 
 @pytest.mark.parametrize(
@@ -85,23 +93,31 @@ def test_a_recorded_reference_brings_its_time():
 def test_a_run_that_cannot_be_is_refused_with_its_place(table, words):
     with pytest.raises(InputError, match=words):
         run_from(table, None, SINE, "translational", "run")
-    assert run_from({"duration": 3e-3, "sample_time": 1e-3}, None, SINE, "translational", "run").duration == 3e-3
 
 
 RUN = Run(0.04, 0.01)
 
 
-def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log():
-    level = effort_from({"model": "constant", "level": "3 N"}, None, RUN, "translational", "effort")
-    assert (level.values.tolist(), level.description) == ([3.0] * 4, "constant, level = 3 N")
-    none = effort_from({"model": "constant"}, None, RUN, "translational", "effort")
-    assert (none.values.tolist(), none.description) == ([0.0] * 4, "none")
-    wave = effort_from({"model": "sine", "amplitude": "2 N", "frequency": "25 Hz"}, None, RUN, "translational", "effort")
-    assert wave.values == pytest.approx([0.0, 2.0, 0.0, -2.0], abs=1e-12)
-    assert wave.description == "sine, amplitude = 2 N, frequency = 25 Hz"
-    log = SimpleNamespace(effort=SimpleNamespace(values=np.arange(4.0)), sample_time=0.01)
-    record = effort_from({"model": "recorded", "file": "log.csv"}, log, RUN, "translational", "effort")
-    assert (record.values.tolist(), record.description) == ([0.0, 1.0, 2.0, 3.0], "effort of log.csv")
+LOG = SimpleNamespace(effort=SimpleNamespace(values=np.arange(4.0)), sample_time=0.01)
+
+
+@pytest.mark.parametrize(
+    ("table", "values", "description"),
+    [
+        ({"model": "constant", "level": "3 N"}, [3.0] * 4, "constant, level = 3 N"),
+        ({"model": "constant"}, [0.0] * 4, "none"),
+        (
+            {"model": "sine", "amplitude": "2 N", "frequency": "25 Hz"},
+            pytest.approx([0.0, 2.0, 0.0, -2.0], abs=1e-12),
+            "sine, amplitude = 2 N, frequency = 25 Hz",
+        ),
+        ({"model": "recorded", "file": "log.csv"}, [0.0, 1.0, 2.0, 3.0], "effort of log.csv"),
+    ],
+)
+def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log(table, values, description):
+    log = LOG if table["model"] == "recorded" else None
+    result = effort_from(table, log, RUN, "translational", "effort")
+    assert (result.values.tolist(), result.description) == (values, description)
 
 
 @pytest.mark.parametrize(
@@ -120,29 +136,31 @@ def test_an_unknown_effort_is_refused_with_its_place(table, words):
 
 
 def test_lengths_of_a_function_of_time_are_forces_of_an_effort():
-    assert {name: item.quantity for name, item in effort_variables("sine").items()}["amplitude"] == "force"
-    assert {name: item.quantity for name, item in effort_variables("sine").items()}["frequency"] == "frequency"
-    assert list(effort_variables("constant")) == ["level"]
-    assert effort_variables("recorded") == effort_variables(3) == {}
+    quantities = {name: item.quantity for name, item in effort_variables("sine").items()}
+    assert (quantities["amplitude"], quantities["frequency"]) == ("force", "frequency")
+    assert [list(effort_variables(model)) for model in ("constant", "recorded", 3)] == [["level"], [], []]
 
 
-def test_sections_of_a_variant_have_their_own_values():
-    closed, learning = SimpleNamespace(effort=None, learning=None), SimpleNamespace(effort=None, learning=object())
-    driven = SimpleNamespace(effort=object(), learning=None)
-    data = {"effort": {"model": "sine"}}
-    assert variables_of_section("effort", driven, data) == effort_variables("sine")
-    assert variables_of_section("effort", closed, data) is None
-    assert "duration" in variables_of_section("run", driven, data)
-    assert "gain" in variables_of_section("controller.feedforward", closed, data)
-    assert variables_of_section("controller.feedforward", driven, data) is None
-    assert "trials" in variables_of_section("controller.learning", learning, data)
-    assert variables_of_section("controller.learning", closed, data) is None
-    assert variables_of_section("plant", closed, data) is None
+CLOSED, LEARNING = SimpleNamespace(effort=None, learning=None), SimpleNamespace(effort=None, learning=object())
+DRIVEN = SimpleNamespace(effort=object(), learning=None)
 
 
-def test_the_axis_section_has_only_a_file(tmp_path):
-    with pytest.raises(InputError, match=r"axis\.fil: unknown key"):
-        variant.variant_from("x", Tables({"axis": {"file": "a.toml", "fil": 1}}), Sources(tmp_path, False))
+@pytest.mark.parametrize(
+    ("section", "of", "key"),
+    [
+        ("effort", DRIVEN, "amplitude"),
+        ("effort", CLOSED, None),
+        ("run", DRIVEN, "duration"),
+        ("controller.feedforward", CLOSED, "gain"),
+        ("controller.feedforward", DRIVEN, None),
+        ("controller.learning", LEARNING, "trials"),
+        ("controller.learning", CLOSED, None),
+        ("plant", CLOSED, None),
+    ],
+)
+def test_sections_of_a_variant_have_their_own_values(section, of, key):
+    variables = variables_of_section(section, of, {"effort": {"model": "sine"}})
+    assert variables is None if key is None else key in variables
 
 
 LOOP = {
@@ -185,6 +203,7 @@ def test_a_loop_has_the_given_learning_and_start():
         ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
         ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
         ({"disturbance": {"fil": 1}}, r"disturbance\.fil: unknown key"),
+        ({"axis": {"file": "a.toml", "fil": 1}}, r"axis\.fil: unknown key"),
     ],
 )
 def test_a_section_that_cannot_be_is_refused_with_its_place(changed, words):
@@ -192,11 +211,18 @@ def test_a_section_that_cannot_be_is_refused_with_its_place(changed, words):
         loop(**changed)
 
 
-def test_a_compensator_has_the_given_options():
-    fed = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, "along": "measured"}
-    feedforward = loop(controller=LOOP["controller"] | {"feedforward": fed}).feedforward
-    assert (feedforward.mass, feedforward.gain, feedforward.along, feedforward.friction.values["F_C"]) == (20.0, 0.5, "measured", 2.0)
-    assert feedforward.plant is None
-    custom = loop(controller=LOOP["controller"] | {"feedforward": {"plant": "own"}}).feedforward
-    assert custom.plant.values["M"] == 20.0
-    assert loop(controller=LOOP["controller"] | {"feedforward": {"friction": "none", "offset": 1.0}}).feedforward.friction is None
+FED = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, "along": "measured"}
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        (FED, (20.0, 0.5, "measured", {"F_C": 2.0}, None)),
+        ({"plant": "own"}, (0.0, 1.0, "desired", None, {"M": 20.0})),
+        ({"friction": "none", "offset": 1.0}, (0.0, 1.0, "desired", None, None)),
+    ],
+)
+def test_a_compensator_has_the_given_options(table, expected):
+    fed = loop(controller=LOOP["controller"] | {"feedforward": table}).feedforward
+    models = [model and {name: model.values[name] for name in ("F_C", "M") if name in model.values} for model in (fed.friction, fed.plant)]
+    assert (fed.mass, fed.gain, fed.along, *models) == expected

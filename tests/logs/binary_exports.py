@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 from tests.logs.exports import RATED, UNIT, Export, Motion
 
 FORCE = {"columns.effort.unit": "N"}
@@ -18,35 +20,38 @@ def _numbers(m: Motion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return m.time_us / 1e6, m.position_um / 1e3, m.torque * RATED / 1e3
 
 
-def mf4_one_group(folder: Path, m: Motion) -> Path:
-    asammdf = pytest.importorskip("asammdf")
+Write = Callable[[Path, Motion], Path]
+Groups = list[tuple[str, list[tuple]]]
+
+
+def mf4(name: str, version: str, compression: int, groups: Callable[[Motion], Groups]) -> Write:
+    """A writer of groups of signals, each with its samples, times, unit, name, and conversion."""
+
+    def write(folder: Path, m: Motion) -> Path:
+        asammdf = pytest.importorskip("asammdf")
+        with asammdf.MDF(version=version) as file:
+            for group, signals in groups(m):
+                file.append([asammdf.Signal(*signal) for signal in signals], acq_name=group)
+            return Path(file.save(folder / name, compression=compression, overwrite=True))
+
+    return write
+
+
+def one_group(m: Motion) -> Groups:
     t, x, f = _numbers(m)
-    with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(x, t, name="Lageistwert", unit="mm"), asammdf.Signal(f, t, name="Kraftistwert", unit="N")])
-        return Path(file.save(folder / "one.mf4", compression=0, overwrite=True))
+    return [("", [(x, t, "mm", "Lageistwert"), (f, t, "N", "Kraftistwert")])]
 
 
-def mf4_two_rates(folder: Path, m: Motion) -> Path:
-    asammdf = pytest.importorskip("asammdf")
+def two_rates(m: Motion) -> Groups:
     t, x, f = _numbers(m)
-    with asammdf.MDF(version="4.11") as file:
-        file.append([asammdf.Signal(f[::2], t[::2], name="Force", unit="N")], acq_name="2ms")
-        file.append([asammdf.Signal(x, t, name="Position", unit="mm")], acq_name="1ms")
-        return Path(file.save(folder / "two.mf4", compression=2, overwrite=True))
+    return [("2ms", [(f[::2], t[::2], "N", "Force")]), ("1ms", [(x, t, "mm", "Position")])]
 
 
-def mf4_converted(folder: Path, m: Motion) -> Path:
+def converted(m: Motion) -> Groups:
     """Whole numbers of the bus, with a conversion each."""
-    asammdf = pytest.importorskip("asammdf")
     t, _, _ = _numbers(m)
-    with asammdf.MDF(version="4.10") as file:
-        file.append(
-            [
-                asammdf.Signal(m.position_um.astype(np.int32), t, "mm", "ActPos", conversion={"a": 1e-3, "b": 0.0}),
-                asammdf.Signal(m.torque.astype(np.int16), t, "N", "ActTrq", conversion={"a": 0.25, "b": 0.0}),
-            ]
-        )
-        return Path(file.save(folder / "converted.dat", compression=1, overwrite=True))
+    position = (m.position_um.astype(np.int32), t, "mm", "ActPos", {"a": 1e-3, "b": 0.0})
+    return [("", [position, (m.torque.astype(np.int16), t, "N", "ActTrq", {"a": 0.25, "b": 0.0})])]
 
 
 JOINT_STATE = """std_msgs/Header header
@@ -72,49 +77,29 @@ def _stamp(us: int) -> dict[str, object]:
     return {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": ""}
 
 
-def mcap_joints(folder: Path, m: Motion) -> Path:
-    ros = pytest.importorskip("mcap_ros2.writer")
-    path = folder / "joints.mcap"
-    _, x, f = _numbers(m)
-    with path.open("wb") as file:
-        writer = ros.Writer(file)
-        schema = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
-        for us, position, effort in zip(m.time_us, x, f, strict=True):
-            writer.write_message(
-                topic="/joint_states",
-                schema=schema,
-                log_time=START + 1000 * int(us) + 7777,
-                publish_time=0,
-                message={
-                    "header": _stamp(us),
-                    "name": ["rail", "lift"],
-                    "position": [position, 0.0],
-                    "velocity": [],
-                    "effort": [effort, 0.0],
-                },
-            )
-        writer.finish()
-    return path
+def mcap_ros(name: str, kind: str, definition: str, messages: Callable[..., dict[str, dict]], late: int = 0) -> Write:
+    """A writer of the messages of each sample by topic, received so many nanoseconds after their stamps."""
+
+    def write(folder: Path, m: Motion) -> Path:
+        ros = pytest.importorskip("mcap_ros2.writer")
+        with (folder / name).open("wb") as file:
+            writer = ros.Writer(file)
+            schema = writer.register_msgdef(kind, definition)
+            for us, *sample in zip(m.time_us, *_numbers(m)[1:], strict=True):
+                for topic, content in messages(*sample).items():
+                    message = {"header": _stamp(us)} | content
+                    writer.write_message(
+                        topic=topic, schema=schema, log_time=START + 1000 * int(us) + late, publish_time=0, message=message
+                    )
+            writer.finish()
+        return folder / name
+
+    return write
 
 
-def mcap_topics(folder: Path, m: Motion) -> Path:
-    ros = pytest.importorskip("mcap_ros2.writer")
-    path = folder / "topics.mcap"
-    _, x, f = _numbers(m)
-    with path.open("wb") as file:
-        writer = ros.Writer(file)
-        schema = writer.register_msgdef("bench_msgs/msg/Stamped", FLOAT)
-        for us, position, effort in zip(m.time_us, x, f, strict=True):
-            for topic, value in (("/axis/position", position), ("/axis/force", effort)):
-                writer.write_message(
-                    topic=topic,
-                    schema=schema,
-                    log_time=START + 1000 * int(us),
-                    publish_time=0,
-                    message={"header": _stamp(us), "data": value},
-                )
-        writer.finish()
-    return path
+def of_joints(position: float, effort: float) -> dict[str, dict]:
+    state = {"name": ["rail", "lift"], "position": [position, 0.0], "velocity": [], "effort": [effort, 0.0]}
+    return {"/joint_states": state}
 
 
 def mcap_json(folder: Path, m: Motion) -> Path:
@@ -135,33 +120,37 @@ def mcap_json(folder: Path, m: Motion) -> Path:
 
 
 def matlab_structure(folder: Path, m: Motion) -> Path:
-    import scipy.io
-
     t, x, f = _numbers(m)
-    path = folder / "run.mat"
-    scipy.io.savemat(path, {"log": {"time": t, "pos_mm": x, "force": f}, "Ts": 1e-3})
-    return path
+    scipy.io.savemat(folder / "run.mat", {"log": {"time": t, "pos_mm": x, "force": f}, "Ts": 1e-3})
+    return folder / "run.mat"
 
 
 def matlab_matrix(folder: Path, m: Motion) -> Path:
-    import scipy.io
-
-    path = folder / "matrix.mat"
-    scipy.io.savemat(path, {"data": np.column_stack(_numbers(m))}, do_compression=True)
-    return path
+    scipy.io.savemat(folder / "matrix.mat", {"data": np.column_stack(_numbers(m))}, do_compression=True)
+    return folder / "matrix.mat"
 
 
 def matlab_73(folder: Path, m: Motion) -> Path:
-    h5py = pytest.importorskip("h5py")
-    path = folder / "new.mat"
-    t, x, f = _numbers(m)
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, values in (("t", t), ("Lage", x), ("Kraft", f)):
-            file[f"run/{name}"] = values[None]
-    content = bytearray(path.read_bytes())
-    content[:19] = b"MATLAB 7.3 MAT-file"
-    path.write_bytes(content)
+    file = hdf5(
+        "new.mat", lambda t, x, f: {"run/t": (t[None], {}), "run/Lage": (x[None], {}), "run/Kraft": (f[None], {})}, userblock_size=512
+    )
+    path = file(folder, m)
+    path.write_bytes(b"MATLAB 7.3 MAT-file" + path.read_bytes()[19:])
     return path
+
+
+def hdf5(name: str, content: Callable[..., dict[str, tuple]], **options: int) -> Write:
+    """A writer of data sets by their paths, each with its attributes."""
+
+    def write(folder: Path, m: Motion) -> Path:
+        h5py = pytest.importorskip("h5py")
+        with h5py.File(folder / name, "w", **options) as file:
+            for path, (values, attributes) in content(*_numbers(m)).items():
+                file[path] = values
+                file[path].attrs.update(attributes)
+        return folder / name
+
+    return write
 
 
 def _tdms(path: Path, group: str, *segments: list[tuple[str, np.ndarray, dict[str, object]]]) -> Path:
@@ -180,16 +169,6 @@ def tdms_two_rates(folder: Path, m: Motion) -> Path:
         "axis",
         [("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}), ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"})],
     )
-
-
-def hdf5_german(folder: Path, m: Motion) -> Path:
-    h5py = pytest.importorskip("h5py")
-    path = folder / "messung.h5"
-    t, x, f = _numbers(m)
-    with h5py.File(path, "w") as file:
-        for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f)):
-            file.create_dataset(f"Messung/{name}", data=values).attrs["unit"] = unit
-    return path
 
 
 def tdms_waveforms(folder: Path, m: Motion) -> Path:
@@ -221,31 +200,21 @@ def tdms_own_time(folder: Path, m: Motion) -> Path:
 def hdf5_records(folder: Path, m: Motion) -> Path:
     """Rows of named numbers, compressed."""
     h5py = pytest.importorskip("h5py")
-    path = folder / "records.h5"
     rows = np.rec.fromarrays(_numbers(m), names="time_s,position_mm,force_N")
-    with h5py.File(path, "w") as file:
+    with h5py.File(folder / "records.h5", "w") as file:
         file.create_dataset("log", data=rows, compression="gzip", chunks=(512,))
-    return path
-
-
-def hdf5_rate(folder: Path, m: Motion) -> Path:
-    """Channels at the root, the sample time a number beside them."""
-    h5py = pytest.importorskip("h5py")
-    path = folder / "rate.hdf5"
-    _, x, f = _numbers(m)
-    with h5py.File(path, "w") as file:
-        file["sample_time"] = 1e-3
-        for name, unit, values in (("actual_position", "mm", x), ("motor_force", "N", f)):
-            file.create_dataset(name, data=values).attrs["units"] = np.bytes_(unit)
-    return path
+    return folder / "records.h5"
 
 
 BINARY = {
-    "MF4, one group": Export(mf4_one_group),
-    "MF4, two rates": Export(mf4_two_rates, exact=False),
-    "MF4, converted": Export(mf4_converted),
-    "MCAP, joints": Export(mcap_joints, UNIT | FORCE),
-    "MCAP, topics": Export(mcap_topics, UNIT | FORCE),
+    "MF4, one group": Export(mf4("one.mf4", "4.10", 0, one_group)),
+    "MF4, two rates": Export(mf4("two.mf4", "4.11", 2, two_rates), exact=False),
+    "MF4, converted": Export(mf4("converted.dat", "4.10", 1, converted)),
+    "MCAP, joints": Export(mcap_ros("joints.mcap", "sensor_msgs/msg/JointState", JOINT_STATE, of_joints, 7777), UNIT | FORCE),
+    "MCAP, topics": Export(
+        mcap_ros("topics.mcap", "bench_msgs/msg/Stamped", FLOAT, lambda x, f: {"/axis/position": {"data": x}, "/axis/force": {"data": f}}),
+        UNIT | FORCE,
+    ),
     "MCAP, JSON": Export(mcap_json, FORCE),
     "MAT, structure": Export(matlab_structure, FORCE),
     "MAT, matrix": Export(matlab_matrix, UNIT | FORCE),
@@ -253,7 +222,21 @@ BINARY = {
     "TDMS, two rates": Export(tdms_two_rates, exact=False),
     "TDMS, waveforms": Export(tdms_waveforms),
     "TDMS, own time": Export(tdms_own_time),
-    "HDF5": Export(hdf5_german),
+    "HDF5": Export(
+        hdf5(
+            "messung.h5",
+            lambda t, x, f: {"Messung/Zeit": (t, {"unit": "s"}), "Messung/Weg": (x, {"unit": "mm"}), "Messung/Kraft": (f, {"unit": "N"})},
+        )
+    ),
     "HDF5, records": Export(hdf5_records),
-    "HDF5, rate": Export(hdf5_rate),
+    "HDF5, rate": Export(
+        hdf5(
+            "rate.hdf5",
+            lambda t, x, f: {
+                "sample_time": (1e-3, {}),  # a number beside the channels
+                "actual_position": (x, {"units": np.bytes_("mm")}),
+                "motor_force": (f, {"units": np.bytes_("N")}),
+            },
+        )
+    ),
 }

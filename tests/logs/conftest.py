@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 import scipy.io
 
 from bristle.core.axis import Axis, Column
+from bristle.logs import apart
+from bristle.logs.table import damage_refused
 
 SAMPLE_TIME = 1e-3
 COUNT = 1200
@@ -25,6 +29,21 @@ def recording() -> dict[str, np.ndarray]:
     v, a = 0.25 * w * np.sin(w * t), 0.25 * w**2 * np.cos(w * t)
     u = MASS * a + F_C * np.sign(v) + F_V * v + rng.normal(0, 0.05, COUNT)
     return {"t": t, "q": np.round(x, 5), "r": x + 1e-5, "u": u}
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Binary files are read in this process, without the start of another: for tests of what is in them."""
+
+    def read_here(reader, data, request):
+        try:
+            with damage_refused(request.source):
+                return resolve_name(reader)(data, request)
+        finally:
+            if "nptdms.log" in sys.modules:  # where each read collects remarks as if it were the only one
+                sys.modules["nptdms.log"].log_manager.console_handler.filters.clear()
+
+    monkeypatch.setattr(apart, "read_apart", read_here)
 
 
 @pytest.fixture
@@ -94,7 +113,7 @@ WRITERS = {"csv": write_csv, "mat": write_mat, "tdms": write_tdms, "h5": write_h
 
 
 @pytest.fixture(params=sorted(WRITERS))
-def any_file(request, recording, tmp_path):
+def any_file(request, recording, tmp_path, here):
     """The same recording as each kind of file."""
     return WRITERS[request.param](tmp_path / f"log.{request.param}", recording)
 

@@ -1,5 +1,7 @@
 """A table becomes a log: its time base, a position that is the integral of a speed, and the part within a span."""
 
+import re
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -26,9 +28,8 @@ def recorded(columns, axis=None, of_file=None, **stated):
 @pytest.mark.parametrize(("of_axis", "of_file", "expected"), [(None, DT, DT), (DT, None, DT), (1.009 * DT, DT, 1.009 * DT)])
 def test_without_a_time_column_the_sample_time_of_axis_or_file_applies(of_axis, of_file, expected):
     log = recorded({"q": POSITION, "u": EFFORT}, of_file=of_file, sample_time=of_axis)
-    assert log.sample_time == pytest.approx(expected)
+    assert (log.sample_time, log.time.column) == (pytest.approx(expected), "")
     assert log.time.values[:3] == pytest.approx([0.0, expected, 2.0 * expected])
-    assert log.time.column == ""
 
 
 @pytest.mark.parametrize("factor", [1.011, 0.989, 2.0])
@@ -55,11 +56,9 @@ def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
     log = by_speed()
     assert log.position.values == pytest.approx(np.sin(2.0 * TIME), abs=2e-4)  # trapezoids of steps of 0.01 s
     assert log.position.values[1] == pytest.approx(0.5 * DT * (SPEED[0] + SPEED[1]))
-    assert (log.position.unit, log.position.column) == ("m", "v")
-    assert log.position.step == pytest.approx(log.velocity.step * DT)
+    assert (log.position.unit, log.position.column, log.position.step) == ("m", "v", pytest.approx(log.velocity.step * DT))
     (note,) = [text for text in log.notes if "the log has no position" in text]
-    assert "bristle integrates the velocity in column v from position 0" in note
-    assert "Results that depend on position are meaningless" in note
+    assert re.search("bristle integrates the velocity in column v from position 0.*Results that depend on position are meaningless", note)
 
 
 def test_an_integrated_position_begins_at_a_recorded_reference():
@@ -71,10 +70,8 @@ def test_an_integrated_position_begins_at_a_recorded_reference():
 def test_an_integrated_position_continues_after_a_gap():
     stamps = TIME + np.where(np.arange(COUNT) >= 250, 7.0, 0.0)
     log = by_speed(stamps, np.full(COUNT, 2.0) + 1e-3 * SPEED)
-    first, second = log.segments
-    assert (first.stop, second.start) == (250, 250)
-    assert log.position.values[250] == log.position.values[249]
-    assert log.position.values[251] - log.position.values[250] == pytest.approx(2.0 * DT, rel=1e-3)
+    assert [(segment.start, segment.stop) for segment in log.segments] == [(0, 250), (250, 400)]
+    assert np.diff(log.position.values[249:252]) == pytest.approx([0.0, 2.0 * DT], rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -111,8 +108,7 @@ def test_jitter_above_a_tenth_of_the_sample_time_is_a_warning(jitter, late, is_t
     assert bool(reported) is is_told
     for numbers in reported:
         assert numbers["sample_time"] == pytest.approx(DT, rel=1e-3)
-        assert 0.0 < numbers["percent"] <= numbers["largest"]
-        assert numbers["largest"] == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)
+        assert 0.0 < numbers["percent"] <= numbers["largest"] == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)
         assert 0.005 < numbers["position_error"] < 0.05  # of its noise
         assert numbers["effort_error"] < 0.4 * numbers["position_error"]
 
@@ -125,10 +121,10 @@ def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
     log = recorded(values, axis)
     part = within(log, (1.0, 4.0))  # samples 100 to 300, for the second segment begins at 3.5 s
     assert [(segment.start, segment.stop) for segment in part.segments] == [(0, 150), (150, 200)]
-    for name in ("time", "position", "effort", "reference", "load"):
-        assert getattr(part, name).values.tolist() == getattr(log, name).values[100:300].tolist()
-    assert part.injected[0].values.tolist() == (2.0 * EFFORT)[100:300].tolist()
-    assert part.regressors[0].values.tolist() == POSITION[100:300].tolist()
+    whole, kept = (
+        [*item.injected, *item.regressors, item.time, item.position, item.effort, item.reference, item.load] for item in (log, part)
+    )
+    np.testing.assert_array_equal(kept, [channel[100:300] for channel in whole])
     assert part.notes == (*log.notes, "bristle uses only the samples from 1 to 4 s")
     assert [(s.start, s.stop) for s in within(log, (3.6, 4.0)).segments] == [(0, 40)]
     assert len(recorded(values, replace(axis, span=(1.0, 4.0)))) == 200
@@ -137,10 +133,6 @@ def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
 @pytest.mark.parametrize(("end", "is_enough"), [(1.095, True), (1.085, False)])
 def test_a_span_holds_ten_samples_at_least(end, is_enough):
     log = recorded({"q": POSITION, "u": EFFORT}, of_file=DT)
-    if is_enough:
+    words = r"contains fewer than 10 samples of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"
+    with nullcontext() if is_enough else pytest.raises(InputError, match=words):
         assert len(within(log, (0.995, end))) == 10
-    else:
-        with pytest.raises(
-            InputError, match=r"contains fewer than 10 samples of the log; found '0\.995 to 1\.085 s', allowed within 0 to 3\.99 s"
-        ):
-            within(log, (0.995, end))

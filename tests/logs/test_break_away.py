@@ -37,20 +37,24 @@ def test_a_peak_within_three_deviations_of_the_sliding_force_is_noise():
         assert break_away._measured(*pull(peak=peak, level=8.0, noise=0.3), 1.0).force == pytest.approx(force, abs=0.01)
 
 
-@pytest.mark.parametrize(("before", "tells"), [(-8.0, True), (-5.1, True), (-4.9, False), (0.0, False), (5.0, False)])
-def test_break_away_needs_half_of_the_force_from_the_opposite_motion(before, tells):
-    assert (break_away._measured(*pull(before=before), 1.0) is not None) is tells
+TURNED = round(0.8 * RISE)  # samples from a tenth of the change to nine tenths
 
 
-def test_a_contact_that_turns_within_the_filter_gives_no_estimate():
-    turned = round(0.8 * RISE)  # samples from a tenth of the change to nine tenths
-    assert break_away._measured(*pull(), turned - 3.0) is not None
-    assert break_away._measured(*pull(), turned + 3.0) is None
-    assert break_away._measured(*pull(still=100), turned - 3.0) is None
-
-
-def test_a_force_that_never_pulls_gives_no_estimate():
-    assert break_away._measured(*pull(before=-8.0, peak=-1.0, level=-2.0), 1.0) is None
+@pytest.mark.parametrize(
+    ("pulled", "filter_samples", "tells"),
+    [
+        # Half of the force from the opposite motion at least.
+        *(({"before": before}, 1.0, tells) for before, tells in ((-8.0, True), (-5.1, True), (-4.9, False), (0.0, False), (5.0, False))),
+        # The contact turns more slowly than the filter.
+        ({}, TURNED - 3.0, True),
+        ({}, TURNED + 3.0, False),
+        ({"still": 100}, TURNED - 3.0, False),
+        # The force never pulls.
+        ({"before": -8.0, "peak": -1.0, "level": -2.0}, 1.0, False),
+    ],
+)
+def test_break_away_needs_a_slow_change_from_the_force_of_the_opposite_motion(pulled, filter_samples, tells):
+    assert (break_away._measured(*pull(**pulled), filter_samples) is not None) is tells
 
 
 def legs(*facts):
@@ -58,24 +62,24 @@ def legs(*facts):
     return [break_away._Leg(speed, side, 1.0, 1.0) for speed, side in facts]
 
 
-def test_a_mean_of_logarithms_has_the_interval_of_student():
-    values = [2.0, 8.0, 4.0]  # in logarithms to the base 2: 1, 3, 2
-    ((mean, interval),) = break_away._estimates(legs(*3 * [(0.1, 1.0)]), [[0, 1, 2]], [0.1], values, 0.0)
-    assert mean == pytest.approx(4.0)
-    factor = 2.0 ** (4.302653 / math.sqrt(3.0))  # Student's t of 2 degrees of freedom, of a deviation of 1
-    assert interval == (pytest.approx(4.0 / factor), pytest.approx(4.0 * factor))
+STUDENT = 2.0 ** (4.302653 / math.sqrt(3.0))  # Student's t of 2 degrees of freedom, of a deviation of 1
 
 
-def test_both_directions_have_a_common_mean_and_their_difference_is_no_scatter():
-    facts = [(0.1, 1.0), (0.1, -1.0)] * 2
-    ((mean, interval),) = break_away._estimates(legs(*facts), [[0, 1, 2, 3]], [0.1], [2.0, 8.0, 2.0, 8.0], 0.0)
-    assert mean == pytest.approx(4.0)
-    assert interval == (pytest.approx(4.0), pytest.approx(4.0))
-
-
-def test_an_error_that_all_legs_share_stays_in_the_interval():
-    ((_, interval),) = break_away._estimates(legs(*4 * [(0.1, 1.0)]), [[0, 1, 2, 3]], [0.1], 4 * [5.0], 0.05)
-    assert interval == (pytest.approx(5.0 * math.exp(-0.0196), rel=1e-4), pytest.approx(5.0 * math.exp(0.0196), rel=1e-4))
+@pytest.mark.parametrize(
+    ("sides", "values", "common", "estimate"),
+    [
+        # In logarithms to the base 2: 1, 3, 2.
+        ([1.0, 1.0, 1.0], [2.0, 8.0, 4.0], 0.0, (4.0, 4.0 / STUDENT, 4.0 * STUDENT)),
+        # The difference of both directions is no scatter.
+        ([1.0, -1.0, 1.0, -1.0], [2.0, 8.0, 2.0, 8.0], 0.0, (4.0, 4.0, 4.0)),
+        # An error that all legs share stays in the interval.
+        ([1.0, 1.0, 1.0, 1.0], 4 * [5.0], 0.05, (5.0, 5.0 * math.exp(-0.0196), 5.0 * math.exp(0.0196))),
+    ],
+)
+def test_a_mean_of_logarithms_has_the_interval_of_student(sides, values, common, estimate):
+    of_speed = legs(*((0.1, side) for side in sides))
+    ((mean, interval),) = break_away._estimates(of_speed, [list(range(len(sides)))], [0.1], values, common)
+    assert (mean, *interval) == pytest.approx(estimate, rel=1e-4)
 
 
 def test_a_force_follows_its_power_of_the_rate():

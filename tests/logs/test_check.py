@@ -11,7 +11,7 @@ from bristle.logs import Log, checked
 from bristle.report.messages import message
 
 DT, COUNT, MASS, LEVEL, DRAG = 1e-3, 16_000, 12.0, 9.0, 14.0
-SEEDS = range(3)
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))]
 
 
 class Run:
@@ -48,7 +48,7 @@ def codes(log, axis=None):
     return [result.code for result in checked(log, axis)]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [*SEEDS, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 4, 5))])
 @pytest.mark.parametrize("mass", [None, MASS])
 def test_a_correct_log_has_no_contradiction(seed, mass):
     run = Run(seed)
@@ -73,9 +73,7 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     loop = 0.1 * reach * np.cos(2.0 * np.pi * (t - 2.0 * DT))
     effort = 2e6 * (late + loop) + rng.normal(0.0, 2e4 * reach, t.size)
     log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
-    result = codes(log)
-    assert "sign_reversed" not in result
-    assert "never_slides" in result
+    assert set(codes(log)) & {"sign_reversed", "never_slides"} == {"never_slides"}
     assert "sign_reversed" in codes(replace(log, effort=-effort))
 
 
@@ -103,7 +101,6 @@ def test_the_build_up_distance_identifies_wide_loops_before_sliding(seed, reach)
     assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
 
-@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("level", [0.6, 0.8, 1.0])
 def test_an_axis_that_slides_against_a_spring_does_not_count_as_stuck(seed, level):
@@ -114,13 +111,6 @@ def test_an_axis_that_slides_against_a_spring_does_not_count_as_stuck(seed, leve
     for friction in (lambda x: level * np.sign(np.gradient(x)), lambda x: elements(x, 6e-8, level), falling):
         log = pulled(lambda x, friction=friction: 1.6e6 * x + friction(x), seed)
         assert "never_slides" not in codes(log)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_one_direction_and_one_speed(seed):
-    assert "one_direction" in codes(Run(seed, back=False).log())
-    assert "one_speed" in codes(Run(seed, (0.3,)).log())
-    assert "one_speed" not in codes(Run(seed, (0.1, 0.3)).log())
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -163,13 +153,6 @@ def test_an_effort_that_stays_at_its_extreme_is_not_cut_off_where_the_motion_tak
     # Slow moves without a load: friction at the highest speed is the largest effort.
     slow = Run(seed, (0.02, 0.1, 0.3), mass=0.3)
     assert "clipped" not in codes(slow.log(effort=slow.effort() - 5.0))
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_an_effort_without_its_sign(seed):
-    effort = Run(seed).effort()
-    assert "effort_unsigned" in codes(Run(seed).log(effort=np.abs(effort)))
-    assert "effort_unsigned" not in codes(Run(seed).log(effort=effort - effort.min()))
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -222,14 +205,6 @@ def test_a_unit_in_a_name_contradicts_the_axis_file(channel, name, unit, code):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize(("factor", "gear"), [(1.3, None), (0.75, None), (2.0, "2"), (0.5, "1/2"), (6.28, "2 pi")])
-def test_a_known_mass_that_the_log_denies(seed, factor, gear):
-    result = {item.code: item for item in checked(Run(seed).log(), Axis(mass=factor * MASS))}
-    assert result["mass_contradicts"].numbers["found"] == pytest.approx(MASS, rel=0.03)
-    assert (result["gear_suspect"].numbers["gear"] if gear else result.get("gear_suspect")) == gear
-
-
-@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("lag", [5e-3, 40e-3])
 def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
     keep, effort = np.exp(-DT / lag), Run(seed).effort()
@@ -240,36 +215,6 @@ def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
     assert result.numbers["found"] == pytest.approx(MASS, rel=0.03)
 
 
-@pytest.mark.parametrize(("factor", "gear"), [(2.0, "2"), (30.0 / np.pi, "30/pi"), (1.2, None)])
-def test_a_velocity_of_another_unit(factor, gear):
-    run = Run(0)
-    result = {item.code: item for item in checked(run.log(velocity=factor * run.v))}
-    assert result["velocity_contradicts"].numbers["ratio"] == pytest.approx(factor, rel=0.01)
-    assert (result["gear_suspect"].numbers["gear"] if gear else result.get("gear_suspect")) == gear
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_friction_that_falls_as_the_axis_warms_up(seed):
-    run = Run(seed)
-    run.level = LEVEL * np.linspace(1.2, 0.8, COUNT)
-    (result,) = [item for item in checked(run.log()) if item.code.startswith("level")]
-    assert (result.code, result.numbers["percent"] < 0.0) == ("level_drifts", True)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_friction_that_changes_over_the_range(seed):
-    run = Run(seed)
-    run.level = LEVEL * (1.0 + 0.4 * (run.x - run.x.mean()) / np.ptp(run.x))
-    (result,) = [item for item in checked(run.log()) if item.code.startswith("level")]
-    assert (result.code, result.numbers["percent"] > 0.0) == ("level_over_position", True)
-
-
 def test_a_motion_of_a_few_steps_of_the_encoder():
     run = Run(0)
     assert "below_resolution" in codes(run.log(position=np.round(run.x / 0.1) * 0.1))
-
-
-def test_a_motion_that_repeats_itself_is_a_note():
-    x = 0.3 * np.sin(2.0 * np.pi * DT * np.arange(COUNT))
-    (result,) = [item for item in checked(Run(0).log(position=x)) if item.code == "motion_repeats"]
-    assert (result.severity, result.numbers["every"]) == ("note", pytest.approx(1.0, rel=0.01))

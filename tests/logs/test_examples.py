@@ -67,6 +67,11 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             id="split_unit",
         ),
         pytest.param(
+            lambda: (split_unit("actual position / mm"), split_unit("velocity[rad/s]"), split_unit("F (N)")),
+            (("actual position", "mm"), ("velocity", "rad/s"), ("F", "N")),
+            id="split_unit-2",
+        ),
+        pytest.param(
             lambda: (without_index("/Nck/!SD/nckServoDataActCurr64 [u1, 3]"), without_index("pos[0]"), without_index("pos [mm]")),
             ("/Nck/!SD/nckServoDataActCurr64", "pos", "pos [mm]"),
             id="without_index",

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from tests.logs.binary_exports import BINARY
-from tests.logs.exports import EXPORTS, RATED, motion, twincat_rates
+from tests.logs.exports import EXPORTS, RATED, motion
 
 from bristle.core import InputError
 from bristle.files.axis import axis_from, read_axis
@@ -23,8 +23,7 @@ def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, n
     export = ALL[name]
     path = export.write(tmp_path, MOTION)
     proposal = propose_axis(path)
-    assert set(proposal.missing) == set(export.filled)
-    assert len(proposal.missing) <= 2
+    assert (set(proposal.missing), len(proposal.missing) <= 2) == (set(export.filled), True)
     assert summarize(path, proposal.axis)["problems"] == []
     text = proposal.text
     for key, value in export.filled.items():
@@ -36,8 +35,7 @@ def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, n
     file.write_text(text, encoding="utf-8")
     axis = read_axis(file)
     log = read_log(path, axis)
-    assert axis.kind == "translational"
-    assert log.sample_time == pytest.approx(1e-3, rel=1e-12)
+    assert (axis.kind, log.sample_time) == ("translational", pytest.approx(1e-3, rel=1e-12))
     at = np.round(log.position.values * 1e6).astype(int)
     first = int(np.flatnonzero(MOTION.position_um == at[0])[0])
     expected = slice(first, first + len(log))
@@ -66,10 +64,8 @@ def test_numbers_alone_do_not_separate_per_cent_from_per_mille(factor, digits, u
     wave = np.sign(np.cos(0.01 * np.arange(2000))) + 0.1 * np.random.default_rng(1).standard_normal(2000)
     text = propose_axis(torque_log(np.round(factor * wave, digits) if digits else (factor * wave).astype(int))).text
     line = next(line for line in text.splitlines() if line.startswith("effort"))
-    assert f'unit = "{unit}"' in line
-    assert line.count("#") == 1
-    if factor == 81.6:
-        assert '"%" or "‰" of rated' in line
+    assert (f'unit = "{unit}"' in line, line.count("#")) == (True, 1)
+    assert factor != 81.6 or '"%" or "‰" of rated' in line
 
 
 def arm_log(pull, unit="Nm"):
@@ -89,9 +85,8 @@ def arm_log(pull, unit="Nm"):
 )
 def test_an_arm_is_proposed_to_be_one(pull, named):
     proposal = propose_axis(arm_log(pull))
-    assert ('gravity = "link"  # the effort depends on' in proposal.text) is named
-    assert proposal.axis.gravity is named
-    assert read_axis(proposal.text.encode()).gravity is named
+    remark = 'gravity = "link"  # the effort depends on' in proposal.text
+    assert (remark, proposal.axis.gravity, read_axis(proposal.text.encode()).gravity) == (named, named, named)
 
 
 def lagging(name):
@@ -133,8 +128,8 @@ def test_missing_values_in_a_proposal_name_their_source(tmp_path):
     rows = [f"{i};{int(1e4 * np.sin(0.01 * i))};{np.sign(np.cos(0.01 * i)) + 0.01 * (i % 3):.2f}" for i in range(2000)]
     counts = "\n".join(["t [ms];enc [count];torque [%]", *rows]).encode()
     text = propose_axis(counts).text
-    assert 'lead = "10 mm", travel per turn of the motor, under [transmission]' in text
-    assert 'counts_per_rev = 8192 and side = "motor"' in text
+    sources = ('lead = "10 mm", travel per turn of the motor, under [transmission]', 'counts_per_rev = 8192 and side = "motor"')
+    assert [source for source in sources if source not in text] == []
 
 
 @pytest.mark.parametrize("name", [name for name in EXPORTS if name.startswith("SINUMERIK")])
@@ -164,17 +159,16 @@ def test_a_table_of_hexadecimal_names_is_no_bus():
 
 
 def test_channels_of_a_trace_keep_their_shift_against_each_other(tmp_path):
-    table = read_table(twincat_rates(tmp_path, MOTION))
+    table = read_table(EXPORTS["twincat, rates"].write(tmp_path, MOTION))
     position, torque = (table.columns[table.stamps[name]] for name in ("ActPos", "ActTorque"))
     assert table.units[table.stamps["ActPos"]] == "ms"
-    assert (position[0], torque[0]) == (0.0, 4.0)
-    assert (position[-1], torque[-1]) == pytest.approx((3999.0, 3998.0))
+    assert (position[0], torque[0], position[-1], torque[-1]) == pytest.approx((0.0, 4.0, 3999.0, 3998.0))
 
 
 def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out_with_a_note(tmp_path):
     effort = {"column": "ActTorque", "unit": "N"}
     described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
-    log = read_log(twincat_rates(tmp_path, MOTION), described)
+    log = read_log(EXPORTS["twincat, rates"].write(tmp_path, MOTION), described)
     (count,) = (int(note.split()[2]) for note in log.notes if note.endswith("because some channels were not recorded at these times"))
     assert len(log) == 4000 - count
     assert 4 <= count <= 5

@@ -23,11 +23,14 @@ def test_all_channels_of_a_row_belong_to_one_instant():
     x = 0.3 + swing()
     rows = rows_of(log_along(x, np.sin(2.0 * np.pi * DT * np.arange(x.size))), 1e-7)
     phase = 2.0 * np.pi * rows.time
-    np.testing.assert_allclose(rows.position, 0.3 + 0.05 * np.sin(phase), atol=2e-4)
-    np.testing.assert_allclose(rows.velocity, 0.05 * 2.0 * np.pi * np.cos(phase), atol=2e-3)
-    np.testing.assert_allclose(rows.acceleration, -0.05 * (2.0 * np.pi) ** 2 * np.sin(phase), atol=1e-2)
-    np.testing.assert_allclose(rows.effort, np.sin(phase), atol=4e-3)
-    np.testing.assert_allclose(rows.rate, 2.0 * np.pi * np.cos(phase), atol=4e-2)
+    for channel, values, error in (
+        (rows.position, 0.3 + 0.05 * np.sin(phase), 2e-4),
+        (rows.velocity, 0.05 * 2.0 * np.pi * np.cos(phase), 2e-3),
+        (rows.acceleration, -0.05 * (2.0 * np.pi) ** 2 * np.sin(phase), 1e-2),
+        (rows.effort, np.sin(phase), 4e-3),
+        (rows.rate, 2.0 * np.pi * np.cos(phase), 4e-2),
+    ):
+        np.testing.assert_allclose(channel, values, atol=error)
     assert rows.recorded.size == 0
 
 
@@ -51,31 +54,42 @@ def test_errors_of_a_line_are_those_of_white_noise():
     assert np.mean([line.explained for line in lines]) == pytest.approx(1.0 / 5.0, rel=0.1)
 
 
-def test_a_line_needs_enough_rows_and_independent_columns():
-    column = np.random.default_rng(3).standard_normal(200)
-    assert Line.through(np.column_stack([column, 2.0 * column]), column) is None
-    assert Line.through(np.column_stack([column, 0.0 * column]), column) is None
-    assert Line.through(column[:119, None], column[:119]) is None
-    assert Line.through(column[:120, None], column[:120]) is not None
-    assert Line.through(column[:, None], np.ones(200)).explained == 0.0
+COLUMN = np.random.default_rng(3).standard_normal(200)
 
 
-@pytest.mark.parametrize("friction", [1.0, -1.0])
-def test_work_share_is_one_for_friction_and_zero_for_spring_and_mass(friction):
-    x = swing()
-    side = np.sign(np.gradient(x))
-    assert work_share(log_along(x, friction * side)) == pytest.approx(friction, abs=0.03)
-    assert work_share(log_along(x, friction * side + 3.0)) == pytest.approx(friction, abs=0.03)  # gravity takes none
-    for kept in (20.0 * x, -20.0 * x):
-        assert abs(work_share(log_along(x, kept))) < 0.01
-    half = work_share(log_along(x, friction * side + 40.0 * x))
-    assert 0.2 < friction * half < 0.95
+@pytest.mark.parametrize(
+    ("columns", "effort", "is_line"),
+    [
+        (np.column_stack([COLUMN, 2.0 * COLUMN]), COLUMN, False),
+        (np.column_stack([COLUMN, 0.0 * COLUMN]), COLUMN, False),
+        (COLUMN[:119, None], COLUMN[:119], False),
+        (COLUMN[:120, None], COLUMN[:120], True),
+    ],
+)
+def test_a_line_needs_enough_rows_and_independent_columns(columns, effort, is_line):
+    assert (Line.through(columns, effort) is not None) is is_line
+    assert Line.through(COLUMN[:, None], np.ones(200)).explained == 0.0
 
 
-def test_a_motion_without_return_has_no_work_share():
-    along = np.linspace(0.0, 1.0, 3000)
-    assert work_share(log_along(along, np.ones(3000))) == 0.0
-    assert work_share(log_along(np.zeros(3000), np.ones(3000))) == 0.0
+X = swing()
+SIDE = np.sign(np.gradient(X))
+
+
+@pytest.mark.parametrize(
+    ("position", "effort", "share"),
+    [
+        (X, SIDE, pytest.approx(1.0, abs=0.03)),
+        (X, SIDE + 3.0, pytest.approx(1.0, abs=0.03)),  # gravity takes none
+        (X, 20.0 * X, pytest.approx(0.0, abs=0.01)),
+        (X, SIDE + 40.0 * X, pytest.approx(0.6, abs=0.35)),
+        # A motion without return has none.
+        (np.linspace(0.0, 1.0, 3000), np.ones(3000), 0.0),
+        (np.zeros(3000), np.ones(3000), 0.0),
+    ],
+)
+def test_work_share_is_one_for_friction_and_zero_for_spring_and_mass(position, effort, share):
+    assert work_share(log_along(position, effort)) == share
+    assert -work_share(log_along(position, -effort)) == share
 
 
 def test_the_step_across_a_gap_shows_a_lost_row():
@@ -83,8 +97,7 @@ def test_the_step_across_a_gap_shows_a_lost_row():
     kept = np.delete(x, [700, 2600])
     lost = lost_in(log_along(kept, 0.0 * kept), 1e-7, 4.0)
     assert lost.tolist() == [699, 2598]
-    assert lost_in(log_along(x, 0.0 * x), 1e-7, 4.0).size == 0
-    assert lost_in(log_along(kept[:100], 0.0 * kept[:100]), 1e-7, 4.0).size == 0
+    assert [lost_in(log_along(whole, 0.0 * whole), 1e-7, 4.0).size for whole in (x, kept[:100])] == [0, 0]
 
 
 def test_an_effort_below_the_need_of_the_motion_piles_up():
@@ -104,13 +117,25 @@ def test_an_effort_below_the_need_of_the_motion_piles_up():
     assert piled_up(whole, rows_of(whole, 1e-7), 1e-7, 10, 4.0) is None
 
 
-def test_a_sine_and_a_triangle_do_not_pile_up_and_a_sine_that_is_cut_off_does():
-    sine, triangle = np.sin(2.0 * np.pi * np.arange(5000) / 1000.0), np.abs((np.arange(5000) / 250.0) % 4.0 - 2.0) - 1.0
-    assert not _piled(sine, 20).any()
-    assert not _piled(triangle, 20).any()
-    for height in (0.8, 0.95):
-        cut = np.minimum(sine, height)
-        assert np.all(_piled(cut, 20)[cut == height])
-        assert np.min(cut[_piled(cut, 20)]) > 0.9 * height
-    assert not _piled(np.minimum(sine, 0.8), 1000).any()  # it lasts no longer than 205 samples
-    assert not _piled(-np.abs(sine), 5).any()
+WAVE = np.sin(2.0 * np.pi * np.arange(5000) / 1000.0)
+
+
+@pytest.mark.parametrize(
+    ("signal", "longest"),
+    [
+        (WAVE, 20),
+        (np.abs((np.arange(5000) / 250.0) % 4.0 - 2.0) - 1.0, 20),
+        (np.minimum(WAVE, 0.8), 1000),  # it lasts no longer than 205 samples
+        (-np.abs(WAVE), 5),
+    ],
+    ids=["sine", "triangle", "short", "below zero"],
+)
+def test_a_signal_that_is_not_cut_off_does_not_pile_up(signal, longest):
+    assert not _piled(signal, longest).any()
+
+
+@pytest.mark.parametrize("height", [0.8, 0.95])
+def test_a_sine_that_is_cut_off_piles_up(height):
+    cut = np.minimum(WAVE, height)
+    assert np.all(_piled(cut, 20)[cut == height])
+    assert np.min(cut[_piled(cut, 20)]) > 0.9 * height

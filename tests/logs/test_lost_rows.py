@@ -35,25 +35,6 @@ def result(stamps, x):
     return clock_of(stamps, "log.csv", position=x, repeats=np.append(False, np.diff(x) == 0.0))
 
 
-@pytest.mark.parametrize("share", [0.002, 0.02])
-def test_single_lost_rows_are_interpolated_with_a_note(share):
-    keep = kept(1, share)
-    clock = result(TIME[keep], place(TIME[keep]))
-    (segment,) = clock.segments
-    assert (segment.stop, clock.sample_time) == (COUNT, DT)
-    np.testing.assert_allclose(clock.sampled(place(TIME[keep])), place(TIME), atol=2e-9)
-    assert clock.notes[0].startswith(f"{COUNT - int(keep.sum())} rows are missing, at most 3 consecutively: bristle interpolates")
-
-
-def test_a_longer_pause_still_splits_the_log():
-    keep = np.ones(COUNT, dtype=bool)
-    keep[4000:4004] = keep[8000:8003] = False
-    clock = result(TIME[keep], place(TIME[keep]))
-    assert [segment.stop - segment.start for segment in clock.segments] == [4000, COUNT - 4004]
-    assert any("1 gap in the time stamps (after 3.999 s)" in note for note in clock.notes)
-    assert any("3 rows are missing" in note for note in clock.notes)
-
-
 @pytest.mark.parametrize("jitter", [0.0, 0.12])
 @pytest.mark.parametrize("share", [0.002, 0.02])
 def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share):
@@ -67,28 +48,16 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
     assert error < 2e-5
 
 
-@pytest.mark.parametrize("share", [0.15, 0.33])
-def test_many_missing_rows_do_not_count_as_lost(share):
-    keep = kept(5, share)
-    clock = result(TIME[keep], place(TIME[keep]))
-    assert not any("missing" in note for note in clock.notes)
-    assert any("gaps" in note or "uneven" in note for note in clock.notes)
+LATE = DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
 
 
-def test_a_late_stamp_is_no_lost_row():
+@pytest.mark.parametrize(("rows", "late"), [([700, 2500, 2501], DT * np.array([0.9, 1.9, 0.95])), (np.arange(5000, 5013), LATE)])
+def test_late_rows_are_no_lost_rows(rows, late):
     stamps = TIME.copy()
-    stamps[[700, 2500, 2501]] += [0.9 * DT, 1.9 * DT, 0.95 * DT]
+    stamps[rows] += late
     clock = result(stamps, place(TIME))
     assert clock.sample_time == pytest.approx(DT, rel=1e-9)
     assert clock.time.size == COUNT
-    assert not any("missing" in note for note in clock.notes)
-
-
-def test_late_rows_of_a_burst_are_no_lost_rows():
-    stamps = TIME.copy()
-    stamps[5000:5013] += DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
-    clock = result(stamps, place(TIME))
-    assert clock.sample_time == pytest.approx(DT, rel=1e-9)
     assert not any("missing" in note for note in clock.notes)
 
 
@@ -106,19 +75,6 @@ def test_even_samples_behind_a_step_of_their_clock_are_not_interpolated():
     assert clock.uniform
     assert [segment.stop - segment.start for segment in clock.segments] == [600, COUNT - 601]
     np.testing.assert_array_equal(clock.sampled(place(stamps)), place(stamps))
-
-
-def test_a_repeated_row_counts_once_and_a_different_reading_stays():
-    x = place(TIME)
-    twice = np.insert(np.arange(COUNT), 600, 599)
-    clock = result(TIME[twice], x[twice])
-    assert clock.notes[0] == "1 row repeats the previous row: bristle uses each row once"
-    np.testing.assert_array_equal(clock.sampled(x[twice]), x)
-    stamps = TIME.copy()
-    stamps[600] = stamps[599]
-    clock = result(stamps, x)
-    assert clock.notes[0].startswith("1 time stamp repeats the previous time stamp: bristle interpolates")
-    assert clock.time.size == COUNT
 
 
 @pytest.mark.parametrize("equal", [2, 10])

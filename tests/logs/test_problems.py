@@ -27,68 +27,79 @@ def message(**channels):
     return [str(problem) for problem in problems_of(gathered(**{"time": TIME} | channels), "log.csv")]
 
 
-def test_a_good_log_has_no_problem():
-    assert message(position=NOISY, effort=NOISY) == []
+def changed(values, **at):
+    """A signal with other values at some samples: at_700=np.nan."""
+    result = values.copy()
+    for place, value in at.items():
+        result[int(place.removeprefix("at_"))] = value
+    return result
 
 
-def test_a_channel_is_long_enough_from_a_hundred_samples_on():
-    (problem,) = problems_of(gathered(time=TIME[:99], position=NOISY[:99]), "log.csv")
-    assert "is too short to be used as the time" in str(problem)
-    assert "found 99, allowed at least 100 samples" in str(problem)
-    assert list(problems_of(gathered(time=TIME[:100], position=NOISY[:100]), "log.csv")) == []
+@pytest.mark.parametrize(
+    ("channels", "words"),
+    [
+        ({"time": TIME[:99], "position": NOISY[:99]}, "is too short to be used as the time; found 99, allowed at least 100 samples"),
+        # Samples that are no measurement are named before anything else.
+        (
+            {"position": changed(NOISY, at_700=np.nan, at_701=np.nan), "effort": np.zeros(3000)},
+            "has NaN (not a number) in 2 samples, the first at sample 700 (t = 0.7 s)",
+        ),
+        ({"position": changed(NOISY, at_700=np.inf)}, "an infinite value in 1 sample, the first at sample 700"),
+        (
+            {"position": changed(NOISY, at_700=-3e30)},
+            "has -3e+30 m at sample 700 (t = 0.7 s), which cannot be a measurement: 1 sample in all",
+        ),
+        ({"position": NOISY, "effort": np.full(3000, 2.5)}, "is constant (2.5 N), so it gives no information on the effort"),
+        (
+            {"position": changed(MOVED, at_500=MOVED[500] + 0.5, at_501=MOVED[501] + 0.5)},
+            "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: the recording lost readings",
+        ),
+        (
+            {"position": changed(MOVED, at_500=MOVED[500] + 0.5, at_900=MOVED[900] - 0.7)},
+            "returns after 1 sample at sample 900 (t = 0.9 s), 2 such places in all",
+        ),
+    ],
+)
+def test_a_problem_of_a_channel_is_named_with_its_first_sample(channels, words):
+    (problem,) = message(**channels)
+    assert words in problem
 
 
-def test_samples_that_are_no_measurement_are_named_before_anything_else():
-    bad = NOISY.copy()
-    bad[[700, 701]] = np.nan
-    (text,) = message(position=bad, effort=np.zeros(3000))
-    assert "has NaN (not a number) in 2 samples, the first at sample 700 (t = 0.7 s)" in text
-    bad[[700, 701]] = np.inf, 0.0
-    assert "an infinite value in 1 sample, the first at sample 700" in message(position=bad)[0]
-    bad[700] = -3e30
-    assert "has -3e+30 m at sample 700 (t = 0.7 s), which cannot be a measurement: 1 sample in all" in message(position=bad)[0]
-
-
-def test_a_constant_channel_is_a_problem_except_for_a_load():
-    (text,) = message(position=NOISY, effort=np.full(3000, 2.5))
-    assert "is constant (2.5 N), so it gives no information on the effort" in text
-    assert message(position=NOISY, load=np.ones(3000)) == []
+@pytest.mark.parametrize(
+    "channels",
+    [{"position": NOISY, "effort": NOISY}, {"time": TIME[:100], "position": NOISY[:100]}, {"position": NOISY, "load": np.ones(3000)}],
+)
+def test_a_good_log_has_no_problem(channels):
+    assert message(**channels) == []
 
 
 def test_a_reading_that_leaves_and_returns_was_lost():
     position = MOVED.copy()
     position[500:502] += 0.5
     assert spikes(position, 0.0) == [(500, 2, pytest.approx(0.5, abs=0.01))]
-    (text,) = message(position=position)
-    assert "returns after 2 samples at sample 500 (t = 0.5 s), 1 such place in all: the recording lost readings" in text
-    position[900] -= 0.7
-    (text,) = message(position=position)
-    assert "returns after 1 sample at sample 900 (t = 0.9 s), 2 such places in all" in text
     position[500:506] = MOVED[500:506] + 0.5  # six samples are a motion
-    assert [spike.start for spike in spikes(position, 0.0)] == [900]
-    assert spikes(MOVED, 0.0) == []
-    assert spikes(position[:20], 0.0) == []
+    assert spikes(position, 0.0) == spikes(position[:20], 0.0) == []
 
 
-def test_far_outside_is_a_million_times_the_usual_range():
-    off = NOISY.copy()
-    off[10] = 3e6
-    assert far_outside(off).tolist() == [10]
-    off[10] = 1e6
-    assert far_outside(off).size == 0
-    off[10:16] = 3e6  # six samples on end move
-    assert far_outside(off).size == 0
-    off[10:16] = NOISY[10:16]
-    off[[10, 20]] = 3e6
-    assert far_outside(off).tolist() == [10, 20]
-    off[5] = -2e30
-    assert far_outside(off).tolist() == [5]
-    assert far_outside(np.ones(50)).size == 0
+@pytest.mark.parametrize(
+    ("values", "places"),
+    [
+        (changed(NOISY, at_10=3e6), [10]),
+        (changed(NOISY, at_10=1e6), []),
+        (np.where((np.arange(3000) >= 10) & (np.arange(3000) < 16), 3e6, NOISY), []),  # six samples on end move
+        (changed(NOISY, at_10=3e6, at_20=3e6), [10, 20]),
+        (changed(NOISY, at_5=-2e30), [5]),
+        (np.ones(50), []),
+        (np.where(np.arange(3000) < 2990, 0.0, 1.0), []),
+    ],
+)
+def test_far_outside_is_a_million_times_the_usual_range(values, places):
+    assert far_outside(values).tolist() == places
 
 
-def test_the_longest_run_has_its_first_sample_and_its_length():
-    assert longest_run(np.array([True, False, True, True, False])) == (2, 2)
-    assert longest_run(np.zeros(4, dtype=bool)) == (0, 0)
+@pytest.mark.parametrize(("flags", "run"), [([True, False, True, True, False], (2, 2)), ([False] * 4, (0, 0))])
+def test_the_longest_run_has_its_first_sample_and_its_length(flags, run):
+    assert longest_run(np.array(flags)) == run
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -117,29 +128,27 @@ def test_an_effort_with_few_levels_or_other_constant_levels_is_not_clipped():
     assert clipped(np.minimum(friction, 0.8)) is None
 
 
-def exceeded(axis, injected=(), **channels):
-    return list(limits_exceeded(gathered(injected, **channels), axis))
+LAW = controllers.cascade(k_p=80.0, k_v=500.0, limit=5.0)
+BEYOND = pytest.approx(10.0, rel=1e-5)
 
 
-def test_the_drive_limits_all_effort_and_the_controller_limits_its_output():
-    effort = 10.0 * MOVED
-    (beyond,) = exceeded(Axis(effort_limit=9.0), effort=effort)
-    assert (beyond.code, beyond.severity) == ("beyond_limit", "warning")
-    assert beyond.numbers == {"value": pytest.approx(10.0, rel=1e-5), "limit": 9.0, "key": "[effort] limit"}
-    assert exceeded(Axis(effort_limit=9.6), effort=effort) == []  # a twentieth is no matter
-    law = controllers.cascade(k_p=80.0, k_v=500.0, limit=5.0)
-    (beyond,) = exceeded(Axis(controller=law), effort=effort)
-    assert (beyond.numbers["limit"], beyond.numbers["key"]) == (5.0, "[controller] limit")
-    (beyond,) = exceeded(Axis(controller=law, effort_limit=9.0), injected=[6.0 * MOVED], effort=effort)
-    assert beyond.numbers["key"] == "[effort] limit"
-    assert exceeded(Axis(controller=law), injected=[6.0 * MOVED], effort=effort) == []
-    assert exceeded(Axis(), effort=effort) == []
-
-
-def test_a_stroke_is_from_end_to_end():
-    (beyond,) = exceeded(Axis(stroke=(-0.5, 1.0)), position=MOVED)
-    assert beyond.numbers == {"value": pytest.approx(2.0, rel=1e-5), "limit": 1.5}
-    assert exceeded(Axis(stroke=(-0.95, 1.0)), position=MOVED) == []
+@pytest.mark.parametrize(
+    ("axis", "pushed", "numbers"),
+    [
+        (Axis(effort_limit=9.0), [], {"value": BEYOND, "limit": 9.0, "key": "[effort] limit"}),
+        (Axis(effort_limit=9.6), [], None),  # a twentieth is no matter
+        (Axis(controller=LAW), [], {"value": BEYOND, "limit": 5.0, "key": "[controller] limit"}),
+        (Axis(controller=LAW, effort_limit=9.0), [6.0 * MOVED], {"value": BEYOND, "limit": 9.0, "key": "[effort] limit"}),
+        (Axis(controller=LAW), [6.0 * MOVED], None),
+        (Axis(), [], None),
+        (Axis(stroke=(-0.5, 1.0)), [], {"value": pytest.approx(2.0, rel=1e-5), "limit": 1.5}),
+        (Axis(stroke=(-0.95, 1.0)), [], None),
+    ],
+)
+def test_the_drive_limits_all_effort_the_controller_its_output_and_the_stroke_the_position(axis, pushed, numbers):
+    found = limits_exceeded(gathered(pushed, effort=10.0 * MOVED, position=MOVED), axis)
+    expected = [] if numbers is None else [("beyond_limit", "warning", numbers)]
+    assert [(item.code, item.severity, item.numbers) for item in found] == expected
 
 
 def plateaus(levels, stay, *, beside=1, still=0):

@@ -55,10 +55,9 @@ def loops(tmp_path):
 def test_each_array_is_a_curve(family):
     result = read_curves(family / "curves.npz", family / "axis.toml")
     assert [curve.u.size for curve in result.curves] == [9, 17]
-    assert result.curves[1].u[[0, -1]] == pytest.approx([-0.1, 0.1])
-    assert result.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
+    ends = (*result.curves[1].u[[0, -1]], *result.curves[1].f[[0, -1]], result.full_scale)
+    assert ends == pytest.approx((-0.1, 0.1, -1e-4, 1e-4, 1e-4))
     assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
-    assert result.full_scale == pytest.approx(1e-4)
     assert any("bristle ignores 1 curves with fewer than 5 samples" in note for note in result.notes)
     assert len(result.origin.checksum) == 64
 
@@ -66,9 +65,8 @@ def test_each_array_is_a_curve(family):
 def test_a_column_separates_curves(loops):
     result = read_curves(loops / "loops.csv", loops / "axis.toml")
     assert [curve.u.size for curve in result.curves] == [20, 20, 20]
-    assert result.curves[2].u[0] == pytest.approx(-10e-6)
-    assert result.curves[2].f[-1] == pytest.approx(5.9)
-    assert result.history(result.curves[0]).size == 0
+    last = result.curves[2]
+    assert (last.u[0], last.f[-1], result.history(last).size) == pytest.approx((-10e-6, 5.9, 0))
 
 
 def test_saturation_lies_where_a_curve_heads_for(family):
@@ -78,11 +76,10 @@ def test_saturation_lies_where_a_curve_heads_for(family):
     assert result.history(type(rising)(rising.u[::-1], rising.f[::-1])) < -0.1
 
 
-def test_a_curves_file_is_distinguished_from_an_axis_file(family, loops, tmp_path):
-    assert describes_curves(family / "axis.toml")
-    assert describes_curves(loops / "axis.toml")
+def test_a_curves_file_is_distinguished_from_an_axis_file(loops, tmp_path):
     (tmp_path / "of_axis.toml").write_text('schema = 1\nkind = "rotational"\n[columns]\nposition = "q"\n')
-    assert not describes_curves(tmp_path / "of_axis.toml")
+    (tmp_path / "family.toml").write_text(FAMILY)
+    assert [describes_curves(tmp_path / name) for name in ("family.toml", "axis.toml", "of_axis.toml")] == [True, True, False]
 
 
 @pytest.mark.parametrize(
@@ -99,17 +96,17 @@ def test_a_curves_file_is_distinguished_from_an_axis_file(family, loops, tmp_pat
 )
 def test_a_malformed_curves_file_is_refused(family, was, now, said):
     (family / "axis.toml").write_text(FAMILY.replace(was, now))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=said):
         read_curves(family / "curves.npz", family / "axis.toml")
-    assert said in str(caught.value)
 
 
-def test_samples_that_are_no_numbers_are_refused(loops):
-    text = (loops / "loops.csv").read_text()
-    for value, message in (("nan", "not a finite number"), ("1e200", "not a valid measurement"), ("1e308", "not a valid measurement")):
-        (loops / "loops.csv").write_text(text.replace("0,-7,", f"0,{value},"))
-        with pytest.raises(InputError, match=message):
-            read_curves(loops / "loops.csv", loops / "axis.toml")
+@pytest.mark.parametrize(
+    ("value", "message"), [("nan", "not a finite number"), ("1e200", "not a valid measurement"), ("1e308", "not a valid measurement")]
+)
+def test_samples_that_are_no_numbers_are_refused(loops, value, message):
+    (loops / "loops.csv").write_text((loops / "loops.csv").read_text().replace("0,-7,", f"0,{value},"))
+    with pytest.raises(InputError, match=message):
+        read_curves(loops / "loops.csv", loops / "axis.toml")
 
 
 def test_a_signal_that_stands_still_is_no_input(loops):
@@ -127,5 +124,4 @@ def test_columns_may_be_called_by_their_numbers(loops, header):
     curves = read_curves((header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}).curves
     assert len(curves) == len(by_name) == 3
     for item, other in zip(curves, by_name, strict=True):
-        np.testing.assert_array_equal(item.u, other.u)
-        np.testing.assert_array_equal(item.f, other.f)
+        np.testing.assert_array_equal([item.u, item.f], [other.u, other.f])

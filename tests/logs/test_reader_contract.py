@@ -27,9 +27,8 @@ def bytes_of(name, folder, recording):
         return (EXPORTS | BINARY)[EXPORTED[name]].write(folder, motion(0.3)).read_bytes()
     if name not in WRITTEN:
         return b""  # check_reader takes the example of the format
-    file = folder / f"log.{WRITTEN[name]}"
-    WRITERS[WRITTEN[name]](file, recording)
-    return file.read_bytes()
+    few = {column: values[:300] for column, values in recording.items()} if name != "tdms" else recording
+    return WRITERS[WRITTEN[name]](folder / f"log.{WRITTEN[name]}", few).read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -140,8 +139,7 @@ WHOLE = "data.decode().splitlines()"
 def test_faults_of_a_reader_are_reported_with_advice(tmp_path, changes, demand, said, mend):
     failed, *_ = [check for check in check_reader(load_reader_file(custom(tmp_path, *changes))) if not check.passed]
     assert failed.name == demand
-    assert re.search(said, failed.detail), failed.detail
-    assert re.search(mend, failed.advice), failed.advice
+    assert re.search(f"{said}.*\n.*({mend})", f"{failed.detail}\n{failed.advice}")
 
 
 def test_a_reader_that_exits_is_reported_with_its_line(tmp_path):
@@ -150,13 +148,14 @@ def test_a_reader_that_exits_is_reported_with_its_line(tmp_path):
     assert (failed.name, failed.detail) == ("columns of numbers", "stops with SystemExit:  (own.py, line 18)")
 
 
-def test_check_runs_the_contract_of_a_reader(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_check_runs_the_contract_of_a_reader(capsys):
     assert main(["check", str(EXAMPLE), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["model"], data["passed"], len(data["certificates"])) == ("key_value_log", True, len(READER_CHECKS))
-    custom(tmp_path, (CUT, WHOLE))
-    assert main(["check", "own.py"]) == 1
+
+
+def test_check_names_the_demand_that_a_reader_misses(tmp_path, capsys):
+    assert main(["check", str(custom(tmp_path, (CUT, WHOLE)))]) == 1
     shown = capsys.readouterr()
     assert "Contract of the log reader key_value_log" in shown.out
     assert "tells where a file ends early: truncated to" in shown.err

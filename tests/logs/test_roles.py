@@ -24,40 +24,61 @@ def units_of(result):
     return {name: role.unit for name, role in result.channels.items()}
 
 
-def test_the_rate_of_a_signal_is_taken_over_time_and_else_over_samples():
-    assert rate_of(3.0 * TIME, TIME)[20:-20] == pytest.approx(3.0)
-    assert rate_of(3.0 * TIME, None)[20:-20] == pytest.approx(3e-3)
-    assert rate_of(3.0 * TIME, TIME[:-1])[20:-20] == pytest.approx(3e-3)
-    assert rate_of(3.0 * TIME, np.zeros(TIME.size))[20:-20] == pytest.approx(3e-3)
+@pytest.mark.parametrize(("time", "rate"), [(TIME, 3.0), (None, 3e-3), (TIME[:-1], 3e-3), (np.zeros(TIME.size), 3e-3)])
+def test_the_rate_of_a_signal_is_taken_over_time_and_else_over_samples(time, rate):
+    assert rate_of(3.0 * TIME, time)[20:-20] == pytest.approx(rate)
 
 
-def test_the_slope_between_two_signals_is_their_ratio_but_for_a_constant():
-    assert slope(POSITION, 7.0 - 3.0 * POSITION) == pytest.approx(-3.0)
-    assert slope(np.ones(9), np.arange(9.0)) == 0.0
+NOISE = np.random.default_rng(1).standard_normal(TIME.size)
 
 
-def test_a_rough_signal_bends_more_than_a_smooth_one_goes():
-    rough = np.random.default_rng(1).standard_normal(TIME.size)
-    assert roughness(POSITION) < 0.1 < 1.0 < roughness(rough)
-    assert roughness(rough) == pytest.approx(3.0**0.5, rel=0.05)  # of white noise: root of 6 over root of 2
-    assert roughness(np.ones(30)) == np.inf
+@pytest.mark.parametrize(
+    ("measure", "signals", "value"),
+    [
+        (slope, (POSITION, 7.0 - 3.0 * POSITION), pytest.approx(-3.0)),
+        (slope, (np.ones(9), np.arange(9.0)), 0.0),
+        (roughness, (POSITION,), pytest.approx(0.05, abs=0.05)),
+        (roughness, (NOISE,), pytest.approx(3.0**0.5, rel=0.05)),  # of white noise: root of 6 over root of 2
+        (roughness, (np.ones(30),), np.inf),
+        (explained, (EFFORT, POSITION), pytest.approx(1.0, abs=0.05)),
+        (explained, (NOISE, POSITION), pytest.approx(0.0, abs=0.02)),
+        (explained, (np.ones(TIME.size), POSITION), pytest.approx(1.0)),
+        (correlation, (POSITION, 7.0 - 3.0 * POSITION), pytest.approx(-1.0)),
+        (correlation, (1e-200 * POSITION, 1e200 * POSITION), pytest.approx(1.0)),
+        (correlation, (np.arange(20.0), np.arange(20.0)), pytest.approx(1.0)),
+        (correlation, (np.arange(19.0), np.arange(19.0)), 0.0),
+        (correlation, (POSITION, POSITION[:-1]), 0.0),
+        (correlation, (POSITION, np.ones(POSITION.size)), 0.0),
+        (correlation, (np.ones(POSITION.size), POSITION), 0.0),
+        (correlation, (POSITION, -1e200 * POSITION), pytest.approx(-1.0)),
+        (correlation, (POSITION, np.where(TIME == 0.005, np.nan, POSITION)), 0.0),
+        (slope, (np.where(TIME == 0.005, np.nan, POSITION), POSITION), 0.0),
+    ],
+)
+def test_measures_of_signals_are_those_of_their_shape(measure, signals, value):
+    assert measure(*signals) == value
 
 
-def test_motion_explains_inertia_and_friction_and_no_noise():
-    assert explained(EFFORT, POSITION) == pytest.approx(1.0, abs=0.05)
-    assert explained(np.random.default_rng(1).standard_normal(TIME.size), POSITION) == pytest.approx(0.0, abs=0.02)
-    assert explained(np.ones(TIME.size), POSITION) == pytest.approx(1.0)
+ANGLE = 20.0 * POSITION + 0.5
+NARROW, WIDE = (size * (POSITION - POSITION.min()) / np.ptp(POSITION) for size in (0.99, 1.6))
 
 
-def test_a_link_pulls_with_sine_and_cosine_of_its_angle_over_a_wide_range():
-    angle = 20.0 * POSITION + 0.5
-    assert pulls_as_a_link(EFFORT + 20.0 * np.sin(angle), angle)
-    assert pulls_as_a_link(EFFORT + 20.0 * np.cos(angle), angle)
-    assert not pulls_as_a_link(EFFORT, angle)
-    assert not pulls_as_a_link(EFFORT + 20.0 * angle, angle)
-    assert not pulls_as_a_link(EFFORT + 20.0 * np.sin(3.0 * POSITION), 3.0 * POSITION)  # [rad]
-    assert not pulls_as_a_link((EFFORT + 20.0 * np.sin(angle))[:79], angle[:79])
-    assert not pulls_as_a_link(EFFORT[:-1], angle)
+@pytest.mark.parametrize(
+    ("effort", "angle", "pulls"),
+    [
+        (EFFORT + 20.0 * np.sin(ANGLE), ANGLE, True),
+        (EFFORT + 20.0 * np.cos(ANGLE), ANGLE, True),
+        (EFFORT, ANGLE, False),
+        (EFFORT + 20.0 * ANGLE, ANGLE, False),
+        (EFFORT + 20.0 * np.sin(3.0 * POSITION), 3.0 * POSITION, False),  # [rad]
+        ((EFFORT + 20.0 * np.sin(ANGLE))[:79], ANGLE[:79], False),
+        (EFFORT[:-1], ANGLE, False),
+        (EFFORT + 1e3 * np.cos(NARROW), NARROW, False),  # less than a radian
+        (EFFORT + 1e3 * np.cos(WIDE), WIDE, True),
+    ],
+)
+def test_a_link_pulls_with_sine_and_cosine_of_its_angle_over_a_wide_range(effort, angle, pulls):
+    assert pulls_as_a_link(effort, angle) == pulls
 
 
 def test_columns_are_identified_by_names_with_the_units_of_the_file():
@@ -65,8 +86,7 @@ def test_columns_are_identified_by_names_with_the_units_of_the_file():
         t=(TIME, "s"), pos=(1e3 * POSITION, "mm"), vel=(VELOCITY, "m/s"), force=(EFFORT, "N"), possoll=(1e3 * POSITION + 0.01, "mm")
     )
     assert units_of(result) == {"time": "s", "position": "mm", "velocity": "m/s", "reference": "mm", "effort": "N"}
-    assert [result.channels[name].column for name in ("position", "reference")] == ["pos", "possoll"]
-    assert result.rivals == ()
+    assert ([result.channels[name].column for name in ("position", "reference")], result.rivals) == (["pos", "possoll"], ())
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "m"), (1e3, "mm"), (1e6, "um")])
@@ -87,27 +107,19 @@ def test_the_position_determines_the_unit_of_a_velocity(unit, factor, own):
     assert "velocity" not in other.channels
 
 
-def test_whole_numbers_are_counts_where_they_are_large():
-    counts = np.round(1e5 * POSITION)
-    assert units_of(roles(time=(TIME, "s"), position=counts, force=(EFFORT, "N")))["position"] == "count"
-    assert units_of(roles(time=(TIME, "s"), position=np.round(500.0 * POSITION), force=(EFFORT, "N")))["position"] == ""
-    assert units_of(roles(time=(TIME, "s"), position=1e5 * POSITION, force=(EFFORT, "N")))["position"] == ""
-
-
 def test_unnamed_columns_are_identified_by_their_motion():
-    noise = 1e-4 * np.random.default_rng(1).standard_normal(TIME.size)
-    result = roles(ch1=TIME, ch2=POSITION, ch3=EFFORT + noise)
-    assert {name: role.column for name, role in result.channels.items()} == {"time": "ch1", "position": "ch2", "effort": "ch3"}
-    assert result.channels["time"].reason == "it rises evenly"
-    assert result.channels["position"].reason == "it is the smoothest"
-    assert result.channels["effort"].reason == "it follows the motion"
-    assert roles(ch1=TIME, ch2=POSITION, ch3=np.random.default_rng(1).standard_normal(TIME.size)).channels.keys() == {"time"}
+    result = roles(ch1=TIME, ch2=POSITION, ch3=EFFORT + 1e-4 * NOISE)
+    assert {name: (role.column, role.reason) for name, role in result.channels.items()} == {
+        "time": ("ch1", "it rises evenly"),
+        "position": ("ch2", "it is the smoothest"),
+        "effort": ("ch3", "it follows the motion"),
+    }
+    assert roles(ch1=TIME, ch2=POSITION, ch3=NOISE).channels.keys() == {"time"}
 
 
 def test_the_speed_alone_is_the_motion_where_no_position_is():
     result = roles(time=(TIME, "s"), speed=(VELOCITY, "m/s"), force=(EFFORT, "N"))
     assert units_of(result) == {"time": "s", "velocity": "m/s", "effort": "N"}
-    assert "position" not in result.channels
 
 
 @pytest.mark.parametrize(
@@ -151,8 +163,7 @@ def test_the_effort_has_the_best_unit_and_is_measured(chosen, left):
 
 
 def test_of_two_columns_of_the_same_name_the_effort_follows_the_motion():
-    noise = np.random.default_rng(1).standard_normal(TIME.size)
-    for order in ({"torque a": noise, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": noise}):
+    for order in ({"torque a": NOISE, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": NOISE}):
         assert roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
 
 
@@ -167,24 +178,8 @@ def test_the_effort_of_an_axis_is_that_with_its_number():
 def test_a_link_is_seen_where_its_angle_explains_a_quarter_of_the_rest(share, pulls):
     angle = 2.0 * np.pi * TIME  # at one speed its sine is no inertia and no friction
     angle += 0.02 * np.sin(40.0 * TIME)
-    noise = np.random.default_rng(1).standard_normal(TIME.size)
     amplitude = np.sqrt(2.0 * share / (1.0 - share))  # noise of variance 1, a sine of half its square
-    assert pulls_as_a_link(noise + amplitude * np.sin(angle), angle) == pulls
-
-
-def test_an_angle_over_less_than_a_radian_pulls_as_no_link():
-    for size, pulls in ((0.99, False), (1.6, True)):
-        angle = size * (POSITION - POSITION.min()) / np.ptp(POSITION)
-        assert pulls_as_a_link(EFFORT + 1e3 * np.cos(angle), angle) == pulls
-
-
-def test_signals_correlate_by_their_shape_where_they_are_long_enough():
-    assert correlation(POSITION, 7.0 - 3.0 * POSITION) == pytest.approx(-1.0)
-    assert correlation(1e-200 * POSITION, 1e200 * POSITION) == pytest.approx(1.0)
-    assert correlation(np.arange(20.0), np.arange(20.0)) == pytest.approx(1.0)
-    assert correlation(np.arange(19.0), np.arange(19.0)) == 0.0
-    assert correlation(POSITION, POSITION[:-1]) == 0.0
-    assert correlation(POSITION, np.ones(POSITION.size)) == 0.0
+    assert pulls_as_a_link(NOISE + amplitude * np.sin(angle), angle) == pulls
 
 
 def time_column(first=("q", POSITION), sample_time=None, **columns):
@@ -266,9 +261,15 @@ def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(s
     assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
-@pytest.mark.parametrize(("size", "unit"), [(100.0, ""), (101.0, "count")])
-def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(size, unit):
-    position = np.round(size * POSITION / np.max(np.abs(POSITION)))
+@pytest.mark.parametrize(
+    ("position", "unit"),
+    [
+        (np.round(100.0 * POSITION / np.max(np.abs(POSITION))), ""),
+        (np.round(101.0 * POSITION / np.max(np.abs(POSITION))), "count"),
+        (1e5 * POSITION, ""),
+    ],
+)
+def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(position, unit):
     assert units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit
 
 
@@ -284,9 +285,11 @@ def test_a_second_encoder_is_proposed_beside_that_of_the_motor(name, unit):
 
 def test_a_column_that_moves_otherwise_or_alone_is_no_second_encoder():
     motor = {"t": (TIME, "s"), "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
-    for values, unit in ((1e3 * np.sin(3.0 * PHASE), "mm"), (POSITION, "A"), (5e3 * POSITION, "")):
-        assert "load_position" not in roles(**motor, scale=(values, unit) if unit else values).channels
-    assert "load_position" not in roles(**motor, **{"table position setpoint": (1e3 * POSITION, "mm")}).channels
-    alone = roles(t=(TIME, "s"), scale_position=(1e3 * POSITION, "mm"), force=(EFFORT, "N")).channels
-    assert alone["position"].column == "scale_position"
-    assert "load_position" not in alone
+    others = {
+        "scale": [(1e3 * np.sin(3.0 * PHASE), "mm"), (POSITION, "A"), 5e3 * POSITION],
+        "table position setpoint": [(1e3 * POSITION, "mm")],
+    }
+    for name, columns in others.items():
+        assert all("load_position" not in roles(**motor, **{name: column}).channels for column in columns)
+    alone = roles(t=(TIME, "s"), scale_position=(1e3 * POSITION, "mm"), force=(EFFORT, "N"))
+    assert units_of(alone) == {"time": "s", "position": "mm", "effort": "N"}

@@ -6,13 +6,15 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+import scipy.io
 from tests.logs.exports import RATED, motion
 
 from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log
-from bristle.logs.roles import correlation, slope
+from bristle.logs.readers import read_table
+from bristle.logs.table import columns_named
 from bristle.report.log import inspect_log
 
 MOTION = motion(2.0)
@@ -22,12 +24,8 @@ COLUMNS = {"time": TIME, "position": POSITION, "effort": FORCE}
 
 def saved(folder, name, matrix, kind):
     path = folder / f"log.{kind}"
-    if kind == "mat":
-        import scipy.io
-
-        scipy.io.savemat(path, {name: matrix})
-    else:
-        np.savez(path, **{name: matrix})
+    write = scipy.io.savemat if kind == "mat" else lambda path, arrays: np.savez(path, **arrays)
+    write(path, {name: matrix})
     return path
 
 
@@ -35,33 +33,39 @@ def proposed(path):
     return {channel: column.name for channel, column in propose_axis(path).axis.columns.items()}
 
 
-@pytest.mark.parametrize("order", list(permutations(COLUMNS)))
-@pytest.mark.parametrize(("kind", "name"), [("mat", "data"), ("mat", "M"), ("mat", "u"), ("npz", "x")])
+@pytest.mark.parametrize(
+    ("kind", "name", "order"),
+    [
+        *(("mat", "data", order) for order in permutations(COLUMNS)),
+        ("mat", "M", ("effort", "position", "time")),
+        ("mat", "u", ("position", "time", "effort")),
+        ("npz", "x", ("position", "effort", "time")),
+    ],
+)
 def test_the_columns_of_a_matrix_are_identified_in_any_order_and_name(tmp_path, order, kind, name):
     matrix = np.column_stack([COLUMNS[channel] for channel in order])
     called = [f"{name}[{k}]" if kind == "mat" else f"column_{k + 1}" for k in range(3)]
-    result = proposed(saved(tmp_path, name, matrix, kind))
-    assert result == dict(zip(order, called, strict=True))
+    assert proposed(saved(tmp_path, name, matrix, kind)) == dict(zip(order, called, strict=True))
 
 
-def test_a_count_of_rows_is_no_time_and_the_time_behind_it_is(tmp_path):
-    count = np.arange(TIME.size)
-    path = saved(tmp_path, "M", np.column_stack([count, FORCE, TIME, POSITION]), "mat")
-    assert proposed(path) == {"time": "M[2]", "position": "M[3]", "effort": "M[1]"}
-    path = saved(tmp_path, "M", np.column_stack([count, FORCE, POSITION]), "mat")
-    assert proposed(path) == {"position": "M[2]", "effort": "M[1]"}
-    assert "timing.sample_time" in propose_axis(path).missing
+ROWS = np.arange(TIME.size)
 
 
-def test_a_reference_that_halts_is_no_time(tmp_path):
-    ramp = np.minimum(TIME, 1.99)
-    path = saved(tmp_path, "M", np.column_stack([POSITION, ramp, FORCE]), "mat")
-    assert "time" not in proposed(path)
+@pytest.mark.parametrize(
+    ("columns", "expected"),
+    [
+        ([ROWS, FORCE, TIME, POSITION], {"time": "M[2]", "position": "M[3]", "effort": "M[1]"}),
+        ([ROWS, FORCE, POSITION], {"position": "M[2]", "effort": "M[1]"}),
+        ([POSITION, np.minimum(TIME, 1.99), FORCE], {"position": "M[0]", "effort": "M[2]"}),  # a reference that halts
+    ],
+)
+def test_a_count_of_rows_and_a_reference_that_halts_are_no_time(tmp_path, columns, expected):
+    path = saved(tmp_path, "M", np.column_stack(columns), "mat")
+    assert proposed(path) == expected
+    assert ("timing.sample_time" in propose_axis(path).missing) is ("time" not in expected)
 
 
 def test_several_matrices_keep_their_names(tmp_path):
-    import scipy.io
-
     path = tmp_path / "log.mat"
     both = {"pos": np.column_stack([POSITION, 2 * POSITION]), "torque": np.column_stack([FORCE, FORCE]), "t": TIME}
     scipy.io.savemat(path, both)
@@ -118,16 +122,11 @@ def test_names_of_signals_with_equal_descriptions_have_an_axis_index():
 
 @pytest.mark.parametrize("sep", [",", ";", " "])
 def test_an_index_is_no_unit_and_optional_in_the_name_of_a_unique_column(sep):
-    from bristle.logs.readers import read_table
-    from bristle.logs.table import columns_named
-
     names = [POSITION_OF.format(sep, number) for number in (1, 3)]
     lines = ["\t".join(["time [s]", *names]), *(f"{t}\t{x}\t{-x}" for t, x in zip(TIME, POSITION, strict=True)), ""]
     called = names[0].partition(" ")[0]
     table = read_table("\n".join(lines).encode(), choice=columns_named(["time", called]))
-    assert table.names == ("time", *names)
-    assert table.units == {"time": "s"}
-    assert table.name_of(called) is None
+    assert (table.names, table.units, table.name_of(called)) == (("time", *names), {"time": "s"}, None)
     lines = [line.rpartition("\t")[0] for line in lines]
     table = read_table("\n".join(lines).encode(), choice=columns_named(["time", called]))
     assert table.name_of(called) == names[0]
@@ -147,32 +146,46 @@ def unit_lines(text):
     return {line.partition(" =")[0]: line for line in text.splitlines() if "column = " in line}
 
 
-def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file():
-    proposal = propose_axis(text_log("Skt", "bla", reference="Skt"))
-    lines = unit_lines(proposal.text)
-    assert 'unit = "?" }  # the file states the unknown unit "Skt"; unit of the' in lines["position"]
-    assert 'unit = "?" }  # the file states the unknown unit "bla"' in lines["effort"]
-    assert lines["reference"] == 'reference = { column = "position_ref" }  # in the unit of the position'
-    assert proposal.unknown == {"position": "Skt", "effort": "bla"}
+@pytest.mark.parametrize(
+    ("units", "channel", "line"),
+    [
+        ({"position": "Skt", "effort": "bla"}, "position", 'unit = "?" }  # the file states the unknown unit "Skt"; unit of the'),
+        ({"position": "Skt", "effort": "bla"}, "effort", 'unit = "?" }  # the file states the unknown unit "bla"'),
+        (
+            {"position": "Skt", "effort": "bla", "reference": "Skt"},
+            "reference",
+            'reference = { column = "position_ref" }  # in the unit of the position',
+        ),
+        # A reference in another unit that is not known is not taken for one.
+        ({"position": "Skt", "effort": "N", "reference": "Dig"}, "reference", None),
+        ({"position": "mm", "effort": "N", "reference": "Dig"}, "reference", None),
+        ({"position": "mm", "effort": "N", "time": "Takte"}, "time", '# the file states the unknown unit "Takte"'),
+        # A recorded velocity determines an unknown unit.
+        (
+            {"position": "Skt", "effort": "N", "speed": "m/s"},
+            "position",
+            'unit = "m" }  # unit from the velocity; the file states the unknown unit "Skt"',
+        ),
+    ],
+)
+def test_a_unit_that_is_not_known_is_asked_for_with_the_words_of_the_file(units, channel, line):
+    lines = unit_lines(propose_axis(text_log(**units)).text)
+    assert channel not in lines if line is None else line in lines[channel]
+
+
+@pytest.mark.parametrize(
+    ("log", "missing", "unknown"),
+    [
+        (text_log("Skt", "bla", reference="Skt"), ("columns.position.unit", "columns.effort.unit"), {"position": "Skt", "effort": "bla"}),
+        (text_log("mm", "N", time="Takte"), ("columns.time.unit",), {"time": "Takte"}),
+        (text_log("mm", "Dig").replace(b"force", b"current"), ("columns.effort.unit",), {"effort": "Dig"}),
+        (text_log("Skt", "N", speed="m/s"), (), {}),
+    ],
+)
+def test_an_unknown_unit_overrides_the_numbers_and_is_missing(log, missing, unknown):
+    proposal = propose_axis(log)
+    assert (proposal.missing, proposal.unknown) == (missing, unknown)
     assert "columns.position.unit is unknown: bristle assumes 1 in SI units" not in proposal.notes
-
-
-def test_a_reference_in_another_unit_that_is_not_known_is_not_taken_for_one():
-    assert "reference" not in propose_axis(text_log("Skt", "N", reference="Dig")).axis.columns
-    assert "reference" not in propose_axis(text_log("mm", "N", reference="Dig")).axis.columns
-
-
-def test_a_stated_unit_of_time_or_effort_overrides_its_numbers():
-    proposal = propose_axis(text_log("mm", "N", time="Takte"))
-    assert proposal.missing == ("columns.time.unit",)
-    assert '# the file states the unknown unit "Takte"' in unit_lines(proposal.text)["time"]
-    assert propose_axis(text_log("mm", "Dig").replace(b"force", b"current")).missing == ("columns.effort.unit",)
-
-
-def test_a_recorded_velocity_determines_an_unknown_unit():
-    proposal = propose_axis(text_log("Skt", "N", speed="m/s"))
-    assert proposal.missing == ()
-    assert 'unit = "m" }  # unit from the velocity; the file states the unknown unit "Skt"' in unit_lines(proposal.text)["position"]
 
 
 @pytest.mark.parametrize("channel", ["position", "time"])
@@ -201,11 +214,3 @@ def test_an_axis_file_defines_an_unknown_unit_that_is_refused_without_it():
     assert "column position has an unknown unit, 'Skt': bristle uses mm from the axis file" in log.notes
     with pytest.raises(InputError, match="'position': has an unknown unit; found 'Skt', allowed m, or a unit"):
         read_log(text_log("Skt", "N"))
-
-
-def test_signals_with_gaps_or_at_rest_have_no_correlation_and_no_slope():
-    gaps = np.where(np.arange(POSITION.size) == 5, np.nan, POSITION)
-    for other in (gaps, np.ones(POSITION.size)):
-        assert correlation(POSITION, other) == correlation(other, POSITION) == 0.0
-        assert slope(other, POSITION) == 0.0
-    assert correlation(POSITION, -1e200 * POSITION) == pytest.approx(-1.0)

@@ -30,6 +30,13 @@ def layout(*names, numeric=None, first=1, comma=False, units=None):
     return Layout(";", comma, first, numeric, names, units or ("",) * len(names))
 
 
+def lists(table):
+    """The numbers of each column by its name, and the times of each column that has its own."""
+    return {name: values.tolist() for name, values in table.columns.items()}, {
+        name: table.columns[time].tolist() for name, time in table.stamps.items()
+    }
+
+
 def test_lines_above_a_header_are_facts():
     lines = ["# Device: AX5000", '"Rated torque [Nm]";"2,4"', "", "Date = today;now", "x", "t;q", "0;1"]
     facts = facts_above(lines, layout("t", "q", first=6))
@@ -37,8 +44,9 @@ def test_lines_above_a_header_are_facts():
     assert facts_above(lines, layout("t", "q", first=0)) == {}
 
 
-def test_the_sample_time_is_stated_as_a_time_or_a_rate():
-    for facts, period in (
+@pytest.mark.parametrize(
+    ("facts", "period"),
+    [
         ({"Sample time": "2 ms"}, 2e-3),
         ({"Abtastzeit [us]": "250"}, 2.5e-4),
         ({"sample_rate": "2,5 kHz"}, 4e-4),
@@ -49,15 +57,18 @@ def test_the_sample_time_is_stated_as_a_time_or_a_rate():
         ({"fs": "many"}, None),
         ({"name": "5 ms"}, None),
         ({"dt": "5 mm", "Takt": "3 ms"}, 3e-3),
-    ):
-        assert stated_period(facts) == (pytest.approx(period) if period else None)
+    ],
+)
+def test_the_sample_time_is_stated_as_a_time_or_a_rate(facts, period):
+    assert stated_period(facts) == (pytest.approx(period) if period else None)
 
 
-def test_an_amount_has_the_unit_behind_it_or_that_of_its_name():
-    assert amount_in("Rated torque [Nm]", "2.4 mNm") == (2.4, "mN*m")
-    assert amount_in("speed", "-3e2") == (-300.0, "")
-    assert amount_in("x", "1.2.3") is None
-    assert amount_in("x", "about 3") is None
+@pytest.mark.parametrize(
+    ("name", "text", "amount"),
+    [("Rated torque [Nm]", "2.4 mNm", (2.4, "mN*m")), ("speed", "-3e2", (-300.0, "")), ("x", "1.2.3", None), ("x", "about 3", None)],
+)
+def test_an_amount_has_the_unit_behind_it_or_that_of_its_name(name, text, amount):
+    assert amount_in(name, text) == amount
 
 
 def test_units_of_labview_are_in_a_separate_row():
@@ -66,52 +77,56 @@ def test_units_of_labview_are_in_a_separate_row():
     assert units_of_labview(lines[1:], layout("X_Value", "pos", first=1)) == {}
 
 
-def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row():
-    body = "2024-03-01 23:59:59.5;23:59:59;1700000000000000000;7\n2024-03-02 00:00:01;00:00:01;1700000000250000000;7\n"
-    stamps = stamps_in(body.encode(), layout("date", "clock", "time", "q", numeric=(False, False, True, True)), "utf-8")
-    assert {place: values.tolist() for place, values in stamps.items()} == {0: [0.0, 1.5], 1: [0.0, 2.0], 2: [0.0, 0.25]}
-    german = "1.3.2024 9:05:00,5;x\n01.03.2024 09:05:02;x\n"
-    assert stamps_in(german.encode(), layout("date", "q", numeric=(False, False)), "utf-8")[0].tolist() == [0.0, 1.5]
-    still = "2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n"
-    assert stamps_in(still.encode(), layout("date", "q", numeric=(False, True)), "utf-8") == {}
+@pytest.mark.parametrize(
+    ("body", "numeric", "stamps"),
+    [
+        (
+            "2024-03-01 23:59:59.5;23:59:59;1700000000000000000;7\n2024-03-02 00:00:01;00:00:01;1700000000250000000;7\n",
+            (False, False, True, True),
+            {0: [0.0, 1.5], 1: [0.0, 2.0], 2: [0.0, 0.25]},
+        ),
+        ("1.3.2024 9:05:00,5;x\n01.03.2024 09:05:02;x\n", (False, False), {0: [0.0, 1.5]}),
+        ("2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n", (False, True), {}),  # the clock stands still
+    ],
+)
+def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row(body, numeric, stamps):
+    names = ("date", "clock", "time", "q")[: len(numeric)]
+    result = stamps_in(body.encode(), layout(*names, numeric=numeric), "utf-8")
+    assert {place: values.tolist() for place, values in result.items()} == stamps
 
 
 @pytest.mark.parametrize(("count", "per_second"), [("1700000000", 1.0), ("1700000000000", 1e3), ("1700000000000000", 1e6), ("1" * 19, 1e9)])
 def test_digits_distinguish_counts_since_an_epoch(count, per_second):
     body = f"{count}.5;1\n{int(count) + 4}.5;2\n"
-    stamps = stamps_in(body.encode(), layout("time", "q"), "utf-8")
-    assert stamps[0] == pytest.approx([0.0, 4.0 / per_second])
-    for first, last in ((170000000, 170000003), (999999998, 1000000001)):  # fewer digits, in the first row at least
-        assert stamps_in(f"{first};1\n{last};2\n".encode(), layout("time", "q"), "utf-8") == {}
+    assert stamps_in(body.encode(), layout("time", "q"), "utf-8")[0] == pytest.approx([0.0, 4.0 / per_second])
+
+
+@pytest.mark.parametrize("body", [b"170000000;1\n170000003;2\n", b"999999998;1\n1000000001;2\n"])
+def test_fewer_digits_in_the_first_row_are_no_count_since_an_epoch(body):
+    assert stamps_in(body, layout("time", "q"), "utf-8") == {}
 
 
 def test_columns_that_end_early_are_empty_cells():
-    body = "0;1;5\n1;2\n2;3;\n3;4;\n"
-    columns = partly_empty(body.encode(), layout("t", "q", "u"), "utf-8")
-    assert columns[1].tolist() == [1.0, 2.0, 3.0, 4.0]
-    np.testing.assert_array_equal(columns[2], [5.0, np.nan, np.nan, np.nan])
-    assert partly_empty(b"0;1\n1;x\n", layout("t", "q"), "utf-8") is None
-    full = "".join(f"{k};{'' if k == 3 else k}\n" for k in range(10))
-    assert partly_empty(full.encode(), layout("t", "q"), "utf-8") is None  # one of ten is missing: no column that ends early
+    columns = partly_empty(b"0;1;5\n1;2\n2;3;\n3;4;\n", layout("t", "q", "u"), "utf-8")
+    np.testing.assert_array_equal([columns[1], columns[2]], [[1.0, 2.0, 3.0, 4.0], [5.0, np.nan, np.nan, np.nan]])
     comma = partly_empty(b"0,5;1\n1,5;\n", layout("t", "q", comma=True), "utf-8")
     assert comma[0].tolist() == [0.5, 1.5]
+    one_missing = "".join(f"{k};{'' if k == 3 else k}\n" for k in range(10))  # of ten: no column that ends early
+    assert [partly_empty(body, layout("t", "q"), "utf-8") for body in (b"0;1\n1;x\n", one_missing.encode())] == [None, None]
 
 
 def test_columns_belong_to_the_time_on_their_left():
     times, late = np.arange(6.0), 0.5 + np.arange(6.0)
     columns = {0: times, 1: times**2, 2: np.append(late[:4], [np.nan, np.nan]), 3: np.append(late[:4], [np.nan, np.nan])}
     table = with_own_times(columns, layout("time", "q", "time_2", "u", units=("ms", "mm", "", "N")), REQUEST, ("noted",))
-    assert table.columns["u"].tolist() == [0.5, 1.5, 2.5, 3.5]
-    assert table.columns[table.stamps["u"]].tolist() == [0.5, 1.5, 2.5, 3.5]
-    assert table.columns[table.stamps["q"]].tolist() == times.tolist()
-    assert table.units["q"] == "mm"
-    assert table.units[table.stamps["q"]] == "ms"
-    assert table.numbers["column_4"] == "u"
-    assert table.notes == ("noted",)
+    values, stamps = lists(table)
+    assert values["u"] == stamps["u"] == [0.5, 1.5, 2.5, 3.5]
+    assert stamps["q"] == times.tolist()
+    assert (table.units["q"], table.units[table.stamps["q"]]) == ("mm", "ms")
+    assert (table.numbers["column_4"], table.notes) == ("u", ("noted",))
     assert with_own_times({0: times, 1: times**2}, layout("time", "q"), REQUEST, ()) is None
     sparse = {0: times, 1: np.array([1.0, np.nan, 3.0, np.nan, 5.0, np.nan])}
-    table = with_own_times(sparse, layout("time", "q"), REQUEST, ())
-    assert table.columns["q"].tolist() == [1.0, 3.0, 5.0]
+    assert lists(with_own_times(sparse, layout("time", "q"), REQUEST, ()))[0]["q"] == [1.0, 3.0, 5.0]
 
 
 SCOPE = """File;trace.csv
@@ -132,71 +147,85 @@ EOF
 def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     lines = SCOPE.splitlines()
     head = head_of(lines)
-    assert (head.delimiter, lines[head.first]) == (";", "0;1,5;0;10")
-    assert head.facts == {"File": "trace.csv", "Start": "now"}
+    assert (head.delimiter, lines[head.first], head.facts) == (";", "0;1,5;0;10", {"File": "trace.csv", "Start": "now"})
     assert (head.of("unit", 1), head.of("unit", 9), head.of("offset", 1)) == ("(mm)", "", "")
     table = read_scope([*lines, ""], head, REQUEST)
-    assert table.columns["ActPos"].tolist() == [1.5, 2.5]
-    assert table.columns[table.stamps["ActPos"]].tolist() == [0.0, 2.0]
-    assert table.columns["ActTorque"].tolist() == [10.0, 20.0, 30.0]
-    assert table.columns[table.stamps["ActTorque"]].tolist() == [0.0, 1.0, 2.0]
-    assert table.units["ActPos"] == "mm"
-    assert table.units[table.stamps["ActPos"]] == "ms"
-    assert "ActTorque" not in table.units
+    values, stamps = lists(table)
+    assert (values["ActPos"], values["ActTorque"]) == ([1.5, 2.5], [10.0, 20.0, 30.0])
+    assert stamps == {"ActPos": [0.0, 2.0], "ActTorque": [0.0, 1.0, 2.0]}
+    assert table.units == {"ActPos": "mm", table.stamps["ActPos"]: "ms", table.stamps["ActTorque"]: "ms"}
     assert table.notes == ("the ScaleFactor of ActTorque is not applied, because the export may have applied it already",)
     cut = read_scope([*lines[:-2], ";;2;3"], head, REQUEST)
-    assert cut.columns["ActTorque"].tolist() == [10.0, 20.0]
+    assert lists(cut)[0]["ActTorque"] == [10.0, 20.0]
     assert any("does not end with a line break" in note for note in cut.notes)
     assert head_of(["t;q", "0;1"]) is None
 
 
 def test_a_trace_without_times_has_those_of_its_sample_time():
     lines = ["Name;A;B", "SampleTime[ms];2;4", "Unit;mm;N", "1;10", "2;20", "3;30", ""]
-    head = head_of(lines)
-    table = read_scope(lines, head, REQUEST)
-    assert table.columns["A"].tolist() == [1.0, 2.0, 3.0]
-    assert table.columns[table.stamps["A"]].tolist() == [0.0, 2.0, 4.0]
-    assert table.columns[table.stamps["B"]].tolist() == [0.0, 4.0, 8.0]
+    values, stamps = lists(read_scope(lines, head_of(lines), REQUEST))
+    assert values["A"] == [1.0, 2.0, 3.0]
+    assert stamps == {"A": [0.0, 2.0, 4.0], "B": [0.0, 4.0, 8.0]}
+
+
+LINES = [f"{name} {2.0 * k + (name == 'u')} {k},5 GOOD" for k in range(6) for name in ("q", "u")]
+DATED = [f"2024-03-01 10:00:{k:02d}.5,q,{k}" for k in range(10)] + ["2024-03-01 10:00:00.0,u,3"]
 
 
 def test_an_archive_has_a_line_for_each_value_of_a_signal():
-    lines = [f"{name} {2.0 * k + (name == 'u')} {k},5 GOOD" for k in range(6) for name in ("q", "u")]
-    pattern = pattern_of(lines)
-    table = read_archive([*lines, "# end", "what is this"], pattern, REQUEST)
-    assert table.columns["q"].tolist() == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
-    assert table.columns[table.stamps["q"]].tolist() == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
-    assert table.columns[table.stamps["u"]].tolist() == [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]
+    table = read_archive([*LINES, "# end", "what is this"], pattern_of(LINES), REQUEST)
+    values, stamps = lists(table)
+    assert values["q"] == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
+    assert stamps == {"q": [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], "u": [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]}
     assert table.notes == ("bristle ignores 1 lines without a value of a signal",)
-    dated = [f"2024-03-01 10:00:{k:02d}.5,q,{k}" for k in range(10)] + ["2024-03-01 10:00:00.0,u,3"]
-    table = read_archive(dated, pattern_of(dated), REQUEST)
-    assert table.columns[table.stamps["q"]].tolist() == [0.5 + k for k in range(10)]
-    assert pattern_of(lines[:9]) is None
-    assert pattern_of(["1;2;3"] * 12) is None
-    chosen = read_archive(dated, pattern_of(dated), REQUEST._replace(choice=Choice(frozenset({"u"}))))
+
+
+def test_dates_of_an_archive_are_seconds_and_a_choice_is_one_of_signals():
+    assert lists(read_archive(DATED, pattern_of(DATED), REQUEST))[1]["q"] == [0.5 + k for k in range(10)]
+    chosen = read_archive(DATED, pattern_of(DATED), REQUEST._replace(choice=Choice(frozenset({"u"}))))
     assert list(chosen.stamps) == ["u"]
-    many = [f"s{k} 0 1" for k in range(1001)]
+
+
+def test_few_lines_other_cells_and_many_signals_are_no_archive():
+    assert [pattern_of(lines) for lines in (LINES[:9], ["1;2;3"] * 12)] == [None, None]
     with pytest.raises(InputError, match="names 1001 signals"):
-        read_archive(many, pattern, REQUEST)
+        read_archive([f"s{k} 0 1" for k in range(1001)], pattern_of(LINES), REQUEST)
 
 
-def test_cells_are_parted_outside_of_quotes_only():
-    assert cells_of('a; "b;c" ;"d"', ";") == ["a", "b;c", "d"]
-    assert cells_of('a "b" c', None) == ["a", "b", "c"]
-    cells = (("1,5", True), ("1,5", False), ("1.5", True), ("1D3", False), ("-.5", False), ("", False))
-    assert [is_number(cell, comma) for cell, comma in cells] == [True, False, True, True, True, False]
-    assert numbers_in(["an", "Off"], False) is None
-    assert numbers_in(["on", "Off", "TRUE", "2"], False).tolist() == [1.0, 0.0, 1.0, 2.0]
+@pytest.mark.parametrize(
+    ("call", "value"),
+    [
+        (lambda: cells_of('a; "b;c" ;"d"', ";"), ["a", "b;c", "d"]),
+        (lambda: cells_of('a "b" c', None), ["a", "b", "c"]),
+        (lambda: [is_number(cell, True) for cell in ("1,5", "1.5")], [True, True]),
+        (lambda: [is_number(cell, False) for cell in ("1,5", "1D3", "-.5", "")], [False, True, True, False]),
+        (lambda: numbers_in(["an", "Off"], False), None),
+        (lambda: numbers_in(["on", "Off", "TRUE", "2"], False).tolist(), [1.0, 0.0, 1.0, 2.0]),
+    ],
+)
+def test_cells_are_parted_outside_of_quotes_and_numbers_in_any_notation(call, value):
+    assert call() == value
 
 
-def test_the_layout_with_most_numbers_wins():
-    result = layout_of(["t;q;word", "s;mm;", "0,5;1,5;a", "1,5;2,5;b", "2,5;3,5;c"], Path("a.csv"))
-    assert (result.delimiter, result.decimal_comma, result.first) == (";", True, 2)
-    assert result.numeric == (True, True, False)
-    assert (result.names, result.units) == (("t", "q", "word"), ("s", "mm", ""))
-    result = layout_of(["position in mm, force/N, speed", "0,1,2", "1,2,3", "2,3,4"], Path("a.csv"))
-    assert (result.names, result.units) == (("position in mm", "force/N", "speed"), ("mm", "N", ""))
-    result = layout_of(["0 1", "1 2", "2 3"], Path("a.csv"))
-    assert (result.delimiter, result.names) == (None, ("column_1", "column_2"))
-    assert layout_of([";column_1", "0;1", "1;2", "2;3"], Path("a.csv")).names == ("column_1_", "column_1")
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        (
+            ["t;q;word", "s;mm;", "0,5;1,5;a", "1,5;2,5;b", "2,5;3,5;c"],
+            Layout(";", True, 2, (True, True, False), ("t", "q", "word"), ("s", "mm", "")),
+        ),
+        (
+            ["position in mm, force/N, speed", "0,1,2", "1,2,3", "2,3,4"],
+            Layout(",", False, 1, (True, True, True), ("position in mm", "force/N", "speed"), ("mm", "N", "")),
+        ),
+        (["0 1", "1 2", "2 3"], Layout(None, False, 0, (True, True), ("column_1", "column_2"), ("", ""))),
+        ([";column_1", "0;1", "1;2", "2;3"], Layout(";", False, 1, (True, True), ("column_1_", "column_1"), ("", ""))),
+    ],
+)
+def test_the_layout_with_most_numbers_wins(lines, expected):
+    assert layout_of(lines, Path("a.csv")) == expected
+
+
+def test_text_without_numbers_has_no_layout():
     with pytest.raises(InputError, match="holds no rows of numbers"):
         layout_of(["a b", "c d", "e f"], Path("a.csv"))

@@ -26,10 +26,6 @@ def said_of(write, axis, v):
     return " | ".join(message(item) for item in result if item.code == "velocity_contradicts")
 
 
-def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording):
-    assert said_of(write, with_velocity, velocity(recording)) == ""
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [

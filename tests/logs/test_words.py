@@ -45,48 +45,6 @@ def test_a_name_means_a_role_and_whether_the_signal_was_asked_for_or_measured(na
     assert (meaning.role, meaning.reference, meaning.actual) == (role, reference, actual)
 
 
-def test_a_unit_after_a_slash_does_not_affect_the_role():
-    for name in ("position/m", "position/s", "torque/Nm", "velocity/V"):
-        assert meaning_of(name) == meaning_of(name.partition("/")[0])
-
-
-def test_long_words_are_surer_than_letters_and_own_words_than_words_around():
-    assert meaning_of("position").sure == meaning_of("X_Value").sure == 1.0
-    assert meaning_of("iq").sure == pytest.approx(0.7)
-    assert meaning_of("u").sure == pytest.approx(0.4)
-    assert meaning_of("xpositionx").sure == pytest.approx(0.8)
-    assert meaning_of("position.ch3").sure == pytest.approx(0.8)
-    assert meaning_of("ch3", "position").sure == pytest.approx(0.5)
-    assert meaning_of("torque", "position").role == "effort"
-
-
-def test_times_are_called_so_and_are_never_asked_for():
-    assert [name for name in ("t", "time", "elapsed", "time setpoint", "q", "tt") if is_time(name)] == ["t", "time", "elapsed"]
-
-
-@pytest.mark.parametrize(
-    ("written", "unit"),
-    [
-        *(("[mm]", "mm"), ("( Nm )", "N*m"), ("nm", "nm"), ("NM", "N*m"), ("u", ""), ("U", "rev"), ("u/min", "rpm"), ("-", "")),
-        *(("°/s", "deg/s"), ("(a)(b)", "(a)(b)"), ("parsec", "parsec"), ("INC", "count"), ("IN", "inch")),
-    ],
-)
-def test_units_are_written_in_one_way(written, unit):
-    assert plain_unit(written) == unit
-
-
-def test_a_unit_ends_a_name_behind_a_stroke():
-    names = ("v_mm_s", "v_u_min", "v_U_MIN", "v rev sec", "x_m", "t_ms", "x_µm", "q", "x_unit", "a_s", "mm")
-    assert [unit_in_name(name) for name in names] == ["mm/s", "rpm", "rpm", "rev/s", "m", "ms", "um", "", "", "s", ""]
-
-
-def test_a_different_unit_in_a_name_is_found_and_the_same_unit_is_not():
-    assert other_unit_in("pos_mm", "m") == "mm"
-    assert other_unit_in("pos_mm", "mm") == other_unit_in("pos", "m") == other_unit_in("pos_mm", "parsnip") == ""
-    assert other_unit_in("pos_mm", "N") == "mm"
-    assert other_unit_in("speed_rpm", "rev/min") in ("", "rpm")
-
-
 @pytest.mark.parametrize(
     ("name", "values", "unit"),
     [
@@ -107,12 +65,72 @@ def test_the_unit_of_stamps_follows_from_name_or_count(name, values, unit):
     assert unit_of_time(name, values) == unit
 
 
-def test_umlauts_and_capitals_part_words():
-    assert words_of("Größe_Ähnlich") == ["groesse", "aehnlich"]
-    assert words_of("IDPos2nm") == ["id", "pos", "nm"]
-    assert words_of("vité") == ["vite"]
-    assert without_part("ist") == "ist"
-    assert without_part("xpos") == "xpos"
+def sure(name, around=""):
+    return meaning_of(name, around).sure
+
+
+@pytest.mark.parametrize(
+    ("call", "given", "value"),
+    [
+        # Long words are surer than letters, and own words than words around.
+        (sure, ("position",), 1.0),
+        (sure, ("X_Value",), 1.0),
+        (sure, ("iq",), pytest.approx(0.7)),
+        (sure, ("u",), pytest.approx(0.4)),
+        (sure, ("xpositionx",), pytest.approx(0.8)),
+        (sure, ("position.ch3",), pytest.approx(0.8)),
+        (sure, ("ch3", "position"), pytest.approx(0.5)),
+        (meaning_of, ("torque", "position"), meaning_of("torque")),
+        # A unit behind a stroke does not affect the meaning.
+        (meaning_of, ("position/m",), meaning_of("position")),
+        (meaning_of, ("position/s",), meaning_of("position")),
+        (meaning_of, ("torque/Nm",), meaning_of("torque")),
+        (meaning_of, ("velocity/V",), meaning_of("velocity")),
+        (is_time, ("t",), True),
+        (is_time, ("time",), True),
+        (is_time, ("elapsed",), True),
+        (is_time, ("time setpoint",), False),
+        (is_time, ("q",), False),
+        (is_time, ("tt",), False),
+        (plain_unit, ("[mm]",), "mm"),
+        (plain_unit, ("( Nm )",), "N*m"),
+        (plain_unit, ("nm",), "nm"),
+        (plain_unit, ("NM",), "N*m"),
+        (plain_unit, ("u",), ""),
+        (plain_unit, ("U",), "rev"),
+        (plain_unit, ("u/min",), "rpm"),
+        (plain_unit, ("-",), ""),
+        (plain_unit, ("°/s",), "deg/s"),
+        (plain_unit, ("(a)(b)",), "(a)(b)"),
+        (plain_unit, ("parsec",), "parsec"),
+        (plain_unit, ("INC",), "count"),
+        (plain_unit, ("IN",), "inch"),
+        (unit_in_name, ("v_mm_s",), "mm/s"),
+        (unit_in_name, ("v_u_min",), "rpm"),
+        (unit_in_name, ("v_U_MIN",), "rpm"),
+        (unit_in_name, ("v rev sec",), "rev/s"),
+        (unit_in_name, ("x_m",), "m"),
+        (unit_in_name, ("t_ms",), "ms"),
+        (unit_in_name, ("x_µm",), "um"),
+        (unit_in_name, ("a_s",), "s"),
+        (unit_in_name, ("q",), ""),
+        (unit_in_name, ("x_unit",), ""),
+        (unit_in_name, ("mm",), ""),
+        (other_unit_in, ("pos_mm", "m"), "mm"),
+        (other_unit_in, ("pos_mm", "mm"), ""),
+        (other_unit_in, ("pos_mm", "parsnip"), ""),
+        (other_unit_in, ("pos_mm", "N"), "mm"),
+        (other_unit_in, ("pos", "m"), ""),
+        # Umlauts and capitals part words.
+        (words_of, ("Größe_Ähnlich",), ["groesse", "aehnlich"]),
+        (words_of, ("IDPos2nm",), ["id", "pos", "nm"]),
+        (words_of, ("vité",), ["vite"]),
+        (without_part, ("ist",), "ist"),
+        (without_part, ("xpos",), "xpos"),
+    ],
+)
+def test_names_and_units_have_one_meaning(call, given, value):
+    assert call(*given) == value
 
 
 def test_duplicate_names_become_unique():
@@ -135,13 +153,9 @@ def test_names_that_cannot_be_printed_are_taken_without_control_characters_every
     )
     plain = with_plain_names(table)
     (name,) = set(plain.columns) - {time}
-    assert name.isprintable()
-    assert plain.units == {time: "s"}
-    assert plain.names == (time, name)
+    assert (plain.units, plain.names) == ({time: "s"}, (time, name))
     assert (plain.stamps, plain.about, plain.numbers) == ({name: time}, {name: "position"}, {"column_2": name})
-    assert plain.notes[0] == "before"
-    assert len(plain.notes) == 3
-    assert all(text.isprintable() for text in (*plain.texts, *plain.notes))
-    tidy = Table({time: np.arange(3.0)}, {time: "sek"}, names=(time,))
-    assert with_plain_names(tidy).units == {time: "s"}
-    assert with_plain_names(tidy).notes == ()
+    assert (plain.notes[0], len(plain.notes)) == ("before", 3)
+    assert all(text.isprintable() for text in (name, *plain.texts, *plain.notes))
+    tidy = with_plain_names(Table({time: np.arange(3.0)}, {time: "sek"}, names=(time,)))
+    assert (tidy.units, tidy.notes) == ({time: "s"}, ())
