@@ -86,6 +86,21 @@ def test_a_larger_sample_includes_a_smaller_sample_and_moved_lines():
     assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
 
 
+def test_shares_are_equal_and_cover_each_fault_once():
+    sample = chosen({"src/bristle/a/a.py": SOURCE}, 8, 1, set())
+    shares = [mutants.shared(sample, share, 3) for share in (1, 2, 3)]
+    assert [len(share) for share in shares] == [3, 3, 2]
+    assert sorted(item for share in shares for item in share) == sorted(sample)
+    assert mutants.shared(sample, 1, 1) == sample
+
+
+@pytest.mark.parametrize("text", ["0/3", "4/3", "2", "1/0", "a/3", "-1/3"])
+def test_a_share_is_a_whole_number_of_a_whole_number(text, capsys):
+    with pytest.raises(SystemExit):
+        mutants.main([f"--share={text}"])
+    assert f"'{text}' is not K/N with K from 1 to N, such as 2/8" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
@@ -137,6 +152,10 @@ def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_pat
     assert mutants.main([*requested, "--least-group", "0.0"]) == 1, "half of all is less than most"
     assert mutants.main([*requested, "--least", "0.5", "--least-group", "0.0"]) == 0
     assert "0 of them to be tried" in capsys.readouterr().out
+    assert mutants.main([*requested, "--share", "1/2"]) == 0, "the share of the group that is tested"
+    assert "1 faults in 1 files, 0 of them to be tried" in capsys.readouterr().out
+    assert mutants.main([*requested, "--share", "3/3"]) == 0
+    assert "no faults to be tried" in capsys.readouterr().out
 
 
 def test_each_part_of_the_package_is_in_a_single_group():
