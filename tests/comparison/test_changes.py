@@ -167,6 +167,7 @@ def test_shares_of_motion_are_of_samples():
     assert comparison.shared.before_percent == pytest.approx(100.0 * 5 * 0.5 / (5 * 0.5 + 3.25), abs=5.0)
     assert comparison.course.time[1] == pytest.approx(STEP)
     assert comparison.shared.as_one == 1.0
+    assert comparison.changes["effort.rms"].verdict == "no_change"  # the fast part takes four times the force
 
 
 def test_friction_over_speed_is_separate_from_changes():

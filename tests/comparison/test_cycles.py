@@ -69,10 +69,7 @@ def test_too_few_samples_are_no_cycle():
     seven = recording([*np.tile([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.5], 3), 0.0], [3, 7, 10, 14, 17])
     assert cycles._complete([seven]) == []
     assert spans(cycles._complete([long, short])) == [(0, 8), (8, 16), (16, 24)]
-
-
-def test_a_standstill_has_no_cycle():
-    assert cycles._complete([recording(np.full(30, 2.0))]) == []
+    assert cycles._complete([recording(np.full(30, 2.0))]) == [], "a standstill"
 
 
 @pytest.mark.parametrize(
@@ -90,15 +87,9 @@ def test_a_standstill_has_no_cycle():
     ],
 )
 def test_equal_duration_and_nearby_positions_make_the_same_motion(away, count, number):
-    known = [np.zeros(3), np.full(3, 10.0)]
-    assert (
-        cycles._first_alike(np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away), count, known, [100, 100], 0.5, 0.02)
-        == number
-    )
-
-
-def test_the_first_motion_has_the_number_zero():
-    assert cycles._first_alike(np.zeros(3), 10, [], [], 0.5, 0.02) == 0
+    known, motion = [np.zeros(3), np.full(3, 10.0)], np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away)
+    assert cycles._first_alike(motion, count, known, [100, 100], 0.5, 0.02) == number
+    assert cycles._first_alike(motion, count, [], [], 0.5, 0.02) == 0, "the first motion"
 
 
 def test_motions_are_numbered_through_both_sides():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
+from tests.comparison.machine import correlated
 
 from bristle.comparison import resampling
 from bristle.comparison.resampling import changed, plan_of
@@ -197,11 +198,7 @@ def test_correlated_neighbours_count_as_fewer_cycles(influence, expected):
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
 def test_the_number_per_independent_cycle_follows_a_known_correlation(correlation):
-    noise = np.random.default_rng(4).standard_normal(40_000)
-    values = np.empty_like(noise)
-    values[0] = noise[0]
-    for k in range(1, noise.size):
-        values[k] = correlation * values[k - 1] + noise[k]
+    values = correlated(np.random.default_rng(4), 40_000, correlation)
     expected = (1.0 + correlation) / (1.0 - correlation)
     assert resampling._as_one(values - values.mean()) == pytest.approx(expected, rel=0.06)
 
@@ -218,15 +215,11 @@ def test_an_indispensable_cycle_has_no_influence():
     assert influence.tolist() == [0.0]
 
 
-def test_draws_keep_the_number_of_cycles():
+def test_draws_keep_the_number_of_cycles_and_are_enough_for_two_digits_of_a_variance():
     drawn = resampling._draws(7, np.random.default_rng(1))
-    assert drawn.shape[1] == 7
-    assert np.all(drawn.sum(axis=1) == 7.0)
-    assert np.mean(drawn, axis=0) == pytest.approx(1.0, abs=0.15)
-
-
-def test_enough_draws_are_made_for_two_digits_of_a_variance():
-    assert 1.0 / math.sqrt(2.0 * len(resampling._draws(2, np.random.default_rng(1)))) < 0.03
+    assert drawn.sum(axis=1).tolist() == [7.0] * len(drawn)
+    assert np.mean(drawn, axis=0) == pytest.approx(np.ones(7), abs=0.15)
+    assert 1.0 / math.sqrt(2.0 * len(drawn)) < 0.03
 
 
 def test_a_variance_is_raised_for_few_correlated_cycles():

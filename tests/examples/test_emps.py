@@ -154,11 +154,3 @@ def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path
     assert known["lag"]["value"] < 2e-5
     looped = bristle("predict", out / "model.toml", pulse_record, "--axis", REFINED, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] < 2.0
-
-
-def test_the_refined_axis_file_also_has_the_pulses(bristle, pulse_record, tmp_path):  # noqa: F811
-    out = tmp_path / "out"
-    requested = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")
-    assert bristle("identify", pulse_record, *requested).code == 0
-    looped = bristle("predict", out / "model.toml", pulse_record, "--axis", REFINED, "--mode", "closed-loop", "--json")
-    assert looped.data["metrics"]["force_error_percent"] < 2.0

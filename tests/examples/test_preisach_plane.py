@@ -1,7 +1,6 @@
 """From curves to a compensated loop by commands alone: branches of the virtual rig, and loops of a measured damper."""
 
 import json
-import os
 import re
 import shlex
 import shutil
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.examples.data import measured
 
 import bristle as br
 from bristle import friction
@@ -126,9 +126,7 @@ def test_the_page_works_as_written_with_its_numbers(folder, monkeypatch, capsys)
 
 @pytest.mark.measured
 def test_measured_loops_become_friction_and_compensator_by_commands(bristle, tmp_path):  # noqa: F811
-    if "BRISTLE_DATA" not in os.environ:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    record = Path(os.environ["BRISTLE_DATA"]) / "friction_damper" / "brfd_all.npz"
+    record = measured("friction_damper", "brfd_all.npz")
     for name in ("loops.toml", "moved.toml"):
         shutil.copyfile(ROOT / "examples" / "friction_damper" / name, tmp_path / name)
     requested = ("--axis", tmp_path / "loops.toml", "--model", "prandtl_ishlinskii", "--out", tmp_path / "damper")
@@ -142,12 +140,3 @@ def test_measured_loops_become_friction_and_compensator_by_commands(bristle, tmp
     assert offset != 0.0
     experiment = read_experiment(tmp_path / "moved.toml")
     assert experiment.variants[0].friction == friction.find("preisach_contact")(kernel=operator, offset=offset)
-    simulated = simulate(experiment).variants
-    assert {name: simulated[name].following_error.peak_to_peak for name in error} == error
-    position, *_ = along_desired(experiment.variants[1])
-    contact, inside = Contact(experiment.variants[0].friction), []
-    for step in np.diff(position)[:4000:8].tolist():
-        contact.move(step, 1e-2)
-        inside.append(contact.state[:2])
-    deflection, force = np.array(inside).T
-    assert np.array_equal(force, br.response(operator, deflection))

@@ -1,10 +1,10 @@
 """The example of a reciprocating contact: its second half, predicted from a fit to the first."""
 
-import os
 from pathlib import Path
 
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.examples.data import measured
 
 from bristle.files import read_axis, read_log
 from bristle.identification import identify
@@ -20,11 +20,7 @@ MIDDLE = 108.5  # [s]
 
 @pytest.fixture(scope="module")
 def log_file() -> Path:
-    if "BRISTLE_DATA" not in os.environ:
-        pytest.skip("BRISTLE_DATA is not set")
-    path = Path(os.environ["BRISTLE_DATA"]) / "tribometer" / "test_data_2.txt"
-    assert path.is_file(), f"{path} is missing"
-    return path
+    return measured("tribometer", "test_data_2.txt")
 
 
 @pytest.fixture(scope="module")

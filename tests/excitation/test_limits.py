@@ -9,7 +9,7 @@ from tests.excitation.axes import STAGE
 from bristle.controllers import cascade
 from bristle.core import Axis, InputError
 from bristle.excitation.limits import MotionLimits, effort_limit, limits_of, prior_of, turning_distance
-from bristle.friction import coulomb_viscous, lugre
+from bristle.friction import coulomb_viscous, lugre, maxwell_slip
 from bristle.plants import inertia
 
 BRISTLES = 0.5 * math.log(50.0)  # lengths of a bristle over which half a reversal is done but for 2 %
@@ -144,7 +144,9 @@ def test_a_given_friction_sets_distance_resonance_and_stribeck_velocity():
 
 def test_a_static_friction_turns_over_the_distance_of_the_axis_or_at_once():
     friction = coulomb_viscous(F_C=20.0, F_v=1.0)
-    assert prior_of(STAGE, None, friction).presliding == 7e-6
+    prior = prior_of(STAGE, None, friction)
+    assert (prior.presliding, turning_distance(prior.friction)) == (7e-6, pytest.approx(7e-6, rel=0.02))
+    assert prior.resonance == pytest.approx(math.sqrt(20.0 * BRISTLES / 7e-6 / 28.0) / (2.0 * math.pi), rel=0.01)
     at_once = prior_of(replace(STAGE, presliding=None), None, friction)
     assert (at_once.presliding, at_once.resonance, at_once.friction) == (None, None, friction)
 
@@ -153,6 +155,8 @@ def test_a_static_friction_turns_over_the_distance_of_the_axis_or_at_once():
 def test_a_turning_distance_is_found_from_a_nanometre_to_centimetres(distance):
     model = lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=BRISTLES * 20.0 / distance, sigma_1=0.0, sigma_2=0.0)
     assert turning_distance(model) == pytest.approx(distance, rel=0.03)
+    # Sliders turn over twice the longest stretch.
+    assert turning_distance(maxwell_slip(F_C=20.0, k_i=[20.0 / distance], nu_i=[1.0])) == pytest.approx(distance, rel=0.03)
 
 
 def test_an_effort_limit_is_that_of_the_axis_or_else_of_the_controller():

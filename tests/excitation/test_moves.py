@@ -4,7 +4,6 @@ import csv
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
 
@@ -26,52 +25,11 @@ def moves(motion):
     return moves_of(motion)[0]
 
 
-def replayed(motion, moves):
-    """Position over time of an axis that runs the moves with corners of no length."""
-    time, place = [0.0], [motion.start]
-    for move in moves:
-        for duration, target in ((move.dwell, place[-1]), (abs(move.target - place[-1]) / move.velocity, move.target)):
-            time.append(time[-1] + duration)
-            place.append(target)
-    return np.array(time), np.array(place)
-
-
-def test_moves_go_the_way_of_the_motion_and_turn_where_it_does(motion, moves):
-    targets = np.array([motion.start, *(move.target for move in moves)])
-    for piece, begin in zip(motion.pieces, motion.begins, strict=True):
-        if piece.name == "chirp":
-            continue
-        during = (motion.time >= begin) & (motion.time <= begin + piece.duration)
-        x = motion.position[during]
-        turns = x[np.flatnonzero(np.diff(np.sign(np.diff(x))) != 0) + 1]
-        # A turning point lies up to half a sample from the next one.
-        near = 1e-9 + 0.5 * np.max(np.abs(motion.acceleration[during])) * motion.sample_time**2
-        assert all(np.min(np.abs(targets - turn)) <= near for turn in turns), piece.name
-    chirp = next(piece for piece in motion.pieces if piece.name == "chirp")
-    begin = motion.begins[motion.pieces.index(chirp)]
-    steps = np.abs(np.diff(motion.position))[(motion.time[1:] < begin) | (motion.time[:-1] > begin + chirp.duration)]
-    assert np.sum(np.abs(np.diff(targets))) == pytest.approx(np.sum(steps), rel=1e-3)
-
-
-def test_moves_take_as_long_as_the_motion_without_its_chirp(motion, moves):
-    time, place = replayed(motion, moves)
-    chirp = next(piece for piece in motion.pieces if piece.name == "chirp")
-    without = motion.duration - motion.rest - chirp.duration - chirp.rest
-    assert time[-1] == pytest.approx(without, rel=0.1)
-    assert place[-1] == pytest.approx(motion.position[-1], abs=1e-9)
-
-
 def test_moves_keep_the_limits_of_the_motion(moves):
     assert max(move.velocity for move in moves) <= 0.9 * STAGE.velocity_limit * (1.0 + 1e-9)
     assert max(move.acceleration for move in moves) <= 0.9 * STAGE.acceleration_limit * (1.0 + 1e-9)
     assert min(move.velocity for move in moves) > 0.0
     assert any(move.dwell > 0.0 for move in moves)
-
-
-def test_purposes_without_moves_are_named(motion, moves):
-    _, left_out = moves_of(motion)
-    assert left_out == ("damping",)
-    assert "(omitted, because it is not a list of moves: damping)" in gcode_of(moves, IN_MM, left_out)
 
 
 def test_the_table_is_in_the_units_of_the_axis(moves):

@@ -8,7 +8,7 @@ from tests.loop.conftest import COMPENSATOR, TRUTH, loop
 
 from bristle import controllers, friction
 from bristle.core.experiment import Experiment
-from bristle.loop.budget import best_gain, causes_of, nominal
+from bristle.loop.budget import causes_of, nominal
 from bristle.loop.tuning import feeds_inertia, with_known_motion
 from bristle.simulation import simulate
 
@@ -62,12 +62,6 @@ def test_the_nominal_friction_repeats_itself():
     rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
     assert nominal(rough).values["scatter"] == 0.0
     assert "irregularity" in [item.name for item in causes_of(loop(friction=rough))]
-
-
-def test_the_best_gain_is_the_ratio_of_two_that_differ_in_size_alone():
-    half = loop(compensator=nominal(TRUTH))
-    assert best_gain(half) == pytest.approx(1.0, rel=1e-9)
-    assert best_gain(loop(compensator=friction.find("coulomb")(F_C=5.0), friction=friction.coulomb(F_C=20.0))) == 4.0
 
 
 def test_the_budget_matches_its_simulated_loops(designed):

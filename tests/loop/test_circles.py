@@ -30,6 +30,7 @@ def test_glitches_are_swings_within_30_degrees_of_a_reversal():
 def test_the_circle_of_a_motion_has_half_its_travel_as_radius():
     radius, feed = circle_of(loop(reference=references.sine(amplitude=3e-3, frequency=0.5)))
     assert (radius, feed) == (pytest.approx(3e-3, rel=1e-4), pytest.approx(math.pi * 3e-3, rel=1e-4))
+    assert circle_of(loop(reference=references.circle(radius=0.02, feed=0.05))) == (0.02, 0.05)
 
 
 def test_each_axis_of_a_circle_has_separate_noise_and_time_to_settle():

@@ -23,7 +23,6 @@ from bristle.loop.linear_system import (
     measured_on,
     sliding_force,
     slope_in_sliding,
-    stiffness_at_rest,
     varied_in,
 )
 
@@ -179,11 +178,6 @@ def test_a_mass_on_a_spring_keeps_its_energy_and_its_frequency():
 
 
 # --- friction -------------------------------------------------------------------------------------------------------
-
-
-def test_a_stuck_bristle_is_its_spring_and_its_damper():
-    stuck = stiffness_at_rest(friction.lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=900.0, sigma_2=70.0), DT)
-    assert (stuck.k, stuck.c) == (pytest.approx(4e6, rel=1e-4), pytest.approx(970.0, rel=1e-4))
 
 
 def test_friction_at_a_speed_is_the_mean_of_both_directions():

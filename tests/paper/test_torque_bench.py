@@ -40,15 +40,6 @@ def test_the_reading_differs_only_by_the_inertia_behind_the_sensor(setting):
     assert sensor_numbers([read(half).sensed])["inertia"] == pytest.approx(0.5 * apart["inertia"], rel=1e-6)
 
 
-def test_a_harder_turn_shows_more_of_the_inertia_and_a_slower_filter_comes_later(setting):
-    gentle = sensor_numbers([read(setting(9)).sensed])
-    hard = sensor_numbers([read(on_bench(setting(9), acceleration=1e-2)).sensed])
-    assert hard["inertia"] == pytest.approx(10.0 * gentle["inertia"], rel=0.1)
-    late = sensor_numbers([read(on_bench(setting(9), torque_filter=20.0)).sensed])
-    assert late["filter"] > 1.5 * gentle["filter"]
-    assert late["apart"] > 1.5 * gentle["apart"]
-
-
 def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_it(setting):
     item = on_bench(setting(8), torque_filter=None, J_m=0.0)
     present = read(item)
@@ -68,17 +59,6 @@ def test_a_torque_drives_the_inertia_of_the_bench_like_one_at_the_table(setting)
     left = 0.5 * (run.driving[:-1] + run.driving[1:]) - run.sensed.friction
     share = 1.0 - item["bench", "J_m"] / item["bench", "J"]
     assert run.sensed.shaft - run.sensed.friction == pytest.approx(share * left, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_a_leg_may_be_empty_and_a_motion_very_slow(setting):
-    item = setting(9)
-    twice = led(item, item.contact(RIG), [1e-6, 1e-6, -1e-6], 2e-6)
-    assert twice.sensor.x[twice.sensor.turns] == pytest.approx([1e-6, 1e-6, -1e-6], abs=1e-9)
-    crept = led(item, item.contact(RIG), [1e-6], 1e-9)
-    assert crept.sensor.x.size < 5_000_000
-    fast = led(item, item.contact(RIG), [7e-6, 0.0], 1.0)
-    assert np.max(np.abs(np.diff(fast.sensor.x))) < 6e-9
 
 
 def test_the_sentence_omits_a_missing_filter(setting):

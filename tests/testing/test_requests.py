@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.engine import response
 from bristle.testing import targets
 from bristle.testing.check import UnmetError
 from bristle.testing.targets import described_target, example_requests, notes_in_words, same_bytes_twice, writes_or_refuses
@@ -89,13 +88,3 @@ def test_a_note_is_a_line_of_words_of_400_letters_at_most(note, fits):
         with pytest.raises(UnmetError, match=r"a note is .*") as caught:
             notes_in_words(item)
         assert caught.value.advice == "Write each in one line of 400 letters at most, in words"
-
-
-def fed(factor, reads=True, of_cogging=False, name="coulomb_viscous without a speed"):
-    """A target whose drive feeds so many times the friction."""
-
-    def drive(x, dt):
-        return factor * response(example_requests()[name].model, x, dt, rest="held")
-
-    target = SimpleNamespace(reads=(lambda files, request: drive) if reads else None, rest="held", of_cogging=of_cogging)
-    return SimpleNamespace(target=target, first={name: product(x="1")})
