@@ -6,15 +6,13 @@ doi:10.1109/9.376053
 import numpy as np
 import pytest
 from tests.certificates.ballscrew import F_S, RIPPLE, STIFFNESS, UM, composite, lugre, maxwell_slip
-from tests.papers.rippled import steps_per_cycle
-
-from bristle.certificates import check
+from tests.papers.rippled import drift_of, steps_per_cycle
 
 
 def test_the_drift_is_the_same_by_the_integrator_and_by_the_slow_path():
     dynamic = steps_per_cycle(lugre(), *RIPPLE, top=RIPPLE[1])[-1]
     assert dynamic / UM == pytest.approx(0.38980, rel=2e-3)
-    assert check(lugre(), force_ripple=RIPPLE)["drift"].value == pytest.approx(dynamic, rel=2e-3)
+    assert drift_of(lugre()).value == pytest.approx(dynamic, rel=2e-3)
 
 
 @pytest.mark.slow
@@ -34,7 +32,7 @@ def test_a_small_ripple_drifts_by_the_difference_of_both_compliances(amplitude):
     # 1/(1 - r) and 1/(1 + r) differ at any bias: the smaller the ripple, the more nearly is the drift their difference
     # times its width.
     bias = 0.06
-    moved = check(lugre(), force_ripple=(bias - amplitude, bias + amplitude))["drift"].value
+    moved = drift_of(lugre(), (bias - amplitude, bias + amplitude)).value
     width, r = 2.0 * amplitude / STIFFNESS, bias / F_S
     assert moved == pytest.approx(width * (1.0 / (1.0 - r) - 1.0 / (1.0 + r)), rel=0.05)
     assert np.sign(moved) == 1.0
