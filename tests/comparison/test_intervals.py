@@ -6,8 +6,7 @@ from tests.comparison.machine import correlated, log, sine, wandering
 
 import bristle as br
 from bristle.comparison import resampling
-from bristle.comparison.cycles import sides_of
-from bristle.comparison.measures import SlidingRows, level_measures
+from bristle.comparison.measures import level_measures
 from bristle.comparison.resampling import changed, plan_of
 
 RMS = level_measures("error", "following_error", "length")[0].value
@@ -114,23 +113,3 @@ def test_intervals_cover_a_real_change_in_95_percent():
         low, high = comparison.changes["friction.level"].interval
         fixed.append(low <= -0.4 <= high)
     assert 0.88 <= np.mean(fixed) <= 1.0
-
-
-@pytest.mark.parametrize(("signs", "told"), [((1.0, -1.0), True), ((1.0, 1.0), False), ((-1.0, -1.0), False)])
-def test_cycles_in_one_direction_give_no_friction(signs, told):
-    logs = [[(log(seed, wandering(14.0)), None)] for seed in (0, 1)]
-    low, high, _ = sides_of(*logs, follows=True, tells_effort=True)
-    rows = SlidingRows(low, high)
-    measures, count = rows.measures(), rows.ranges.size
-    rng = np.random.default_rng(2)
-    member = np.repeat(np.eye(count), 20, axis=1)
-    sign = np.tile(np.repeat(signs, 10), count)
-    columns = np.vstack([np.ones(sign.size), sign * member, rng.normal(size=sign.size)])
-    effort = np.array([0.3, *(5.0 + np.arange(count)), 12.0]) @ columns
-    sums = np.concatenate([columns @ effort, (columns @ columns.T).ravel()])
-    values = [float(measure.value(sums)) for measure in measures]
-    if told:
-        assert values[1:] == pytest.approx(5.0 + np.arange(count), rel=1e-6)
-        assert 5.0 <= values[0] <= 5.0 + count
-    else:
-        assert np.all(np.isnan(values))

@@ -191,6 +191,13 @@ def test_a_range_without_a_direction_gives_no_friction():
     assert max(rows.speeds) < 0.56
 
 
+def test_cycles_in_one_direction_give_no_friction():
+    both, forward = strokes(sliding(), sliding()), strokes(sliding(both=False), sliding(both=False))
+    measures = SlidingRows(both, both).measures()
+    assert np.isnan([values_of(item, forward) for item in measures]).all()
+    assert not np.isnan([values_of(item, both) for item in measures]).any()
+
+
 def test_a_motion_without_rows_does_not_affect_friction():
     full, empty = sliding(), np.full_like(sliding(), np.nan)
     before, after = (strokes(full, empty, full, empty, kinds=[0, 1, 0, 1]) for _ in range(2))

@@ -50,11 +50,31 @@ def test_no_cycle_is_compared_without_a_motion_in_common():
     assert changed(mean, counted(1, 2), counted(3, 4), plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1]))) is None
 
 
-def test_each_motion_has_the_same_weight_on_both_sides():
-    # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4; each comes twice on the side that has it less often.
-    before, after = counted(1, 1, 1, 1, 2, 2), counted(3, 3, 4, 4, 4, 4)
-    result = changed(mean, before, after, plan_of([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]))
-    assert (result.before, result.after) == (pytest.approx(1.5), pytest.approx(3.5))
+@pytest.mark.parametrize(
+    ("before", "after", "kinds", "expected"),
+    [
+        # Sides without scatter.
+        ([2, 2, 2], [3, 3, 3], ([0, 0, 0], [0, 0, 0]), (2.0, 3.0, (1.0, 1.0))),
+        # However much paired motions differ, the second side is half of the first one, or shifted through zero.
+        ([1, 5, 2, 9, 3], [0.5, 2.5, 1, 4.5, 1.5], (range(5), range(5)), (4.0, 2.0, (-2.0, -2.0))),
+        ([1, -5, 2, -9, 3], [3, -3, 4, -7, 5], (range(5), range(5)), (-1.6, 0.4, (2.0, 2.0))),
+        # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4, both the same weight on both sides.
+        ([1, 1, 1, 1, 2, 2], [3, 3, 4, 4, 4, 4], ([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]), (1.5, 3.5, (2.0, 2.0))),
+        # A single pair.
+        ([4], [6], ([0], [0]), (4.0, 6.0, None)),
+    ],
+)
+def test_a_change_that_does_not_scatter_is_exact(before, after, kinds, expected):
+    result = changed(mean, counted(*before), counted(*after), plan_of(*kinds))
+    assert (result.before, result.after) == pytest.approx(expected[:2])
+    assert result.interval == (expected[2] and pytest.approx(expected[2]))
+    assert result.as_one == 1.0
+
+
+def test_paired_cycles_of_a_motion_are_combined():
+    # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
+    result = changed(mean, counted(4, 1, 3, 1), counted(6, 2, 8), plan_of([7, 2, 7, 3], [7, 2, 3]))
+    assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
 
 
 def test_cycles_without_any_sum_do_not_count():
@@ -64,27 +84,6 @@ def test_cycles_without_any_sum_do_not_count():
     expected = changed(mean, counted(1, 2, 3), counted(2, 3, 4, 5), plan_of([0, 0, 0], kinds))
     assert changed(mean, sums, counted(2, 3, 4, 5), plan_of(kinds, kinds)) == expected
     assert (expected.before, expected.after) == (2.0, 3.5)
-
-
-def test_sides_without_scatter_have_an_interval_of_no_width():
-    result = changed(mean, counted(2, 2, 2), counted(3, 3, 3), plan_of([0, 0, 0], [0, 0, 0]))
-    assert result.interval == (pytest.approx(1.0), pytest.approx(1.0))
-    assert result.as_one == 1.0
-
-
-def test_a_factor_between_paired_motions_has_an_interval_of_no_width():
-    # However much the motions differ, the second side is half of the first one.
-    sizes = np.array([1.0, 5.0, 2.0, 9.0, 3.0])
-    result = changed(mean, counted(*sizes), counted(*(0.5 * sizes)), plan_of(range(5), range(5)))
-    assert (result.before, result.after) == (pytest.approx(4.0), pytest.approx(2.0))
-    assert result.interval == (pytest.approx(-2.0), pytest.approx(-2.0))
-
-
-def test_a_shift_of_paired_motions_through_zero_has_an_interval_of_no_width():
-    sizes = np.array([1.0, -5.0, 2.0, -9.0, 3.0])
-    result = changed(mean, counted(*sizes), counted(*(sizes + 2.0)), plan_of(range(5), range(5)))
-    assert (result.before, result.after) == (pytest.approx(-1.6), pytest.approx(0.4))
-    assert result.interval == (pytest.approx(2.0), pytest.approx(2.0))
 
 
 PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])  # in an order in which neighbours differ
@@ -100,18 +99,6 @@ def test_the_interval_of_paired_motions_is_that_of_students_t():
     ratio = changed(mean, counted(*8 * [1.0]), counted(*near), plan_of(range(8), range(8)))
     assert np.mean(ratio.interval) == pytest.approx(0.01 * PAIRED.mean(), rel=0.01)
     assert 0.5 * np.ptp(ratio.interval) == pytest.approx(0.01 * error, rel=0.06)
-
-
-def test_paired_cycles_of_a_motion_are_combined():
-    before, after = counted(4, 1, 3, 1), counted(6, 2, 8)
-    result = changed(mean, before, after, plan_of([7, 2, 7, 3], [7, 2, 3]))
-    # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
-    assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
-
-
-def test_a_single_pair_gives_a_change_without_an_interval():
-    result = changed(mean, counted(4.0), counted(6.0), plan_of([0], [0]))
-    assert result == (4.0, 6.0, None, 1.0)
 
 
 def test_an_infinite_ratio_stays_a_number():

@@ -14,3 +14,9 @@ def measured(*parts: str) -> Path:
     path = Path(folder).joinpath(*parts)
     assert path.is_file(), f"{path} is missing"
     return path
+
+
+def data_of(ended):
+    """Return the JSON of a command line that must have succeeded."""
+    assert ended.code == 0, ended.err
+    return ended.data

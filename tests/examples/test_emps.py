@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.io
 from tests.cli.conftest import bristle, emps  # noqa: F401
+from tests.examples.data import data_of
 
 from bristle import sensors
 from bristle.engine import run_closed_loop
@@ -27,10 +28,9 @@ def identified(bristle, tmp_path):  # noqa: F811
     """Identify a log into a folder, and return what is printed as JSON."""
 
     def run(log, model):
-        result = bristle("identify", log, "--axis", AXIS, "--model", model, "--out", tmp_path / "out", "--json")
-        assert result.code == 0, result.err
-        assert json.loads((tmp_path / "out" / "summary.json").read_text()) == result.data
-        return result.data
+        result = data_of(bristle("identify", log, "--axis", AXIS, "--model", model, "--out", tmp_path / "out", "--json"))
+        assert json.loads((tmp_path / "out" / "summary.json").read_text()) == result
+        return result
 
     return run
 
@@ -131,11 +131,10 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
         halves.append(tmp_path / f"{name}.toml")
         halves[-1].write_text(REFINED.read_text().replace("[columns]", f"[log]\nspan = {span}\n\n[columns]", 1))
     out = tmp_path / "out"
-    result = bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json")
-    assert result.code == 0, result.err
-    known = result.data["parameters"]
+    result = data_of(bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json"))
+    known = result["parameters"]
     assert known["F_0_pos"]["value"] < 0.8 * known["F_C_pos"]["value"]
-    assert any("friction rises from" in item for item in result.data["warnings"])
+    assert any("friction rises from" in item for item in result["warnings"])
     assert math.hypot(known["c_1_pos"]["value"], known["s_1_pos"]["value"]) > 0.8
     predicted = bristle("predict", out / "model.toml", emps, "--axis", halves[1], "--mode", "closed-loop", "--json")
     assert predicted.data["metrics"]["force_error_percent"] <= percent
@@ -144,10 +143,9 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
 def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     requested = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
-    result = bristle("identify", pulse_record, *requested, "--out", out, "--json")
-    assert result.code == 0, result.err
-    assert result.data["metrics"]["loop_error_percent"] < 1.0
-    known = result.data["parameters"]
+    result = data_of(bristle("identify", pulse_record, *requested, "--out", out, "--json"))
+    assert result["metrics"]["loop_error_percent"] < 1.0
+    known = result["parameters"]
     truth = {"M": 95.0, "F_C_pos": 20.1, "F_C_neg": 20.6, "F_v_pos": 167.0, "F_v_neg": 240.0}
     for name, value in truth.items():
         assert known[name]["value"] == pytest.approx(value, rel=0.01), name

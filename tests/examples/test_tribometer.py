@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
-from tests.examples.data import measured
+from tests.examples.data import data_of, measured
 
 from bristle.files import read_axis, read_log
 from bristle.identification import identify
@@ -62,9 +62,7 @@ def test_unidentifiable_parameters_of_this_log_are_reported(result):
 @pytest.mark.measured
 def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_file, tmp_path):  # noqa: F811
     requested = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")
-    done = bristle("identify", log_file, "--axis", AXIS, *requested, "--json")
-    assert done.code == 0, done.err
-    assert done.data["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
-    text = bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
-    assert text.code == 0, text.err
-    assert text.data["metrics"]["force_error_percent"] == pytest.approx(done.data["metrics"]["force_error_percent"])
+    done = data_of(bristle("identify", log_file, "--axis", AXIS, *requested, "--json"))
+    assert done["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
+    text = data_of(bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json"))
+    assert text["metrics"]["force_error_percent"] == pytest.approx(done["metrics"]["force_error_percent"])

@@ -10,7 +10,7 @@ from tests.loop.laws import rig
 
 from bristle import controllers, friction, plants
 from bristle.core.experiment import Experiment, Run
-from bristle.engine import run_closed_loop
+from bristle.engine import interpreted, run_closed_loop
 from bristle.engine.contact import steady_force
 from bristle.loop import Verdict, assess, runnable
 from bristle.loop.assessment import Friction, Motions
@@ -138,6 +138,7 @@ def positions_of(loop, body, count):
     return np.array(positions)
 
 
+@interpreted()
 @pytest.mark.parametrize(("k_v", "k_i", "delay"), [(3000.0, 0.0, 1), (3000.0, 4e4, 0), (15000.0, 0.0, 2)])
 def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     law, mass, moved = controllers.cascade(k_p=40.0, k_v=k_v, k_i=k_i), plants.inertia(M=30.0), 1e-3
@@ -148,6 +149,7 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     assert positions_of(loop, np.eye(loop.plant.B.size)[0] * moved, 120) == pytest.approx(trace.position, rel=1e-6, abs=1e-6 * moved)
 
 
+@interpreted()
 @pytest.mark.parametrize("side", ["motor", "load"])
 def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
     screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)

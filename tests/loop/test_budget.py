@@ -8,6 +8,7 @@ from tests.loop.conftest import COMPENSATOR, TRUTH, loop
 
 from bristle import controllers, friction
 from bristle.core.experiment import Experiment
+from bristle.engine import interpreted
 from bristle.loop.budget import causes_of, nominal
 from bristle.loop.tuning import feeds_inertia, with_known_motion
 from bristle.simulation import simulate
@@ -58,6 +59,7 @@ def test_the_nominal_friction_is_the_same_in_both_directions():
     assert (even["F_C_pos"], even["F_C_neg"], even["offset"]) == (20.0, 20.0, 0.0)
 
 
+@interpreted()
 def test_the_nominal_friction_repeats_itself():
     rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
     assert nominal(rough).values["scatter"] == 0.0

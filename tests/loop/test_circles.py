@@ -11,6 +11,7 @@ from tests.loop.conftest import COMPENSATOR, SLIDING, TRUTH, loop
 from bristle import controllers, friction, plants, references, sensors
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward
+from bristle.engine import interpreted
 from bristle.loop import budget
 from bristle.loop.budget import best_gain, causes_of, error_budget, nominal
 from bristle.loop.design import SAMPLES_LEAST, Circle, _axis, _bandwidth, _circles, _friction_at, _part, circle_of, design
@@ -153,6 +154,7 @@ def test_a_loop_without_a_compensator_needs_no_gain():
     assert best_gain(still) == 1.0
 
 
+@interpreted()
 def test_the_best_gain_is_a_projection_where_shapes_differ():
     # Of 30 N forward and 10 N backward on a compensator of 20 N: the mean.
     uneven = friction.find("coulomb+asymmetry")(F_C_pos=30.0, F_C_neg=10.0)

@@ -22,6 +22,7 @@ def test_it_rests_below_its_threshold_where_lugre_drifts():
     assert not drift_of(lugre()).passed
 
 
+@pytest.mark.slow
 def test_it_rests_after_break_away_too():
     assert abs(steps_per_cycle(elastoplastic(0.9), *RIPPLE, top=1.02 * F_S)[-1]) < 1e-8 * UM
 

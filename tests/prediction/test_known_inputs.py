@@ -8,6 +8,7 @@ import pytest
 from bristle.controllers import cascade
 from bristle.core import InputError
 from bristle.core.experiment import Experiment
+from bristle.engine import interpreted
 from bristle.exports.effect import _at_rest
 from bristle.exports.page.loop import _signals
 from bristle.files import read_experiment
@@ -46,6 +47,7 @@ def pushed():
     ).variants[0]
 
 
+@interpreted()
 def test_the_first_samples_of_a_loop_have_their_known_inputs(pushed):
     first = pushed.first(100)
     assert first.run.duration == pytest.approx(100 * DT)
