@@ -36,29 +36,34 @@ def identified(bristle, tmp_path):  # noqa: F811
 
 
 @pytest.mark.measured
-def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
-    result = identified(emps, "coulomb_viscous")
-    published = {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)}
-    for name, (value, percent) in published.items():
+@pytest.mark.parametrize(
+    ("model", "published", "errors", "in_loop"),
+    [
+        (
+            "coulomb_viscous",
+            {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)},
+            (4.0, 4.2),
+            4.5,
+        ),
+        (
+            "coulomb_viscous+asymmetry",
+            {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628},
+            (3.1, 3.25),
+            3.6,
+        ),
+    ],
+)
+def test_friction_as_published(bristle, emps, identified, tmp_path, model, published, errors, in_loop):  # noqa: F811
+    result = identified(emps, model)
+    for name, number in published.items():
+        value, percent = number if isinstance(number, tuple) else (number, None)
         item = result["parameters"][name]
-        assert abs(item["value"] - value) < 0.5 * abs(value) * percent / 100.0, name
-        assert 1.0 / 1.5 < item["relative_std_percent"] / percent < 1.5, name
+        assert item["value"] == pytest.approx(value, rel=0.005 * percent if percent else 0.01), name
+        assert percent is None or 1.0 / 1.5 < item["relative_std_percent"] / percent < 1.5, name
         assert item["robust_std"] > item["std"]
-    assert 4.0 < result["metrics"]["force_error_percent"] < 4.2
+    assert errors[0] < result["metrics"]["force_error_percent"] < errors[1]
     looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
-    assert looped.data["metrics"]["force_error_percent"] <= 4.5
-    assert looped.data["metrics"]["position_error_percent"] <= 0.0012
-
-
-@pytest.mark.measured
-def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
-    result = identified(emps, "coulomb_viscous+asymmetry")
-    published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
-    for name, value in published.items():
-        assert result["parameters"][name]["value"] == pytest.approx(value, rel=0.01), name
-    assert 3.1 < result["metrics"]["force_error_percent"] < 3.25
-    looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
-    assert looped.data["metrics"]["force_error_percent"] <= 3.6
+    assert looped.data["metrics"]["force_error_percent"] <= in_loop
     assert looped.data["metrics"]["position_error_percent"] <= 0.0012
 
 

@@ -71,14 +71,3 @@ def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
         speed = rpm / 60.0 / GEAR * LEAD
         truth = WEIGHT + np.copysign(LEVEL, rpm) + VISCOUS * speed
         assert float(row[percents].replace("−", "-")) == pytest.approx(truth / PERCENT, rel=0.03)
-
-
-def test_each_parameter_is_shown_in_the_units_of_the_drive(identification):
-    parameters = identification.outcome.summary["parameters"]
-    assert parameters["F_C"]["in_drive_units"]["% of rated"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    viscous = parameters["F_v"]["in_drive_units"]
-    rpm = 60.0 * GEAR / LEAD  # for 1 m/s
-    assert viscous["%/rpm"] * rpm == pytest.approx(VISCOUS / PERCENT, rel=0.03)
-    assert viscous["%/(deg/s)"] * rpm * 6.0 == pytest.approx(VISCOUS / PERCENT, rel=0.03)
-    at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
-    assert parameters["M"]["in_drive_units"] == {"kg*m^2 at the motor": pytest.approx(at_motor, rel=0.03)}

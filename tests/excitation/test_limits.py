@@ -53,23 +53,19 @@ def test_half_of_the_effort_over_the_mass_is_an_acceleration():
 @pytest.mark.parametrize(
     ("path", "of"),
     [
-        ("limits.velocity", lambda value: replace(STAGE, velocity_limit=value)),
-        ("limits.acceleration", lambda value: replace(STAGE, acceleration_limit=value)),
-        ("limits.jerk", lambda value: replace(STAGE, jerk_limit=value)),
-        ("limits.stroke", lambda value: replace(STAGE, stroke=(0.0, value))),
+        ("limits.velocity", lambda value: {"axis": replace(STAGE, velocity_limit=value)}),
+        ("limits.acceleration", lambda value: {"axis": replace(STAGE, acceleration_limit=value)}),
+        ("limits.jerk", lambda value: {"axis": replace(STAGE, jerk_limit=value)}),
+        ("limits.stroke", lambda value: {"axis": replace(STAGE, stroke=(0.0, value))}),
+        ("travel", lambda value: {"travel": value}),
     ],
 )
 def test_a_limit_below_a_nanometre_is_a_mistake_of_units(path, of):
     prior = prior_of(STAGE)
-    limits_of(of(1.1e-9), prior, 1e-3, None)
+    asked = {"axis": STAGE, "travel": None}
+    limits_of(prior=prior, sample_time=1e-3, **asked | of(1.1e-9))
     with pytest.raises(InputError, match=rf"{path}: is too small for a motion.*allowed >= 1e-09 in SI.*Check the unit"):
-        limits_of(of(0.9e-9), prior, 1e-3, None)
-
-
-def test_a_travel_below_a_nanometre_is_a_mistake_of_units():
-    limits(travel=1.1e-9)
-    with pytest.raises(InputError, match="travel: is too small for a motion"):
-        limits(travel=0.9e-9)
+        limits_of(prior=prior, sample_time=1e-3, **asked | of(0.9e-9))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

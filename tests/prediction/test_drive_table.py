@@ -214,28 +214,27 @@ def test_a_resolved_side_is_a_line_between_its_points():
     assert len(flat) < 100
 
 
-def test_points_are_placed_as_far_as_straight_lines_reach():
-    x = np.linspace(0.0, 4.0, 41)
-    bent = np.column_stack([x, np.abs(x - 1.0)])
-    assert placed(bent, 3) == [0, 10, 40]
-    assert placed(bent, 10) == [0, 10, 40]
-    assert placed(np.column_stack([x, 2.0 * x]), 5) == [0, 40]
-    assert placed(bent, 2) == [0, 40]
+X = np.linspace(0.0, 4.0, 41)
+BENT = np.column_stack([X, np.abs(X - 1.0)])
 
 
-def test_a_parabola_is_cut_into_stretches_of_one_length():
-    x = np.linspace(0.0, 1.0, 1001)
-    corners = placed(np.column_stack([x, x**2]), 5)
-    assert (corners[0], corners[-1], len(corners)) == (0, 1000, 5)
-    assert np.diff(corners) == pytest.approx(250, abs=12)
+@pytest.mark.parametrize(
+    ("curve", "count", "points"),
+    [
+        (BENT, 3, [0, 10, 40]),
+        (BENT, 10, [0, 10, 40]),
+        (BENT, 2, [0, 40]),
+        (np.column_stack([X, 2.0 * X]), 5, [0, 40]),
+        (np.column_stack([X, X**2]), 5, [0, pytest.approx(10, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1), 40]),
+    ],
+)
+def test_points_are_placed_as_far_as_straight_lines_reach(curve, count, points):
+    assert placed(curve, count) == points
 
 
-def test_too_many_points_give_no_result():
-    x = np.linspace(0.0, 4.0, 41)
-    bent = np.column_stack([x, np.abs(x - 1.0)])
-    assert _reached(bent, 1e-9, 3) == [0, 10, 40]
-    assert _reached(bent, 1e-9, 2) is None
-    assert _reached(bent, 2.0, 2) == [0, 40]
+@pytest.mark.parametrize(("allowed", "count", "points"), [(1e-9, 3, [0, 10, 40]), (1e-9, 2, None), (2.0, 2, [0, 40])])
+def test_too_many_points_give_no_result(allowed, count, points):
+    assert _reached(BENT, allowed, count) == points
 
 
 def test_the_error_of_a_table_along_a_log_is_its_missing_force():

@@ -106,15 +106,6 @@ def test_a_diverging_loop_is_reported():
     assert prediction.metrics["force_error_percent"] is None
 
 
-def test_the_true_model_leaves_little_unexplained_force():
-    log = recorded()
-    left = unexplained_force(PLANT, TRUTH, log, AXIS)
-    assert left.size == len(log)
-    coarse = unexplained_force(PLANT, friction.coulomb(F_C=8.0), log, AXIS)
-    assert np.std(left) < 0.6 * np.std(coarse)
-    assert np.std(left) < 0.1 * np.std(log.effort.values)
-
-
 @pytest.mark.parametrize(
     ("change", "mode", "words"),
     [

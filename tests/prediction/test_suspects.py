@@ -101,19 +101,23 @@ def test_a_reference_that_acts_later_is_moved_by_its_samples():
     assert later.reference.values["position"].tolist() == pytest.approx([0.0, 0.5, 2.0])
 
 
-@pytest.mark.parametrize(("name", "value"), [("k_p", 0.6), ("k_p", 2.2)])
-def test_the_factor_on_a_gain_is_found(name, value):
+@pytest.mark.parametrize(
+    ("search", "name", "value", "tolerance"),
+    [
+        (lambda trial: _best_factor(trial, "k_p"), "k_p", 0.6, 0.02),
+        (lambda trial: _best_factor(trial, "k_p"), "k_p", 2.2, 0.02),
+        (_fed, "k_ff", 0.0, 1e-6),
+        (_fed, "k_ff", 0.3, 1e-6),
+        (_fed, "k_ff", 1.0, 1e-6),
+        (_shifted, "reference", 0.02, 0.05),
+        (_shifted, "reference", -0.02, 0.05),
+    ],
+)
+def test_the_change_that_makes_an_error_is_found(search, name, value, tolerance):
     trial = _Trial.of(loop(), error_of(CHANGES[name](loop(), value)))
-    outcome = _best_factor(trial, name)
-    assert (outcome.name, outcome.value) == (name, pytest.approx(value, rel=0.02))
-    assert outcome.difference < 0.05 * trial.difference(loop())
-
-
-@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
-def test_the_share_of_velocity_fed_forward_is_found(share):
-    trial = _Trial.of(loop(), error_of(CHANGES["k_ff"](loop(), share)))
-    assert _fed(trial).value == pytest.approx(share, abs=1e-6)
-    assert _fed(trial).difference == pytest.approx(0.0, abs=1e-9)
+    outcome = search(trial)
+    assert (outcome.name, outcome.value) == (name, pytest.approx(value, rel=tolerance, abs=1e-6))
+    assert outcome.difference < 0.05 * trial.difference(loop()) + 1e-9
 
 
 def test_no_share_of_velocity_is_negative():
@@ -127,12 +131,6 @@ def test_a_loop_that_diverges_at_an_end_has_no_share(lost):
     followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(COUNT)  # noqa: E731
     half = SimpleNamespace(variant=loop(), error=trial.error, judged=trial.judged, followed=followed)
     assert _fed(half) == Suspect("k_ff", 1.0, np.inf)
-
-
-@pytest.mark.parametrize("time", [0.02, -0.02])
-def test_the_time_of_a_reference_is_found(time):
-    outcome = _shifted(_Trial.of(loop(), error_of(CHANGES["reference"](loop(), time))))
-    assert (outcome.name, outcome.value) == ("reference", pytest.approx(time, rel=0.05))
 
 
 def test_a_resting_reference_has_no_time():
