@@ -7,7 +7,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from tests.loop.conftest import TRUTH, loop
-from tests.loop.laws import RADIAN, rig
+from tests.loop.laws import rig
 
 from bristle import controllers, friction, plants, references, sensors
 from bristle.core import InputError
@@ -17,10 +17,6 @@ from bristle.loop.assessment import law_stiffness
 from bristle.loop.budget import causes_of
 from bristle.loop.linear_system import LARGE, linear_law
 from bristle.loop.tuning import PHASE, count_response, inertia_of, proposals_for, tuned
-
-SLIDING_MODE = controllers.sliding_mode(
-    kind="rotational", J=4e-4, lambda_=340.0, K_1=340.0, K_2=5e3 * RADIAN, phi=20.0 * RADIAN, cutoff=400.0
-)
 
 
 def margins(variant, law, lag=None):
@@ -40,7 +36,7 @@ def keeps(variant, law):
 @pytest.mark.parametrize("delay", [0, 1, 3])
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
 def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
-    variant = replace(rig(delay), controller=SLIDING_MODE)
+    variant = rig(delay)
     law = tuned(variant, name).law
     assert keeps(variant, law)
     higher = law.with_values(**{key: 1.12 * law.values[key] for key in ("lambda_", "K_1", "K_2", "g") if key in law.values})
@@ -50,7 +46,7 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
 def test_an_unstated_lag_does_not_count_as_zero(name):
-    lagging = replace(rig(0), controller=SLIDING_MODE)
+    lagging = rig(0)
     unstated = replace(lagging, run=replace(lagging.run, current_lag=0.0))
     law = tuned(unstated, name).law
     assert keeps(unstated, law)
@@ -61,21 +57,21 @@ def test_an_unstated_lag_does_not_count_as_zero(name):
 
 
 def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
-    variant = replace(rig(1), controller=SLIDING_MODE)
+    variant = rig(1)
     custom = tuned(variant, "sliding_mode").law.values["phi"]
-    wide = replace(variant, controller=SLIDING_MODE.with_values(phi=50.0 * custom))
+    wide = replace(variant, controller=variant.controller.with_values(phi=50.0 * custom))
     assert tuned(wide, "sliding_mode").law.values["phi"] == pytest.approx(50.0 * custom)
 
 
 @pytest.mark.slow
 def test_less_delay_allows_more_gain():
-    gains = [tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").law.values["lambda_"] for delay in range(4)]
+    gains = [tuned(rig(delay), "sliding_mode").law.values["lambda_"] for delay in range(4)]
     assert gains == sorted(gains, reverse=True)
     assert gains[0] > 1.5 * gains[3]
 
 
 def test_tuned_gains_are_near_the_rule_of_thumb():
-    variant = replace(rig(1), controller=SLIDING_MODE.with_values(K_2=0.0, phi=0.0))
+    variant = rig(1, switching=0.0, layer=0.0)
     values = tuned(variant, "sliding_mode").law.values
     assert 0.5 <= (values["lambda_"] + values["K_1"]) * delays_of(variant).total <= 1.0
 
@@ -154,7 +150,7 @@ def test_a_name_that_is_no_variant_is_refused():
 
 
 def test_a_bandwidth_that_is_asked_for_is_given_as_far_as_the_margins_allow():
-    variant = replace(rig(1), controller=SLIDING_MODE)
+    variant = rig(1)
     widest = tuned(variant, "sliding_mode")
     requested = tuned(variant, "sliding_mode", 0.5 * widest.bandwidth)
     assert requested.bandwidth == requested.law.values["lambda_"] == 0.5 * widest.bandwidth

@@ -10,21 +10,7 @@ from bristle import friction, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine import run_open_loop
 from bristle.paper import bench
-from bristle.paper.bench import (
-    Bench,
-    Record,
-    Sensed,
-    Walk,
-    bench_of,
-    follow,
-    led,
-    measured,
-    plant_of,
-    read_torque,
-    sensor_numbers,
-    sensor_says,
-    walk,
-)
+from bristle.paper.bench import Bench, Record, Sensed, Walk, bench_of, follow, led, plant_of, read_torque, sensor_numbers, sensor_says, walk
 from bristle.paper.drift import rippled
 
 
@@ -107,6 +93,7 @@ def test_a_sensor_is_described_in_words():
         "Here the error of the torque sensor is 1.2 % of the largest friction: the inertia behind it, 1.5 kg·cm², adds up to "
         "1.5 mN·m, its filter of 200 Hz removes up to 0.25 mN·m."
     )
+    assert "filter" not in sensor_says(Bench(4e-4, 2.5e-4, math.inf), apart | {"filter": 0.0}, "Here")
 
 
 class Told(dict):
@@ -232,18 +219,3 @@ def test_a_torque_drives_the_inertia_of_the_bench_like_one_at_the_table(setting)
     left = 0.5 * (run.driving[:-1] + run.driving[1:]) - run.sensed.friction
     share = 1.0 - item["bench", "J_m"] / item["bench", "J"]
     assert run.sensed.shaft - run.sensed.friction == pytest.approx(share * left, abs=1e-6)
-
-
-def test_the_sentence_omits_a_missing_filter(setting):
-    apart = {"apart": 0.01, "inertia": 1e-4, "filter": 0.0}
-    assert "filter" not in sensor_says(bench_of(on_bench(setting(9), torque_filter=None)), apart, "Here")
-    assert "filter of 200 Hz" in sensor_says(bench_of(setting(9)), apart, "Here")
-
-
-def test_readings_are_a_twentieth_of_a_micrometre_apart_and_at_every_turn(setting):
-    item = setting(5)
-    record = measured(item, item.contact(RIG), [2e-6, -1e-6], np.random.default_rng(0))
-    assert np.max(np.abs(np.diff(record.actual.x))) < 6e-8
-    assert 90 < record.x.size < 110
-    assert record.actual.x[record.turns] == pytest.approx([2e-6, -1e-6], abs=1e-9)
-    assert np.std(record.torque - record.actual.torque) == pytest.approx(0.2e-3, rel=0.25)
