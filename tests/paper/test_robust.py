@@ -16,7 +16,7 @@ from tests.report.pages import Page
 from bristle import friction
 from bristle.core import Axis, InputError, Status
 from bristle.core.content import content_of
-from bristle.core.motion import Motion
+from bristle.engine import force_along, interpreted
 from bristle.files import read_experiment, read_model
 from bristle.friction.uneven import uneven
 from bristle.identification.result import Identification
@@ -34,17 +34,10 @@ ROOT = Path(__file__).parents[2]
 DT = 1e-3
 
 
-def forces(model, velocities, dt=DT):
+@interpreted()
+def forces(model, velocities):
     """The forces of a model along velocities, step by step, as plain Python."""
-    component, p = model.component, model.parameters
-    state, memory, x, result = component.initial_state(p), component.new_memory(p), 0.0, []
-    for v in velocities:
-        x += v * dt
-        motion = Motion(v=float(v), x=float(x))
-        force, move = component.trial(state, memory, motion, dt, p)
-        state = component.commit(state, memory, move, p)
-        result.append(force)
-    return np.array(result)
+    return force_along(model, velocities, DT, np.cumsum(velocities) * DT)
 
 
 TO_AND_FRO = np.concatenate([np.full(300, side * 1e-5) for side in (1.0, -1.0, 1.0, -1.0)])
