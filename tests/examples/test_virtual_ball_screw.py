@@ -6,12 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.golden.logs import run_ball_screw
 
 from bristle.cli.main import main
-from bristle.excitation import excite
 from bristle.files import read_axis, read_log
 from bristle.files.model import read_model
-from bristle.files.motion import write_motion
 
 pytestmark = pytest.mark.slow
 
@@ -23,14 +22,8 @@ BENCH = Path(__file__).parents[2] / "src" / "bristle" / "paper" / "experiments"
 def folder(tmp_path_factory):
     """The folder of the example after `excite` (without its rehearsal), `run` and `identify`."""
     place = tmp_path_factory.mktemp("virtual") / "ball_screw"
-    shutil.copytree(EXAMPLE, place)
-    axis = read_axis(place / "axis.toml")
-    motion = excite(axis, rehearsed=False).motion
-    (place / "motion").mkdir()
+    _, motion = run_ball_screw(place)
     shutil.copyfile(place / "axis.toml", place / "motion" / "axis.toml")
-    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
-    write_motion(place / "motion" / "motion.csv", axis, signals)
-    assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
     recorded, requested = str(place / "recorded" / "log.csv"), ["--axis", str(place / "motion" / "axis.toml")]
     requested += ["--model", "maxwell_slip", "--draws", "0", "--out", str(place / "fit")]
     assert main(["identify", recorded, *requested]) == 0

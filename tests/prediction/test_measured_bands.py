@@ -6,13 +6,11 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.prediction import foreign_axis, foreign_oscillator
+from tests.prediction.known_axis import AXIS, recorded
 
-from bristle import controllers, friction, sensors
+from bristle import controllers
 from bristle.core import Axis
-from bristle.engine import run_closed_loop
 from bristle.identification import identify
-from bristle.logs.log import Channel, Log
-from bristle.plants import inertia
 from bristle.prediction import predict
 
 OPEN = Axis(plant="oscillator", resolution=foreign_oscillator.AXIS_STEP, at_rest=True, method="output_error", offset=0.0)
@@ -97,39 +95,14 @@ def test_pulses_beyond_the_drive_limit_are_predicted_with_a_limit_on_the_sum():
 # --- an axis whose friction is another than the model's ---------------------------------------------------------------
 
 
-DT = 1e-3
-PLANT = inertia(M=12.0)
-TRUTH = friction.find("stribeck+asymmetry")(
-    F_C_pos=8.0, F_C_neg=6.0, F_S_pos=10.0, F_S_neg=7.5, v_S=5e-3, F_v_pos=30.0, F_v_neg=35.0, offset=1.0
-)
-AXIS = Axis(controller=controllers.cascade(k_p=80.0, k_v=3000.0), resolution=1e-7)
-
-
-def recorded(slow: float, quick: float) -> Log:
-    """The log of the axis on a sum of two sines [rad/s]."""
-    t = DT * np.arange(8000)
-    desired = np.zeros((4, t.size))
-    desired[0] = 0.02 * (np.sin(slow * t) + 0.4 * np.sin(quick * t)) * np.minimum(t, 1.0)
-    trace = run_closed_loop(PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=AXIS.resolution), desired, DT, steps=8)
-    effort = trace.command + 0.1 * np.random.default_rng(3).normal(size=t.size)
-    return Log(
-        time=Channel(t, "s", "t"),
-        position=Channel(trace.measured, "m", "q"),
-        effort=Channel(effort, "N", "u"),
-        reference=Channel(desired[0], "m", "r"),
-        sample_time=DT,
-        segments=(slice(0, t.size),),
-    )
-
-
 @pytest.fixture(scope="module")
 def fit():
-    return identify(recorded(3.1, 10.7), "coulomb_viscous+asymmetry", axis=AXIS, blocks=0, draws=40).best
+    return identify(recorded(count=8000, noise=0.1), "coulomb_viscous+asymmetry", axis=AXIS, blocks=0, draws=40).best
 
 
 @pytest.mark.slow
 def test_open_loop_bands_grow_as_the_motion_drifts(fit):
-    prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "open-loop", bands=fit.resampling.bands)
+    prediction = predict(fit.plant, fit.friction, recorded(2.3, 7.9, count=8000, noise=0.1), AXIS, "open-loop", bands=fit.resampling.bands)
     width = prediction.position_half_width
     parts = [np.median(item) for item in np.array_split(width, 8)]
     assert np.all(np.diff(parts) > 0.0)
@@ -140,7 +113,7 @@ def test_open_loop_bands_grow_as_the_motion_drifts(fit):
 
 @pytest.mark.slow
 def test_each_source_widens_the_bands_and_noise_alone_gives_its_width(fit):
-    log = recorded(2.3, 7.9)
+    log = recorded(2.3, 7.9, count=8000, noise=0.1)
     whole = fit.resampling.bands
     sure = {name: np.repeat(fit.parameters[name].value, 5) for name in whole.draws}
     noise = replace(whole, draws=sure, scatter=0.0, unexplained=0.0, inflation=1.0)
@@ -161,7 +134,7 @@ def test_each_source_widens_the_bands_and_noise_alone_gives_its_width(fit):
 
 @pytest.mark.slow
 def test_the_position_band_of_a_certain_model_is_the_encoder_rounding(fit):
-    log, step = recorded(2.3, 7.9), 2e-5
+    log, step = recorded(2.3, 7.9, count=8000, noise=0.1), 2e-5
     sure = {name: np.repeat(fit.parameters[name].value, 5) for name in fit.resampling.bands.draws}
     bands = replace(fit.resampling.bands, draws=sure, scatter=0.0, unexplained=0.0, left_in_open_loop=0.0)
     axis, motion = replace(AXIS, resolution=step), log.position.values

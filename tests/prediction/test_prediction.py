@@ -4,41 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.prediction.known_axis import AXIS, PLANT, TRUTH, recorded
 
-from bristle import controllers, friction, sensors
-from bristle.core import Axis, InputError
+from bristle import controllers
+from bristle.core import InputError
 from bristle.core.status import Status
-from bristle.engine import run_closed_loop
 from bristle.identification import identify
-from bristle.logs.log import Channel, Log
-from bristle.plants import inertia
 from bristle.prediction import predict, unexplained_force
 from bristle.prediction.predict import TREATED
 from bristle.report.messages import notes_of
-
-DT = 1e-3
-PLANT = inertia(M=12.0)
-TRUTH = friction.find("stribeck+asymmetry")(
-    F_C_pos=8.0, F_C_neg=6.0, F_S_pos=10.0, F_S_neg=7.5, v_S=5e-3, F_v_pos=30.0, F_v_neg=35.0, offset=1.0
-)
-AXIS = Axis(controller=controllers.cascade(k_p=80.0, k_v=3000.0), resolution=1e-7)
-
-
-def recorded(*, injected=None, start=0, resolution=AXIS.resolution):
-    t = DT * np.arange(6000)
-    desired = np.zeros((4, t.size))
-    desired[0] = 0.02 * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t)) * np.minimum(t, 1.0)
-    trace = run_closed_loop(PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=resolution), desired, DT, steps=8, injected=injected)
-    cut = slice(start, None)
-    return Log(
-        time=Channel(t[cut], "s", "t"),
-        position=Channel(trace.measured[cut], "m", "q"),
-        effort=Channel(trace.command[cut], "N", "u"),
-        reference=Channel(desired[0][cut], "m", "r"),
-        injected=() if injected is None else (Channel(injected[cut], "N", "pulses"),),
-        sample_time=DT,
-        segments=(slice(0, t.size - start),),
-    )
 
 
 def test_the_closed_loop_of_the_true_model_reproduces_the_log():
