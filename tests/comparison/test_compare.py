@@ -59,14 +59,6 @@ def test_a_motion_in_one_direction_is_compared_in_pieces():
     assert comparison.changes["following_error.rms"].verdict == "lower"
 
 
-def test_a_peak_in_only_two_pieces_has_no_narrow_interval():
-    comparison = br.compare(log(1, sine(2)), log(2, sine(2)))
-    assert comparison.shared.cycles_before > 10
-    for name in ERRORS[2:]:
-        change = comparison.changes[name]
-        assert change.interval is None or change.verdict == "no_change"
-
-
 def test_without_a_reference_effort_and_friction_are_compared_with_a_remark():
     comparison = br.compare(log(1, sine(9), reference=None), log(2, sine(9), friction=7.0))
     assert set(comparison.changes) == {"effort.rms", "effort.peak", "friction.level"}

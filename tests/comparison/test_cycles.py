@@ -1,7 +1,5 @@
 """How logs are cut into cycles, and which of these are of one motion."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.comparison.machine import STEP, log, sine
@@ -213,12 +211,6 @@ def test_pieces_are_a_twentieth_of_the_longest_motion_of_the_shorter_side():
     low, high, complete = sides_of([(item, None) for item in slides[:2]], [(slides[2], None)], follows=True, tells_effort=False)
     assert not complete
     assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {1000 // 20}
-
-
-def test_signals_of_a_cycle_are_cut_from_its_stretch():
-    stretch = replace(recording(np.arange(9.0)), error=np.arange(9.0) ** 2)
-    cycle = Cycle(stretch, slice(2, 5))
-    assert (cycle.count, cycle.part("error").tolist(), cycle.part("motion").tolist()) == (3, [4.0, 9.0, 16.0], [2.0, 3.0, 4.0])
 
 
 @pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])

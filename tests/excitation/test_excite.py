@@ -131,6 +131,7 @@ def test_impossible_purposes_are_left_out_with_the_reason():
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or an axis file"),
+        *((STAGE, {"draws": draws}, "draws") for draws in (1, 19, 100_001)),
     ],
 )
 def test_invalid_arguments_are_refused_with_advice(axis, given, told):
@@ -294,9 +295,3 @@ def test_a_rehearsal_that_is_refused_is_noted_and_the_motion_stays(monkeypatch):
     assert result.rehearsal is None
     assert result.notes[-1].startswith("the rehearsal failed: log: too short")
     assert result.notes[:-1] == planned(purposes="break-away").notes
-
-
-@pytest.mark.parametrize("draws", [19, 100_001, 1])
-def test_a_number_of_logs_beyond_the_ends_is_refused(draws):
-    with pytest.raises(InputError, match="draws"):
-        excite(STAGE, purposes="break-away", draws=draws)

@@ -14,7 +14,7 @@ from bristle.core.experiment import Experiment, Feedforward
 from bristle.engine import interpreted
 from bristle.loop import budget
 from bristle.loop.budget import best_gain, causes_of, error_budget, nominal
-from bristle.loop.design import SAMPLES_LEAST, Circle, _axis, _bandwidth, _circles, _friction_at, _part, circle_of, design
+from bristle.loop.design import SAMPLES_LEAST, Circle, _axis, _bandwidth, _circles, _friction_at, circle_of, design
 
 ANGLE = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 
@@ -68,13 +68,6 @@ def test_friction_at_a_speed_counts_that_of_the_table_at_its_arm():
     axis = loop(plant=screw, friction=motor, table=friction.coulomb_viscous(F_C=30.0, F_v=200.0))
     # At 10 rad/s an arm of 1 mm is 10 mm/s: 0.03 N m of the motor, and 32 N over the arm.
     assert _friction_at(axis, 10.0) == pytest.approx(0.02 + 0.01 + 1e-3 * 32.0)
-
-
-def test_a_part_of_the_work_reports_its_share():
-    reported = []
-    _part(lambda share, text: reported.append((share, text)), 0.6, 0.85)(0.4, "x")
-    assert reported == [(pytest.approx(0.7), "x")]
-    assert _part(None, 0.0, 1.0) is None
 
 
 @pytest.mark.parametrize(

@@ -76,12 +76,6 @@ def test_a_sensor_without_counts_calls_up_no_effort_and_needs_no_layer():
     assert GAINS["sliding_mode"](300.0, law, replace(rig(1), sensor=exact))["phi"] == 0.0
 
 
-def test_a_different_lag_leaves_the_rest_unchanged():
-    late = lagging(loop(), 7e-4)
-    assert late.run.current_lag == 7e-4
-    assert replace(late, run=loop().run) == loop()
-
-
 @pytest.mark.parametrize(("stated", "tried"), [(0.0, {2e-4, 1e-3}), (7e-4, {7e-4, 1.2e-3})])
 def test_gains_hold_for_lags_up_to_a_millisecond_or_half_a_millisecond_beyond_a_stated_lag(monkeypatch, stated, tried):
     lags = set()

@@ -1,6 +1,5 @@
 """Compensation on other truths: the layer of conditions, and what comes out."""
 
-import importlib
 import json
 import math
 import re
@@ -26,10 +25,9 @@ from bristle.paper.robust import trial as trials
 from bristle.paper.robust.findings import claims, error_of, interval, numbers
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.trial import Plan, run_trial
-from bristle.paper.robust.truths import CONDITIONS, FOLDER, NOMINAL, SIMULATED, truths_named, under
+from bristle.paper.robust.truths import FOLDER, NOMINAL, SIMULATED, truths_named, under
 from bristle.plants import inertia
 
-reproduce = importlib.import_module("bristle.paper.reproduce")
 ROOT = Path(__file__).parents[2]
 DT = 1e-3
 
@@ -105,14 +103,6 @@ def test_a_model_file_is_an_unchanged_truth(tmp_path):
     assert (truth.name, truth.friction.values["unevenness"]) == ("mine", 0.0)
     assert "lugre" in truth.families
     assert "dahl" not in truth.families
-
-
-def test_every_condition_changes_the_truth_and_has_a_description():
-    assert all(condition.words for condition in CONDITIONS.values())
-    for truth in truths_named(["thirty_sliders", "gms"]):
-        changed = {name: under(name, truth) for name in CONDITIONS}
-        assert changed[NOMINAL] == truth.friction
-        assert len(set(changed.values())) == len(CONDITIONS)
 
 
 # --- a trial in which nothing is simulated -----------------------------------------------------------------------
@@ -433,12 +423,3 @@ def test_an_effort_is_logged_as_late_as_it_acts(monkeypatch, delay, lag, late):
     axis = rig.axis_of(described)
     assert (axis.mass, axis.resolution) == (variant.plant.values["M"], variant.sensor.values["resolution"])
     assert (axis.kind, axis.held, axis.cutoff, axis.decimation) == (described.kind, True, 15.0, 33)
-
-
-def test_a_part_of_the_work_reports_as_its_share_of_all():
-    told = []
-    part = reproduce._part_of(lambda *message: told.append(message), 0.5, 0.25, "figure 3")
-    part(0.5, "walking")
-    reproduce._part_of(part, 2.0 / 3.0, 1.0 / 3.0)(1.0, "")
-    reproduce._part_of(None, 0.0, 1.0)(1.0, "nobody listens")
-    assert told == [(0.625, "figure 3, walking"), (pytest.approx(0.75), "figure 3")]
