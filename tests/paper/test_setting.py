@@ -5,13 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from bristle import friction, response
+from bristle import friction
 from bristle.core.errors import InputError
 from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, reproduce, write_experiments
 from bristle.paper.bench import follow, walk
 from bristle.paper.setting import KEYS, SECTIONS, _number, _numbers, read_setting
-from bristle.paper.sums import summed
 
 
 def written(folder, text, name="fig_01.toml"):
@@ -137,17 +136,6 @@ def test_user_files_are_kept(tmp_path):
         write_experiments(tmp_path / "file")
 
 
-def test_a_walk_records_its_turning_points():
-    spring = friction.lugre(F_C=1e6, F_S=1e6, v_S=1.0, sigma_0=1e7)
-    done = walk(spring, [2e-6, -1e-6, -1e-6], 1e-6, 1e-3)
-    assert done.x[done.turns] == pytest.approx([2e-6, -1e-6, -1e-6], rel=1e-12)
-    assert done.at_turns == pytest.approx(1e4 * np.array([2e-6, -1e-6, -1e-6]), rel=1e-4)
-    x, torque = done.leg(1)
-    assert (x[0], x[-1]) == pytest.approx((2e-6, -1e-6))
-    assert np.all(np.diff(x) < 0.0)
-    assert np.all(np.diff(torque) < 0.0)
-
-
 def test_an_operator_is_moved_like_a_contact(setting):
     operator = setting(4).operators["f_h"]
     values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
@@ -155,14 +143,6 @@ def test_an_operator_is_moved_like_a_contact(setting):
     turns = [3e-6, -1e-6, 2e-6]
     led, followed = walk(model, turns, 1e-6, 8e-4), follow(operator, turns, 8e-4)
     assert led.at_turns == pytest.approx(followed.at_turns, rel=1e-9)
-
-
-def test_sums_need_no_more_than_the_extremes(setting):
-    operator = setting(4).operators["f_h"]
-    path = [-6e-6, 4e-6, -3e-6]
-    assert summed(operator, [*path, 2e-6]) == pytest.approx(response(operator, [*path, 2e-6])[-1], rel=1e-12)
-    # Rising back to the last maximum closes the loop: the force is that of the branch before.
-    assert summed(operator, [*path, 4e-6]) == pytest.approx(summed(operator, path[:2]), abs=1e-15)
 
 
 # --- between which values the numbers may lie -------------------------------------------------------------------------

@@ -81,22 +81,6 @@ def test_the_table_of_a_drive_leaves_out_the_peak_of_a_break_away(curved):
         assert force[0] < 0.8 * 11.0
 
 
-def test_no_other_entries_are_closer_to_the_model(curved):
-    table = drive_table(curved)
-    top = table[-1][0]
-    rising = without_fall(steady_side(curved.friction, 1.0, top, 800))
-
-    def deviation_of(entries):
-        velocity, force = np.array([entry for entry in entries if not np.signbit(entry[0])]).T
-        return np.max(np.abs(np.interp(rising[:, 0], velocity, force) - rising[:, 1]))
-
-    deviation = deviation_of(table)
-    assert 0.0 < deviation < 0.002 * 11.0
-    for power in (1.0, 2.0, 3.0):
-        speeds = top * np.linspace(0.0, 1.0, 10) ** power
-        assert deviation_of([(v, np.interp(v, *rising.T)) for v in speeds.tolist()]) > 1.5 * deviation
-
-
 def test_the_deviation_is_the_largest_gap_to_the_model(curved):
     coarse = [(-0.04, -9.2), (-0.0, -11.0), (0.0, 11.0), (0.04, 9.2)]
     speeds = np.linspace(1e-6, float(np.max(curved.traces.velocity)), 4000)

@@ -10,9 +10,8 @@ import bristle as br
 from bristle import controllers, friction, plants
 from bristle.core import Axis
 from bristle.core.experiment import Experiment
-from bristle.identification.settings import Settings
 from bristle.logs.log import Channel
-from bristle.prediction.following import explanations, following_of, loop_of
+from bristle.prediction.following import following_of, loop_of
 from bristle.report.messages import message
 from bristle.simulation import simulate
 
@@ -85,35 +84,6 @@ def test_a_wrong_number_of_the_loop_is_named(vertical, wrong, log_of, expected, 
     assert words in message(following.contradiction)
 
 
-def explained(error_of):
-    """Return what explains an error that is made of the simulated one, of the vertical axis."""
-    log = recorded(VERTICAL, moves(3.0))
-    variant = loop_of(*mechanism(VERTICAL), log, reported(VERTICAL), cutoff=100.0).variants[0]
-    law = variant.controller.with_values(k_p=0.5 * VERTICAL.k_p)
-    errors = []
-    for item in (variant, replace(variant, controller=law)):
-        outcome = simulate(Experiment("loop", "translational", (item,))).variants["as_recorded"]
-        errors.append(outcome.reference - outcome.measured)
-    return explanations(variant, error_of(log.time.values, *errors), 0.15)
-
-
-def test_an_error_that_no_number_explains_has_no_explanation():
-    assert [item.name for item in explained(lambda time, text, true: true)] == ["k_p"]
-    # A factor explains most of it in the mean square, and not the peak beside it.
-    assert explained(lambda time, text, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
-    # Nothing that a factor would make better.
-    assert explained(lambda time, text, true: text + 2e-6 * np.sin(300.0 * time)) == ()
-
-
-def test_the_threshold_is_a_setting(vertical):
-    log, result = vertical
-    best, axis = result.best, reported(VERTICAL, k_p=1.1 * VERTICAL.k_p)
-    simulation = simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0))
-    assert following_of(log, simulation).contradiction is None
-    strict = Settings.of({"loop_differs": 0.02})
-    assert following_of(log, simulation, strict).contradiction is not None
-
-
 def test_a_contradicted_loop_has_no_promised_gain(vertical):
     log, _ = vertical
     identification = br.identify(log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
@@ -155,9 +125,3 @@ def test_the_simulated_loop_starts_like_the_log(name, first):
         assert off(replace(start, start=replace(start.start, effort=None))) > 1e-5
     if first:
         assert off(replace(start, start=None)) > 1e-5
-
-
-def test_the_closed_loop_prediction_supports_the_weight(vertical):
-    log, result = vertical
-    prediction = br.predict(result.best.plant, result.best.friction, log, reported(VERTICAL), "closed-loop")
-    assert np.max(np.abs(prediction.position - prediction.position_predicted)[:300]) < 1e-6

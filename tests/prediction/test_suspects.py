@@ -11,6 +11,7 @@ from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Feedforward, Run, Variant
 from bristle.engine import interpreted
+from bristle.identification.settings import Settings
 from bristle.logs.log import Channel, Log
 from bristle.prediction import following
 from bristle.prediction.following import (
@@ -234,7 +235,9 @@ def test_a_loop_that_contradicts_its_log_names_explanations(monkeypatch):
     assert same.compensated == simulation.variants["compensated"].following_error
     suspects = (Suspect("reference", -0.02, 1.0), Suspect("delay", 3.0, 1.0), Suspect("reference", 0.03, 1.0))
     monkeypatch.setitem(following_of.__globals__, "explanations", lambda *_: suspects)
-    other = following_of(log_of(2.0 * recorded.measured - reference, reference, (slice(0, COUNT),)), simulation)
+    twice = log_of(2.0 * recorded.measured - reference, reference, (slice(0, COUNT),))
+    other = following_of(twice, simulation)
+    assert following_of(twice, simulation, Settings.of({"loop_differs": 0.6})).contradiction is None
     numbers = dict(other.contradiction.numbers)
     assert numbers["suspects"] == ("reference_earlier", "delay", "reference_later")
     assert numbers["factors"] == (0.02, 3.0, 0.03)
