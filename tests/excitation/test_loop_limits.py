@@ -112,50 +112,43 @@ def test_a_motion_planned_again_for_its_loops_is_slower_too():
     assert slower.notes[-1].endswith(WORDS)
 
 
-@pytest.fixture
-def found(monkeypatch):
-    """Return a function that sets the ratios to the limits of one simulation after the other, for rehearsals that take no time."""
-
-    def set_to(*ratios, lag=0.0):
-        left = list(ratios)
-        lags = [lag, 0.0]
-        rehearsal = lambda *_, **__: SimpleNamespace(loop=True, lag=lags.pop(0))  # noqa: E731
-        monkeypatch.setitem(_in_time.__globals__, "rehearse", rehearsal)
-        monkeypatch.setitem(_in_time.__globals__, "exceeded", lambda *_: left.pop(0) if len(left) > 1 else left[0])
-
-    return set_to
+FOLLOWING = replace(AXIS, following_error_limit=1.0)
+STILL = replace(FOLLOWING, velocity_limit=None, acceleration_limit=None)
+EFFORT = replace(AXIS, effort_limit=400.0)
+QUICK = {"purposes": "break-away"}
 
 
-@pytest.mark.parametrize("name", ["velocity", "acceleration"])
-def test_an_unknown_limit_stays_unknown_in_slower_motion(found, name):
-    found({"following error": 2.0}, {})
-    result = rehearsed(replace(AXIS, following_error_limit=1.0, **{f"{name}_limit": None}), purposes="break-away")
-    assert getattr(result.limits, name) is None
-    assert result.exceeded == ()
-
-
-def test_an_axis_without_velocity_and_acceleration_cannot_be_slower(found):
-    found({"following error": 2.0}, {})
-    bare = replace(AXIS, following_error_limit=1.0, velocity_limit=None, acceleration_limit=None)
-    assert rehearsed(bare, purposes="break-away").exceeded == ("following error",)
-
-
-def test_slower_motion_with_an_unstable_loop_is_no_remedy(found):
-    found({"effort": 2.0}, None)
-    assert rehearsed(replace(AXIS, effort_limit=400.0)).exceeded == ("effort",)
-
-
-def test_an_unstable_loop_leaves_the_motion(found, free):
-    found(None)
-    result = rehearsed(replace(AXIS, effort_limit=400.0))
-    assert (result.exceeded, result.notes) == ((), free.notes)
-
-
-def test_a_motion_planned_again_for_its_loops_is_checked_again(found):
-    found({}, {"effort": 2.0}, lag=2e-6)
-    result = rehearsed(replace(AXIS, effort_limit=400.0), purposes="presliding", duration="16 s")
-    assert result.limits.followed == 2e-6
-    assert result.exceeded == ("effort",)
+@pytest.mark.parametrize(
+    ("axis", "options", "ratios", "lag", "names", "limits"),
+    [
+        # An unknown limit stays unknown, and without any the axis cannot be slower.
+        (replace(FOLLOWING, velocity_limit=None), QUICK, [{"following error": 2.0}, {}], 0.0, (), {"velocity": None}),
+        (replace(FOLLOWING, acceleration_limit=None), QUICK, [{"following error": 2.0}, {}], 0.0, (), {"acceleration": None}),
+        (
+            replace(FOLLOWING, velocity_limit=None, acceleration_limit=None),
+            QUICK,
+            [{"following error": 2.0}, {}],
+            0.0,
+            ("following error",),
+            {},
+        ),
+        # A slower motion with an unstable loop is no remedy, and an unstable loop leaves the motion.
+        (EFFORT, {}, [{"effort": 2.0}, None], 0.0, ("effort",), {}),
+        (EFFORT, {}, [None], 0.0, (), {}),
+        # A motion that is planned again for its loops is checked again.
+        (EFFORT, {"purposes": "presliding", "duration": "16 s"}, [{}, {"effort": 2.0}], 2e-6, ("effort",), {"followed": 2e-6}),
+    ],
+)
+def test_a_motion_is_slower_if_that_helps(monkeypatch, axis, options, ratios, lag, names, limits):
+    """The ratios to the limits are those of one simulation after the other, and rehearsals take no time."""
+    left, lags = list(ratios), [lag, 0.0]
+    monkeypatch.setitem(_in_time.__globals__, "rehearse", lambda *_, **__: SimpleNamespace(loop=True, lag=lags.pop(0)))
+    monkeypatch.setitem(_in_time.__globals__, "exceeded", lambda *_: left.pop(0) if len(left) > 1 else left[0])
+    result = rehearsed(axis, **options)
+    assert result.exceeded == names
+    assert {name: getattr(result.limits, name) for name in limits} == limits
+    if ratios == [None]:
+        assert not any("bristle limited the motion" in note for note in result.notes)
 
 
 def test_an_unstable_loop_has_no_ratios_to_its_limits(free):

@@ -118,27 +118,35 @@ def test_an_amplitude_is_mended_by_the_factor_that_is_missing():
     assert shape.feedforward.gain == pytest.approx(1.0 / best_gain(loop()))
 
 
+EXACT = loop(sensor=sensors.encoder(), run=replace(loop().run, delay=0), friction=COMPENSATOR)
+
+
+def fed(**changed):
+    return {"feedforward": replace(EXACT.feedforward, **changed)}
+
+
 def test_exact_components_are_no_cause():
-    exact = loop(sensor=sensors.encoder(), run=replace(loop().run, delay=0), friction=COMPENSATOR)
-    assert names(exact) == []
-    assert names(replace(exact, run=replace(exact.run, current_lag=1e-4))) == ["delay"]
-    assert names(replace(exact, run=replace(exact.run, delay=2))) == ["delay"]
-    assert names(replace(exact, disturbance=np.ones(4000))) == ["unexplained"]
-    assert names(replace(exact, feedforward=replace(exact.feedforward, offset=1.0))) == ["asymmetry"]
-    assert names(replace(exact, feedforward=replace(exact.feedforward, gain=0.0))) == ["no compensation"]
-    assert names(replace(exact, feedforward=replace(exact.feedforward, gain=1.1))) == ["amplitude"]
+    assert names(EXACT) == []
+    assert names(replace(EXACT, **fed(gain=0.0))) == ["no compensation"]
+    assert names(replace(EXACT, **fed(gain=1.1))) == ["amplitude"]
 
 
-def test_removing_a_cause_removes_its_error():
-    exact = loop(sensor=sensors.encoder(), run=replace(loop().run, delay=0), friction=COMPENSATOR)
-    for changed in (
-        {"run": replace(exact.run, delay=3, current_lag=1e-4)},
-        {"disturbance": np.ones(4000)},
-        {"sensor": sensors.encoder(resolution=1e-6, noise=1e-7)},
-        {"feedforward": replace(exact.feedforward, offset=1.0, asymmetry=0.1)},
-    ):
-        (cause,) = causes_of(replace(exact, **changed))
-        assert cause.without(replace(exact, **changed)) == exact
+@pytest.mark.parametrize(
+    ("changed", "name"),
+    [
+        ({"run": replace(EXACT.run, current_lag=1e-4)}, "delay"),
+        ({"run": replace(EXACT.run, delay=2)}, "delay"),
+        ({"run": replace(EXACT.run, delay=3, current_lag=1e-4)}, "delay"),
+        ({"disturbance": np.ones(4000)}, "unexplained"),
+        ({"sensor": sensors.encoder(resolution=1e-6, noise=1e-7)}, "encoder"),
+        (fed(offset=1.0), "asymmetry"),
+        (fed(offset=1.0, asymmetry=0.1), "asymmetry"),
+    ],
+)
+def test_removing_a_cause_removes_its_error(changed, name):
+    (cause,) = causes_of(replace(EXACT, **changed))
+    assert cause.name == name
+    assert cause.without(replace(EXACT, **changed)) == EXACT
 
 
 def test_a_loop_without_a_compensator_needs_no_gain():
