@@ -1,7 +1,6 @@
 """Linear systems whose responses, poles and margins are known in closed form."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -182,22 +181,22 @@ def integrator(gain, delay=0):
     return SampledLoop(first_order(1.0), constant(-gain), delay, DT)
 
 
-def test_a_delay_line_makes_the_poles_of_its_polynomial():
-    # z^d (z - 1) + k = 0
-    for delay in range(4):
-        expected = np.roots([1.0, -1.0, *np.zeros(delay - 1), 0.3][: delay + 2] if delay else [1.0, -0.7])
-        result = integrator(0.3, delay).poles
-        assert np.sort(np.abs(result)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-9)
-        assert np.all(np.diff(np.abs(result)) <= 1e-12)  # the largest one first
-        assert integrator(0.3, delay).spectral_radius == pytest.approx(np.max(np.abs(expected)))
-
-
-def test_a_law_with_a_state_makes_the_poles_of_its_polynomial():
-    # 1 + 0.2/((z - 1)(z - 0.5)) = 0
-    whole = SampledLoop(first_order(1.0), first_order(0.5, -0.2), 0, DT)
-    assert np.sort_complex(whole.poles) == pytest.approx(np.sort_complex(np.roots([1.0, -1.5, 0.7])))
-    late = replace(whole, delay=2)
-    assert np.sort(np.abs(late.poles)) == pytest.approx(np.sort(np.abs(np.roots([1.0, -1.5, 0.5, 0.0, 0.2]))))
+@pytest.mark.parametrize(
+    ("looped", "polynomial"),
+    [
+        # z^d (z - 1) + 0.3 = 0
+        (integrator(0.3), [1.0, -0.7]),
+        (integrator(0.3, 1), [1.0, -1.0, 0.3]),
+        (integrator(0.3, 3), [1.0, -1.0, 0.0, 0.0, 0.3]),
+        # z^d (z - 1) (z - 0.5) + 0.2 = 0
+        (SampledLoop(first_order(1.0), first_order(0.5, -0.2), 0, DT), [1.0, -1.5, 0.7]),
+        (SampledLoop(first_order(1.0), first_order(0.5, -0.2), 2, DT), [1.0, -1.5, 0.5, 0.0, 0.2]),
+    ],
+)
+def test_delay_lines_and_laws_make_the_poles_of_their_polynomial(looped, polynomial):
+    sizes = sorted(np.abs(np.roots(polynomial)), reverse=True)
+    assert np.abs(looped.poles) == pytest.approx(sizes, rel=1e-7)  # the largest one first
+    assert looped.spectral_radius == pytest.approx(sizes[0])
 
 
 def test_states_that_take_no_part_are_no_poles():

@@ -108,21 +108,19 @@ def test_numbers_contain_every_loop_and_family(trial):
 
 
 @pytest.mark.parametrize(
-    ("error", "words"),
+    ("told", "number", "words"),
     [
-        (None, "–"),
-        (interval([math.inf, 1e-6]), "diverged"),
-        (interval([1.234e-6]), "1.23"),
-        (Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+        (findings.micrometres, None, "–"),
+        (findings.micrometres, interval([math.inf, 1e-6]), "diverged"),
+        (findings.micrometres, interval([1.234e-6]), "1.23"),
+        (findings.micrometres, Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+        (findings._percent, math.nan, "–"),
+        (findings._percent, math.inf, "diverged"),
+        (findings._percent, 0.123, "12"),
     ],
 )
-def test_an_error_is_written_with_its_interval(error, words):
-    assert findings.micrometres(error) == words
-
-
-@pytest.mark.parametrize(("share", "words"), [(math.nan, "–"), (math.inf, "diverged"), (0.123, "12")])
-def test_a_share_is_written_in_percent(share, words):
-    assert findings._percent(share) == words
+def test_an_error_is_written_with_its_interval_and_a_share_in_percent(told, number, words):
+    assert told(number) == words
 
 
 def test_tables_have_a_row_for_each_case(trial):
