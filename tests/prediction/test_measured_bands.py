@@ -112,27 +112,6 @@ def test_open_loop_bands_grow_as_the_motion_drifts(fit):
 
 
 @pytest.mark.slow
-def test_each_source_widens_the_bands_and_noise_alone_gives_its_width(fit):
-    log = recorded(2.3, 7.9, count=8000, noise=0.1)
-    whole = fit.resampling.bands
-    sure = {name: np.repeat(fit.parameters[name].value, 5) for name in whole.draws}
-    noise = replace(whole, draws=sure, scatter=0.0, unexplained=0.0, inflation=1.0)
-
-    def width(bands):
-        return predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands).half_width
-
-    alone = width(noise)
-    np.testing.assert_allclose(alone, 1.96 * whole.noise, rtol=1e-9)
-    for wider in (
-        replace(noise, draws=whole.draws),
-        replace(noise, scatter=0.05),
-        replace(noise, unexplained=0.5),
-        replace(noise, inflation=1.5),
-    ):
-        assert np.median(width(wider)) > 1.1 * np.median(alone)
-
-
-@pytest.mark.slow
 def test_the_position_band_of_a_certain_model_is_the_encoder_rounding(fit):
     log, step = recorded(2.3, 7.9, count=8000, noise=0.1), 2e-5
     sure = {name: np.repeat(fit.parameters[name].value, 5) for name in fit.resampling.bands.draws}
