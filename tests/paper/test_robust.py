@@ -22,7 +22,7 @@ from bristle.identification.result import Identification
 from bristle.paper import EXPERIMENTS, rig
 from bristle.paper.robust import loops
 from bristle.paper.robust import trial as trials
-from bristle.paper.robust.findings import claims, error_of, interval, numbers
+from bristle.paper.robust.findings import claims, error_of, interval
 from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
 from bristle.paper.robust.trial import Plan, run_trial
 from bristle.paper.robust.truths import FOLDER, NOMINAL, SIMULATED, truths_named, under
@@ -207,21 +207,6 @@ def test_the_interval_is_that_of_student():
     assert (message.largest, message.seeds) == (6.0, 4)
     assert math.isnan(interval([1.0]).low)
     assert interval([1.0, math.inf]).peak_to_peak == math.inf
-
-
-@pytest.mark.slow
-def test_one_truth_in_numbers():
-    small = run_trial(Plan(tuple(truths_named(["thirty_sliders"])), 1, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=()))
-    message = numbers(small)["robust"]["thirty_sliders"]
-    assert list(message) == [NOMINAL, "level_1.6"]
-    peaks = {name: 1e6 * message[NOMINAL][name]["peak_to_peak"] for name in VARIANTS}
-    assert peaks == pytest.approx({"none": 1.47, "feedforward": 0.42, "observer": 0.39, "observer_feedforward": 0.38}, abs=0.06)
-    assert set(message[NOMINAL]["none"]) == {"peak_to_peak", "low", "high", "largest", "seeds"}
-    raised = {name: 1e6 * message["level_1.6"][name]["peak_to_peak"] for name in VARIANTS}
-    assert raised["none"] > 2.0
-    assert raised["feedforward"] > 0.9
-    assert raised["observer_feedforward"] <= 0.45
-    assert [claim.holds for claim in claims(small)] == [True]
 
 
 def told_in_the_docs():

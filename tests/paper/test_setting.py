@@ -181,29 +181,18 @@ def test_every_key_but_torques_has_a_least_value():
     assert ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS) == KEYS
 
 
-@pytest.mark.parametrize(("place", "least"), LEAST.items(), ids=map(".".join, LEAST))
-def test_a_number_lies_at_its_least_value_or_above(place, least):
+PLACES = {name: (section, name) for section, name in LEAST}
+ENDS = [*((place, value, -1.0) for place, value in LEAST.items()), *((PLACES[name], value, 1.0) for name, value in MOST.items())]
+WHOLE = ("cycles", "branches", "repeats", "seeds", "count")
+
+
+@pytest.mark.parametrize(("place", "end", "way"), [*ENDS, *((PLACES[name], 3.0, 0.5) for name in WHOLE)])
+def test_a_number_lies_between_its_ends_and_may_be_whole(place, end, way):
     section, name = place
     key = SECTIONS[section][name]
-    assert _number(least, key, name) == least
-    below = least - (1.0 if key.is_integer else max(1e-3 * abs(least), 1e-15))
-    with pytest.raises(InputError, match=name):
-        _number(below, key, name)
-
-
-@pytest.mark.parametrize(("name", "most"), MOST.items())
-def test_a_number_lies_at_its_largest_value_or_below(name, most):
-    key = next(keys[name] for keys in SECTIONS.values() if name in keys)
-    assert _number(most, key, name) == most
-    with pytest.raises(InputError, match=name):
-        _number(most + (1.0 if key.is_integer else 1e-6), key, name)
-
-
-@pytest.mark.parametrize("name", ["cycles", "branches", "repeats", "seeds", "count"])
-def test_a_number_of_times_is_whole(name):
-    key = next(keys[name] for keys in SECTIONS.values() if name in keys)
-    with pytest.raises(InputError, match="must be a whole number"):
-        _number(3.5, key, name)
+    assert _number(end, key, name) == end
+    with pytest.raises(InputError, match="must be a whole number" if way == 0.5 else name):
+        _number(end + way * (1.0 if key.is_integer else max(1e-3 * abs(end), 1e-15)), key, name)
 
 
 @pytest.mark.parametrize(("name", "unit"), [("break_away", "mN*m"), ("low", "mN*m"), ("high", "mN*m")])
