@@ -31,9 +31,9 @@ def vertical():
     return log, br.identify(log, "lugre", axis=reported(VERTICAL), draws=0, blocks=0)
 
 
-def followed(result, log, axis):
+def followed(result, log, axis, judged=None):
     best = result.best
-    return following_of(log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
+    return following_of(judged or log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
 
 
 @pytest.mark.parametrize("axis", AXES.values(), ids=AXES)
@@ -76,7 +76,8 @@ def trembling(log):
 )
 def test_a_wrong_number_of_the_loop_is_named(vertical, wrong, log_of, expected, words):
     log, result = vertical
-    following = followed(result, log_of(log) if log_of else log, reported(VERTICAL, **wrong))
+    other = log_of(log) if log_of else log
+    following = followed(result, log if log_of is trembling else other, reported(VERTICAL, **wrong), other)
     numbers = following.contradiction.numbers
     assert numbers["suspects"][: len(expected) or None] == tuple(expected)
     assert numbers["factors"][: len(expected)] == pytest.approx(list(expected.values()), rel=0.05)
