@@ -168,19 +168,27 @@ def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
 
 
 @pytest.mark.parametrize(
-    ("influence", "expected"),
+    ("found", "given", "expected"),
     [
-        ([1.0, -1.0, 1.0, -1.0], 1.0),  # neighbours that differ
-        ([1.0, 1.0, -1.0, -1.0], 2.0),  # a correlation of a quarter, raised by a quarter
-        ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
-        ([0.0, 0.0, 0.0, 0.0], 1.0),
-        ([1.0, -1.0], 1.0),
-        ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0], 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
-        ([1.0, 2.0, 2.0, 1.0], 2.0),  # half of all at most
+        # Correlated neighbours count as fewer cycles.
+        (resampling._as_one, ([1.0, -1.0, 1.0, -1.0],), 1.0),  # neighbours that differ
+        (resampling._as_one, ([1.0, 1.0, -1.0, -1.0],), 2.0),  # a correlation of a quarter, raised by a quarter
+        (resampling._as_one, ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0],), 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
+        (resampling._as_one, ([0.0, 0.0, 0.0, 0.0],), 1.0),
+        (resampling._as_one, ([1.0, -1.0],), 1.0),
+        (resampling._as_one, ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0],), 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
+        (resampling._as_one, ([1.0, 2.0, 2.0, 1.0],), 2.0),  # half of all at most
+        # A variance is raised for few correlated cycles: of 1 and 3 it is 1. Its freedom does not fall below 1.
+        (resampling._spread, ([1.0, 3.0, np.nan, np.inf], 12, 2, 1.5), (1.5 * 12.0 / 10.0, 12.0 / 1.5 - 2.0)),
+        (resampling._spread, ([1.0, 3.0], 2, 1, 1.0), (2.0, 1.0)),
+        (resampling._spread, ([1.0, 3.0], 4, 1, 2.0), (8.0 / 3.0, 1.0)),
+        # An interval lies evenly about the change.
+        (resampling._interval, (2.0, 4.0, 1e9), (2.0 - 2.0 * 1.959964, 2.0 + 2.0 * 1.959964)),
+        (resampling._interval, (0.0, 1.0, 1.0), (-12.7062, 12.7062)),
     ],
 )
-def test_correlated_neighbours_count_as_fewer_cycles(influence, expected):
-    assert resampling._as_one(np.array(influence)) == pytest.approx(expected)
+def test_numbers_of_an_interval_are_those_by_hand(found, given, expected):
+    assert found(*(np.array(item) if isinstance(item, list) else item for item in given)) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
@@ -209,21 +217,7 @@ def test_draws_keep_the_number_of_cycles_and_are_enough_for_two_digits_of_a_vari
     assert 1.0 / math.sqrt(2.0 * len(drawn)) < 0.03
 
 
-def test_a_variance_is_raised_for_few_correlated_cycles():
-    variance, freedom = resampling._spread(np.array([1.0, 3.0, np.nan, np.inf]), 12, 2, 1.5)
-    assert variance == pytest.approx(1.5 * 12.0 / 10.0)  # of 1 and 3 it is 1
-    assert freedom == pytest.approx(12.0 / 1.5 - 2.0)
-    assert resampling._spread(np.array([1.0, 3.0]), 2, 1, 1.0) == (pytest.approx(2.0), 1.0)
-    assert resampling._spread(np.array([1.0, 3.0]), 4, 1, 2.0)[1] == 1.0  # freedom does not fall below
-    assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])
-
-
-def test_an_interval_lies_evenly_about_the_change():
-    low, high = resampling._interval(2.0, 4.0, 1e9)
-    assert (low, high) == (pytest.approx(2.0 - 2.0 * 1.959964), pytest.approx(2.0 + 2.0 * 1.959964))
-    assert resampling._interval(0.0, 1.0, 1.0)[1] == pytest.approx(12.7062, rel=1e-5)
-
-
 @pytest.mark.parametrize(("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)])
 def test_a_missing_number_has_no_interval(change, variance):
     assert resampling._interval(change, variance, 3.0) is None
+    assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])

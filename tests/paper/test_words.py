@@ -32,29 +32,11 @@ def led(*torques, x=None, turns=None):
 # --- returns ------------------------------------------------------------------------------------------------------
 
 
-def test_the_missing_torque_is_a_share_of_the_largest_torque():
-    path = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
-    assert paths._missing_at(path, (0, 2)) == pytest.approx(1.0 / 8.0)
-    assert paths._missing_of(path) == {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}
-
-
-def test_the_worse_of_two_returns_is_in_the_title():
-    missing = {"rig": {"D": 0.01, "B": -0.2}, "gate": {"D": 0.0, "B": 0.001}}
-    assert paths._worst(missing) == {"rig": "−20.0 % at the return", "gate": "closes"}
-
-
 @pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
 def test_a_path_that_does_not_return_is_refused(turns):
     with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be equal"):
         paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
     paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
-
-
-def test_a_torque_is_reached_where_the_walk_first_has_it():
-    path = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
-    assert paths._reached(path, 3.0) == 2e-6
-    assert paths._reached(path, 2.5) == 2e-6
-    assert math.isnan(paths._reached(path, 3.1))
 
 
 def test_a_model_is_compared_with_the_rig_over_the_position_leg_by_leg():
@@ -237,15 +219,6 @@ def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measure
     assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
 
 
-def test_an_error_is_an_rms_in_percent_of_the_largest_torque():
-    assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
-
-
-def test_long_signals_are_thinned_and_short_ones_are_not():
-    assert economy._decimated(np.arange(7999)).size == 7999
-    assert economy._decimated(np.arange(12_001)).tolist()[:3] == [0, 3, 6]
-
-
 ARM = 2e-3
 
 
@@ -309,6 +282,8 @@ def tips(*torques):
 
 
 SHORT = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
+RETURNS = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
+LEVEL = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
 
 
 @pytest.mark.parametrize(
@@ -340,12 +315,25 @@ SHORT = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
         (paths._at_return, (-0.0049,), "closes"),
         (paths._at_return, (-0.123,), "−12.3 % at the return"),
         (paths._at_return, (0.05,), "5.0 % at the return"),
+        # The missing torque is a share of the largest one, and the worse of two returns is in the title.
+        (paths._missing_at, (RETURNS, (0, 2)), pytest.approx(1.0 / 8.0)),
+        (paths._missing_of, (RETURNS,), {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}),
+        (paths._worst, ({"rig": {"D": 0.01, "B": -0.2}},), {"rig": "−20.0 % at the return"}),
+        (paths._worst, ({"gate": {"D": 0.0, "B": 0.001}},), {"gate": "closes"}),
+        # A torque is reached where the walk first has it.
+        (paths._reached, (LEVEL, 3.0), 2e-6),
+        (paths._reached, (LEVEL, 2.5), 2e-6),
+        (paths._reached, (LEVEL, 3.1), pytest.approx(math.nan, nan_ok=True)),
+        # An error is a root mean square in percent of the largest torque, and long signals are thinned.
+        (economy._percent, (np.array([3.0, -4.0]), np.array([1.0, -50.0])), pytest.approx(100.0 * math.sqrt(12.5) / 50.0)),
+        (lambda count: economy._decimated(np.arange(count)).size, (7999,), 7999),
+        (lambda count: economy._decimated(np.arange(count))[:3].tolist(), (12_001,), [0, 3, 6]),
         # A contact without break-away gives its last force.
         (paths._breaks_away, ("rig", SHORT, 0.04, math.nan), "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."),
         (paths._breaks_away, ("rig", SHORT, 0.04, 7e-6), "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."),
     ],
 )
-def test_numbers_are_told_in_the_units_of_the_paper_with_their_spread(told, given, words):
+def test_numbers_of_figures_and_how_they_are_told(told, given, words):
     assert told(*given) == words
 
 
