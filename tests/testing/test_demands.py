@@ -1,6 +1,8 @@
 """Each demand of the contract by itself: what meets it, what just misses it, and what is told."""
 
 import math
+from dataclasses import astuple
+from itertools import count
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -30,13 +32,13 @@ class Move(NamedTuple):
 
 def model(trial=lambda state, memory, motion, dt, p: (0.0, Move()), **changed):
     """A model in plain Python whose trial is given."""
-    component = SimpleNamespace(
-        trial=trial,
-        commit=lambda state, memory, move, p: State(move.z),
-        initial_state=lambda p: State(),
-        new_memory=lambda p: np.zeros(2),
-        **({"rate": None, "piece": None, "flow": None, "arrival": None} | changed),
-    )
+    parts = {
+        "trial": trial,
+        "commit": lambda state, memory, move, p: State(move.z),
+        "initial_state": lambda p: State(),
+        "new_memory": lambda p: np.zeros(2),
+    }
+    component = SimpleNamespace(**parts | dict.fromkeys(("rate", "piece", "flow", "arrival")) | changed)
     return SimpleNamespace(component=component, parameters=None, kind="translational", values={})
 
 
@@ -99,32 +101,6 @@ def test_differing_bits_are_reported_with_their_size():
 
 
 # --- trials ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_trial_that_writes_or_remembers_is_no_trial():
-    assert contract.pure_trial(model()).detail == "1000 trials"
-
-    def writes(state, memory, motion, dt, p):
-        memory[0] += 1.0
-        return 0.0, Move()
-
-    assert "wrote into the memory" in str(unmet(contract.pure_trial, model(writes)))
-    calls = []
-
-    def counts(state, memory, motion, dt, p):
-        calls.append(1)
-        return float(len(calls)), Move()
-
-    assert "later gave a different result" in str(unmet(contract.pure_trial, model(counts)))
-
-
-def test_a_force_is_finite_at_every_speed_and_step():
-    assert contract.finite_everywhere(model()).detail == "40 pairs of velocity and step"
-    missed = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.inf if motion.v == 1e6 else 0.0, Move())))
-    assert (missed.fact.value, missed.fact.threshold) == (4, 0.0)
-    assert missed.fact.detail == "the force is inf at v = 1e+06, dt = 0"
-    still = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.nan if dt == 0.0 else 0.0, Move())))
-    assert still.fact.value == 10
 
 
 def recorded(demand, **changed):
@@ -218,15 +194,9 @@ def charged(slope=lambda v: v, force=lambda z, v: 2.0 * z):
 
 
 def test_a_rate_is_that_of_small_steps():
-    assert not contract.rate_agrees(model()).applies
     assert contract.rate_agrees(charged()).value < 1e-3
     assert unmet(contract.rate_agrees, charged(force=lambda z, v: 2.1 * z)).fact.value > 1e-3
     assert unmet(contract.rate_agrees, charged(slope=lambda v: 1e6 * v)).fact.value > 1e-3
-
-
-def test_parts_of_a_flow_come_together():
-    assert not contract.flow_agrees(model()).applies
-    assert "not all given" in str(unmet(contract.flow_agrees, model(flow=len)))
 
 
 def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
@@ -243,16 +213,6 @@ def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
     assert (fact.value, fact.unit, fact.detail) == (3.0, "m", "travel 3 m")
     monkeypatch.setattr(contract, "run_open_loop", lambda *requested, **more: SimpleNamespace(status=Status.NOT_FINITE))
     assert str(unmet(contract.drives_a_mass, model())) == Status.NOT_FINITE.sentence
-
-
-def test_results_of_a_trial_are_scalars():
-    assert contract.scalar_results(model()).value == 0.0
-    for force in (np.zeros(2), math.nan, "1"):
-        assert "the force is" in str(unmet(contract.scalar_results, model(lambda *requested, force=force: (force, Move()))))
-    assert "the move is a tuple" in str(unmet(contract.scalar_results, model(lambda *requested: (0.0, (1.0,)))))
-    other = model()
-    other.component.commit = lambda state, memory, move, p: move
-    assert "commit returned a Move" in str(unmet(contract.scalar_results, other))
 
 
 def test_motions_are_the_same_each_time_and_go_both_ways():
@@ -299,13 +259,6 @@ def factor(values, **changed):
     return item
 
 
-def test_the_defaults_of_a_slot_have_no_effect():
-    assert slot.neutral_defaults(factor([1.0, 1.0])).value == 0.0
-    missed = unmet(slot.neutral_defaults, factor([1.0, 1.25]))
-    assert (missed.fact.value, missed.fact.threshold) == (0.25, 1e-12)
-    unmet(slot.neutral_defaults, factor([1.0, math.nan]))
-
-
 def test_a_factor_stays_above_zero_and_varies():
     fact = slot.factor_above_zero(factor([0.5, 2.0]))
     assert (fact.value, fact.detail) == (0.5, "0.5 to 2 for oil from 0 to 1 K")
@@ -313,17 +266,6 @@ def test_a_factor_stays_above_zero_and_varies():
     for values in ([0.0, 1.0], [-0.5, 1.0], [slot.SMALLEST_FACTOR, 1.0], [1.0, math.inf]):
         assert unmet(slot.factor_above_zero, factor(values)).advice.startswith("Friction must not change its sign")
     assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith("Give the slot example")
-
-
-def test_a_sampled_component_returns_a_number_and_a_state():
-    law = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
-    fact = slot._sampled(law, "effort", lambda: (3.0, State(1.0)), "force")
-    assert (fact.value, fact.unit) == (3.0, "N*m")
-    assert "the effort is float inf" in str(unmet(slot._sampled, law, "effort", lambda: (math.inf, State()), "force"))
-    assert "the effort is list" in str(unmet(slot._sampled, law, "effort", lambda: ([], State()), "force"))
-    assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
-    later = iter(range(9))
-    assert "later gave a different result" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
 
 
 def test_a_walk_takes_a_millisecond_at_each_speed_in_any_units():
@@ -430,3 +372,70 @@ def test_without_a_compiler_no_export_is_judged(monkeypatch):
 
 def test_a_demand_on_a_model_is_met_by_a_model_of_bristle_with_the_slot():
     assert SLOT.name in module.on_a_model(lambda model: model)(SLOT).name.split("+")
+
+
+# --- demands that are missed and met ---------------------------------------------------------------------------------
+
+
+CALLS = count()
+LAW = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
+
+
+def sampled(result):
+    return slot._sampled(LAW, "effort", result, "force")
+
+
+def pushing(force):
+    """A model whose force depends on motion and step."""
+    return model(lambda state, memory, motion, dt, p: (force(motion, dt), Move()))
+
+
+def rushing(motion, dt):
+    return math.inf if motion.v == 1e6 else 0.0
+
+
+def writing(state, memory, motion, dt, p):
+    memory[0] += 1.0
+    return 0.0, Move()
+
+
+@pytest.mark.parametrize(
+    ("demand", "subject", "said"),
+    [
+        (contract.pure_trial, model(writing), "wrote into the memory"),
+        (contract.pure_trial, model(lambda *_: (float(next(CALLS)), Move())), "later gave a different result"),
+        (contract.scalar_results, pushing(lambda motion, dt: np.zeros(2)), "the force is"),
+        (contract.scalar_results, pushing(lambda motion, dt: math.nan), "the force is"),
+        (contract.scalar_results, pushing(lambda motion, dt: "1"), "the force is"),
+        (contract.scalar_results, model(lambda *_: (0.0, (1.0,))), "the move is a tuple"),
+        (contract.scalar_results, model(commit=lambda state, memory, move, p: move), "commit returned a Move"),
+        (contract.finite_everywhere, pushing(rushing), "the force is inf at v = 1e+06, dt = 0"),
+        (contract.flow_agrees, model(flow=len), "not all given"),
+        (sampled, lambda: (math.inf, State()), "the effort is float inf"),
+        (sampled, lambda: ([], State()), "the effort is list"),
+        (sampled, lambda: (1.0, 2.0), "as its state"),
+        (sampled, lambda: (float(next(CALLS)), State()), "later gave a different result"),
+    ],
+)
+def test_a_demand_that_is_missed_says_why(demand, subject, said):
+    assert said in str(unmet(demand, subject))
+
+
+@pytest.mark.parametrize(
+    ("read", "expected"),
+    [
+        (lambda: contract.pure_trial(model()).detail, "1000 trials"),
+        (lambda: contract.scalar_results(model()).value, 0.0),
+        (lambda: contract.finite_everywhere(model()).detail, "40 pairs of velocity and step"),
+        (lambda: unmet(contract.finite_everywhere, pushing(rushing)).fact.value, 4),
+        (lambda: unmet(contract.finite_everywhere, pushing(lambda motion, dt: math.nan if dt == 0.0 else 0.0)).fact.value, 10),
+        (lambda: contract.flow_agrees(model()).applies, False),
+        (lambda: contract.rate_agrees(model()).applies, False),
+        (lambda: astuple(sampled(lambda: (3.0, State(1.0))))[1:3], (3.0, "N*m")),
+        (lambda: slot.neutral_defaults(factor([1.0, 1.0])).value, 0.0),
+        (lambda: astuple(unmet(slot.neutral_defaults, factor([1.0, 1.25])).fact)[1:4:2], (0.25, 1e-12)),
+        (lambda: math.isnan(unmet(slot.neutral_defaults, factor([1.0, math.nan])).fact.value), True),
+    ],
+)
+def test_a_demand_has_its_numbers(read, expected):
+    assert read() == expected
