@@ -1,6 +1,7 @@
 """Linear systems whose responses, poles and margins are known in closed form."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -98,21 +99,12 @@ def positions(plant, command, count):
     return np.array(result)
 
 
-def test_a_constant_effort_moves_a_mass_by_half_of_its_acceleration_times_time_squared():
-    plant = linear_plant(loop(), LARGE)
-    assert positions(plant, 40.0, 6) == pytest.approx(0.5 * 2.0 * (DT * np.arange(6)) ** 2)
+def last(x):
+    return x[-1]
 
 
-def test_behind_a_lag_the_mass_follows_later():
-    lagging = loop(run=Run(4.0, DT, substeps=10, current_lag=2e-3))
-    t, lag = DT * np.arange(9), 2e-3
-    expected = 2.0 * (0.5 * t**2 - lag * t + lag**2 * (1.0 - np.exp(-t / lag)))
-    assert positions(linear_plant(lagging, LARGE), 40.0, 9) == pytest.approx(expected, rel=1e-3, abs=1e-7)
-
-
-def test_a_spring_holds_a_mass_where_the_effort_balances():
-    plant = linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0))
-    assert positions(plant, 40.0, 2000)[-1] == pytest.approx(2e-4, rel=1e-6)
+def speed(x):
+    return (x[-1] - x[-2]) / DT
 
 
 SCREW = {"kind": "rotational", "J": 1e-3, "M": 50.0, "lead": 2e-3 * math.pi, "k": 1e8, "d": 2e3}  # an arm of 1 mm
@@ -125,25 +117,43 @@ def behind_a_screw(side, motor=NO_FRICTION, table=NO_FRICTION, **changed):
     return linear_plant(variant, LARGE, motor, table)
 
 
-@pytest.mark.parametrize("side", ["motor", "load"])
-def test_motor_and_table_share_an_acceleration_in_the_end(side):
-    x = positions(behind_a_screw(side), 0.42, 200)
-    # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
-    assert np.mean(np.diff(x, 2)[100:]) / DT**2 == pytest.approx(0.42 / (1e-3 + 5e-5), rel=0.01)
+LAGGING = loop(run=Run(4.0, DT, substeps=10, current_lag=2e-3))
+KEPT = (LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4))
 
 
-@pytest.mark.parametrize(("side", "expected"), [("motor", 1e-3 + 1e-2), ("load", 1e-3)])
-def test_a_spring_at_the_table_twists_the_screw(side, expected):
-    # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
-    kept = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
-    assert positions(kept, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
-
-
-@pytest.mark.parametrize(("motor", "table"), [(LinearFriction(0.0, 0.3), NO_FRICTION), (NO_FRICTION, LinearFriction(0.0, 3e5))])
-def test_dampers_on_both_sides_of_a_screw_brake_equally(motor, table):
-    # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
-    x = positions(behind_a_screw("load", motor, table), 0.06, 400)
-    assert (x[-1] - x[-2]) / DT == pytest.approx(0.2, rel=1e-3)
+@pytest.mark.parametrize(
+    ("plant", "command", "count", "read", "expected", "tolerance"),
+    [
+        # A constant effort moves a mass by half of its acceleration times time squared, and behind a lag later.
+        (lambda: linear_plant(loop(), LARGE), 40.0, 6, np.array, 0.5 * 2.0 * (DT * np.arange(6)) ** 2, 1e-6),
+        (
+            lambda: linear_plant(LAGGING, LARGE),
+            40.0,
+            9,
+            np.array,
+            2.0 * (0.5 * (DT * np.arange(9)) ** 2 - 2e-3 * DT * np.arange(9) + 4e-6 * (1.0 - np.exp(-0.5 * np.arange(9)))),
+            1e-3,
+        ),
+        # A damper lets it slide at its terminal speed, and a spring holds it where the effort balances.
+        (lambda: linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0)), 40.0, 100, speed, 0.01, 1e-6),
+        (lambda: linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0)), 40.0, 2000, last, 2e-4, 1e-6),
+        # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
+        *(
+            (partial(behind_a_screw, side), 0.42, 200, lambda x: np.mean(np.diff(x, 2)[100:]) / DT**2, 0.42 / (1e-3 + 5e-5), 0.01)
+            for side in ("motor", "load")
+        ),
+        # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
+        (partial(behind_a_screw, "motor", *KEPT, k=1e6), 0.01, 3000, last, 1e-3 + 1e-2, 1e-3),
+        (partial(behind_a_screw, "load", *KEPT, k=1e6), 0.01, 3000, last, 1e-3, 1e-3),
+        # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
+        (partial(behind_a_screw, "load", LinearFriction(0.0, 0.3)), 0.06, 400, speed, 0.2, 1e-3),
+        (partial(behind_a_screw, "load", NO_FRICTION, LinearFriction(0.0, 3e5)), 0.06, 400, speed, 0.2, 1e-3),
+        # A spring at the motor holds both.
+        *((partial(behind_a_screw, side, LinearFriction(4.0, 0.2)), 0.2, 2000, last, 0.05, 1e-4) for side in ("motor", "load")),
+    ],
+)
+def test_a_plant_goes_where_its_equation_says(plant, command, count, read, expected, tolerance):
+    assert read(positions(plant(), command, count)) == pytest.approx(expected, rel=tolerance, abs=1e-4 * tolerance)
 
 
 @pytest.mark.parametrize("side", ["motor", "load"])
