@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.core.variable import KINDS
 from bristle.figures import ReportFigure, load_figure_file, style
 from bristle.testing import check_figure, figures
 from bristle.testing.check import UnmetError
@@ -123,27 +124,37 @@ def test_an_example_log_is_that_of_an_axis_whose_mass_and_friction_are_known():
 # --- the results that figures are tried with --------------------------------------------------------------------------
 
 
-def test_an_example_loop_runs_with_and_without_friction_feedforward():
-    fed, plain = _experiment("rotational").variants
-    assert (fed.name, plain.name, plain.feedforward.friction) == ("base", "uncompensated", None)
-    assert fed.friction == fed.feedforward.friction == plain.friction
-    assert (fed.friction.values["F_C"], fed.friction.values["F_v"], fed.plant.values["M"]) == (5.0, 80.0, 12.0)
-    assert (fed.controller.values["k_p"], fed.controller.values["k_v"], fed.sensor.values["resolution"]) == (40.0, 2000.0, 1e-6)
-    assert (fed.reference.values["amplitude"], fed.reference.values["frequency"]) == (0.01, 2.0)
-    # Two periods after half of one in which it settles.
-    assert (fed.run.duration, fed.run.sample_time, fed.run.settle) == (1.25, 1e-3, 0.25)
+FED, PLAIN = _experiment("rotational").variants
+STUDIES = {kind: _study(kind) for kind in KINDS}
+LEVEL, ERROR = (np.asarray(STUDIES["rotational"].columns[name]) for name in ("friction.F_C", "following_error.rms"))
 
 
-@pytest.mark.parametrize(("kind", "units"), [("translational", ["N", "m"]), ("rotational", ["N*m", "rad"])])
-def test_runs_of_an_example_study_have_an_error_that_grows_with_friction(kind, units):
-    runs = _study(kind)
-    assert (runs.described["kind"], runs.described["runs"], runs.described["draws"]) == (kind, 40, 40)
-    assert [runs.described["columns"][name]["unit"] for name in ("friction.F_C", "following_error.rms")] == units
-    level, error = (np.asarray(runs.columns[name]) for name in ("friction.F_C", "following_error.rms"))
-    assert error == pytest.approx(1e-6 * level)
-    assert (np.mean(level), np.std(level)) == (pytest.approx(5.0, abs=0.25), pytest.approx(0.5, rel=0.3))
-    assert set(runs.columns["status"]) == {"ok"}
-    assert list(runs.columns["run"]) == list(range(40))
+def units_of(kind):
+    return [STUDIES[kind].described["columns"][name]["unit"] for name in ("friction.F_C", "following_error.rms")]
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        # A loop runs with and without friction feedforward, two periods after half of one in which it settles.
+        ((FED.name, PLAIN.name, PLAIN.feedforward.friction), ("base", "uncompensated", None)),
+        ((FED.feedforward.friction, PLAIN.friction), (FED.friction, FED.friction)),
+        ((FED.friction.values["F_C"], FED.friction.values["F_v"], FED.plant.values["M"]), (5.0, 80.0, 12.0)),
+        ((FED.controller.values["k_p"], FED.controller.values["k_v"], FED.sensor.values["resolution"]), (40.0, 2000.0, 1e-6)),
+        ((FED.reference.values["amplitude"], FED.reference.values["frequency"]), (0.01, 2.0)),
+        ((FED.run.duration, FED.run.sample_time, FED.run.settle), (1.25, 1e-3, 0.25)),
+        # Runs of a study have an error that grows with friction.
+        ([(STUDIES[kind].described["kind"], STUDIES[kind].described["runs"]) for kind in KINDS], [(kind, 40) for kind in KINDS]),
+        (STUDIES["rotational"].described["draws"], 40),
+        ([units_of(kind) for kind in ("translational", "rotational")], [["N", "m"], ["N*m", "rad"]]),
+        (ERROR, pytest.approx(1e-6 * LEVEL)),
+        ((np.mean(LEVEL), np.std(LEVEL)), (pytest.approx(5.0, abs=0.25), pytest.approx(0.5, rel=0.3))),
+        (set(STUDIES["rotational"].columns["status"]), {"ok"}),
+        (list(STUDIES["rotational"].columns["run"]), list(range(40))),
+    ],
+)
+def test_an_example_is_of_an_axis_that_is_known(found, expected):
+    assert found == expected
 
 
 def test_an_example_comparison_has_a_log_with_twice_the_error(monkeypatch):
