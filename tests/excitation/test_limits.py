@@ -19,35 +19,35 @@ def limits(axis=STAGE, travel=None, start=None):
     return limits_of(axis, prior_of(axis), 1e-3, travel, start)
 
 
-def test_a_motion_uses_nine_tenths_of_each_limit_and_all_of_the_jerk():
-    result = limits()
-    assert (result.travel, result.velocity, result.acceleration) == pytest.approx((0.27, 0.27, 2.7))
-    assert (result.jerk, result.count, result.presliding, result.sample_time) == (5000.0, 0.125e-6, 7e-6, 1e-3)
+FORCEFUL = replace(STAGE, acceleration_limit=None)
+NOTHING = limits(Axis(kind="rotational"))
 
 
-def test_an_unstated_limit_is_unknown():
-    result = limits(Axis(kind="rotational"))
-    assert result == MotionLimits("rotational", 1e-3)
-    assert (result.reach, result.extent, result.fastest, result.corner(1.0, 1.0)) == (0.0, 0.0, math.inf, 20.0)
-    assert (limits().reach, limits().extent, limits().fastest) == (7e-6, pytest.approx(0.27), pytest.approx(0.27))
+@pytest.mark.parametrize(
+    ("result", "expected"),
+    [
+        # A motion uses nine tenths of each limit, and all of the jerk.
+        ((limits().travel, limits().velocity, limits().acceleration), (0.27, 0.27, 2.7)),
+        ((limits().jerk, limits().count, limits().presliding, limits().sample_time), (5000.0, 0.125e-6, 7e-6, 1e-3)),
+        ((limits().reach, limits().extent, limits().fastest), (7e-6, 0.27, 0.27)),
+        # An unstated limit is unknown.
+        ((NOTHING.reach, NOTHING.extent, NOTHING.fastest, NOTHING.corner(1.0, 1.0)), (0.0, 0.0, math.inf, 20.0)),
+        # It stays off the nearer end of the stroke, and uses a given travel whole.
+        ([limits(start=start).travel for start in (0.15, 0.0, 0.05)], [0.09, 0.18, 0.27]),
+        ([limits(travel=travel).travel for travel in (0.02, STAGE.stroke[1] - STAGE.stroke[0])], [0.02, 0.3]),
+        # Half of the effort over the mass is an acceleration.
+        (limits(FORCEFUL).acceleration, 0.9 * 12.5),
+    ],
+)
+def test_a_motion_uses_the_limits_of_its_axis(result, expected):
+    assert result == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("start", "travel"), [(0.15, 0.09), (0.0, 0.18), (0.05, 0.27)])
-def test_a_motion_stays_off_the_nearer_end_of_the_stroke(start, travel):
-    assert limits(start=start).travel == pytest.approx(travel)
-
-
-def test_a_travel_is_used_whole_up_to_the_stroke():
-    assert limits(travel=0.02).travel == 0.02
-    assert limits(travel=STAGE.stroke[1] - STAGE.stroke[0]).travel == pytest.approx(0.3)
+def test_what_is_not_told_is_unknown():
+    assert MotionLimits("rotational", 1e-3) == NOTHING
+    assert limits(replace(FORCEFUL, mass=None)).acceleration is limits(replace(FORCEFUL, effort_limit=None)).acceleration is None
     with pytest.raises(InputError, match=r"travel: is more than the stroke of the axis; found '?0.301.*allowed up to 300 mm"):
         limits(travel=0.301)
-
-
-def test_half_of_the_effort_over_the_mass_is_an_acceleration():
-    assert limits(replace(STAGE, acceleration_limit=None)).acceleration == pytest.approx(0.9 * 12.5)
-    assert limits(replace(STAGE, acceleration_limit=None, mass=None)).acceleration is None
-    assert limits(replace(STAGE, acceleration_limit=None, effort_limit=None)).acceleration is None
 
 
 @pytest.mark.parametrize(

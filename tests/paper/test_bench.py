@@ -14,13 +14,6 @@ from bristle.paper.bench import Bench, Record, Sensed, Walk, bench_of, follow, l
 from bristle.paper.drift import rippled
 
 
-def test_a_leg_reaches_from_turn_to_turn():
-    path = Walk(np.arange(7.0), 10.0 * np.arange(7.0), np.array([2, 5]))
-    assert path.at_turns.tolist() == [20.0, 50.0]
-    assert [part.tolist() for part in path.leg(0)] == [[0.0, 1.0, 2.0], [0.0, 10.0, 20.0]]
-    assert path.leg(1)[0].tolist() == [2.0, 3.0, 4.0, 5.0]
-
-
 def test_a_walk_has_a_force_in_the_middle_of_each_step_and_at_each_turn():
     done = walk(friction.coulomb(F_C=3.0), [2e-6, 1e-6], 1e-6, 0.5, step=1e-6)
     assert 1e6 * done.x == pytest.approx([0.0, 0.5, 1.5, 2.0, 1.5, 1.0])
@@ -79,13 +72,6 @@ def test_the_shaft_carries_the_effort_minus_that_of_the_motor():
     assert sensed.read == pytest.approx(sensed.shaft)
 
 
-def test_numbers_of_a_sensor_are_the_worst_of_all_runs():
-    first = Sensed(np.array([2.0, -4.0]), np.array([2.5, -4.0]), np.array([2.0, -3.0]))
-    second = Sensed(np.array([1.0, 5.0]), np.array([1.0, 4.25]), np.array([1.5, 4.0]))
-    # Read beside friction by 1 at most, of 5; the shaft beside it by 0.75; what is read beside the shaft by 1.
-    assert sensor_numbers([first, second]) == {"apart": 0.2, "inertia": 0.75, "filter": 1.0}
-
-
 def test_a_sensor_is_described_in_words():
     apart = {"apart": 0.0123, "inertia": 1.5e-3, "filter": 2.5e-4}
     words = sensor_says(Bench(4e-4, 2.5e-4, 200.0), apart, "Here")
@@ -104,29 +90,44 @@ class Told(dict):
         self.numbers, self.source, self.arm, self.mass = {"bench": bench_numbers}, "x.toml", 1e-3, "own"
 
 
-def test_the_motor_is_a_part_of_all_inertia():
-    assert bench_of(Told(J=4e-4, J_m=4e-4)) == Bench(4e-4, 4e-4, math.inf)
-    assert bench_of(Told(J=4e-4, J_m=0.0, torque_filter=50.0)).cutoff == 50.0
+def lists(*arrays):
+    return [array.tolist() for array in arrays]
+
+
+PATH = Walk(np.arange(7.0), 10.0 * np.arange(7.0), np.array([2, 5]))
+PLACES, TURNS = np.arange(10.0), np.array([2, 5, 8])
+RECORD = Record(PLACES, 2.0 * PLACES, TURNS, Walk(PLACES, 3.0 * PLACES, TURNS))
+LATER, MIDDLE = RECORD.since(1), RECORD.part(2, 8, 0)
+FIRST = Sensed(np.array([2.0, -4.0]), np.array([2.5, -4.0]), np.array([2.0, -3.0]))
+SECOND = Sensed(np.array([1.0, 5.0]), np.array([1.0, 4.25]), np.array([1.5, 4.0]))
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        # A leg reaches from turn to turn, and a part of a record keeps its turns.
+        (PATH.at_turns.tolist(), [20.0, 50.0]),
+        (lists(*PATH.leg(0)), [[0.0, 1.0, 2.0], [0.0, 10.0, 20.0]]),
+        (PATH.leg(1)[0].tolist(), [2.0, 3.0, 4.0, 5.0]),
+        (LATER.x.tolist(), [5.0, 6.0, 7.0, 8.0, 9.0]),
+        ((LATER.torque[0], LATER.actual.torque[0]), (10.0, 15.0)),
+        (lists(LATER.turns, LATER.actual.turns), [[0, 3], [0, 3]]),
+        ((MIDDLE.x[-1], MIDDLE.turns.tolist()), (7.0, [0, 3])),
+        # Read beside friction by 1 at most, of 5; the shaft beside it by 0.75; what is read beside the shaft by 1.
+        (sensor_numbers([FIRST, SECOND]), {"apart": 0.2, "inertia": 0.75, "filter": 1.0}),
+        # The motor is a part of all inertia, which counts at the table by the square of its arm.
+        (bench_of(Told(J=4e-4, J_m=4e-4)), Bench(4e-4, 4e-4, math.inf)),
+        (bench_of(Told(J=4e-4, J_m=0.0, torque_filter=50.0)).cutoff, 50.0),
+        (bench.plant_of(Told(J=4e-4, J_m=0.0)).values["M"], pytest.approx(400.0)),
+    ],
+)
+def test_numbers_of_a_bench_are_those_by_hand(found, expected):
+    assert found == expected
+
+
+def test_a_motor_heavier_than_all_inertia_is_refused():
     with pytest.raises(InputError, match=r"x\.toml: bench\.J_m.*0 to bench\.J = 0\.0004 kg\*m\^2"):
         bench_of(Told(J=4e-4, J_m=4.1e-4))
-
-
-def test_an_inertia_of_the_bench_counts_at_the_table_by_the_square_of_its_arm():
-    assert bench.plant_of(Told(J=4e-4, J_m=0.0)).values["M"] == pytest.approx(400.0)
-    bare = Told()
-    bare.numbers = {}
-    assert bench.plant_of(bare) == "own"
-
-
-def test_a_part_of_a_record_keeps_its_turns():
-    x = np.arange(10.0)
-    record = Record(x, 2.0 * x, np.array([2, 5, 8]), Walk(x, 3.0 * x, np.array([2, 5, 8])))
-    later = record.since(1)
-    assert later.x.tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]
-    assert (later.torque[0], later.actual.torque[0]) == (10.0, 15.0)
-    assert later.turns.tolist() == later.actual.turns.tolist() == [0, 3]
-    middle = record.part(2, 8, 0)
-    assert (middle.x[-1], middle.turns.tolist()) == (7.0, [0, 3])
 
 
 def measuring(resolution, noise):
@@ -136,6 +137,10 @@ def measuring(resolution, noise):
     reported |= {("measurement", "resolution"): resolution, ("measurement", "noise"): noise, ("measurement", "speed"): 1e-6}
     reported[("measurement", "amplitudes")] = np.array([1e-6, 4e-6])
     return reported
+
+
+def test_an_experiment_without_a_bench_has_its_own_mass():
+    assert bench.plant_of(measuring(0.0, 0.0)) == "own"
 
 
 def test_a_position_is_read_in_counts_and_a_torque_with_noise():
