@@ -1,7 +1,5 @@
 """How logs are cut into cycles, and which of these are of one motion."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.comparison.machine import STEP, log, sine
@@ -42,37 +40,27 @@ def to_and_fro(count, half=6):
     return motion, np.arange(half, motion.size - 1, half)
 
 
-def test_cycles_reach_from_a_forward_turn_to_the_next():
-    motion, turns = to_and_fro(3)
-    assert spans(cycles._complete([recording(motion, turns)])) == [(0, 12), (12, 24), (24, 36)]
-    # Upside down the motion turns forward in the middle of these.
-    assert spans(cycles._complete([recording(-motion, turns)])) == [(6, 18), (18, 30)]
+THRICE, TURNS = to_and_fro(3)
+TWICE, _ = to_and_fro(2)
+SEVEN = [*np.tile([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.5], 3), 0.0]
 
 
-def test_a_motion_that_begins_halfway_begins_no_cycle_there():
-    motion, turns = to_and_fro(3)
-    begun = recording(motion[3:], turns - 3)
-    assert spans(cycles._complete([begun])) == [(9, 21), (21, 33)]
-    ended = recording(motion[:-3], turns)
-    assert spans(cycles._complete([ended])) == [(0, 12), (12, 24)]
-
-
-def test_rest_before_and_after_a_motion_belongs_to_no_cycle():
-    motion, turns = to_and_fro(2)
-    rested = np.concatenate([np.zeros(5), motion, np.zeros(7)])
-    assert spans(cycles._complete([recording(rested, turns + 5)])) == [(5, 17), (17, 29)]
-
-
-def test_too_few_samples_are_no_cycle():
-    short, long = (recording(*to_and_fro(3, half)) for half in (3, 4))
-    assert cycles._complete([short]) == []
-    seven = recording([*np.tile([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.5], 3), 0.0], [3, 7, 10, 14, 17])
-    assert cycles._complete([seven]) == []
-    assert spans(cycles._complete([long, short])) == [(0, 8), (8, 16), (16, 24)]
-
-
-def test_a_standstill_has_no_cycle():
-    assert cycles._complete([recording(np.full(30, 2.0))]) == []
+@pytest.mark.parametrize(
+    ("motion", "turns", "cycles_of"),
+    [
+        (THRICE, TURNS, [(0, 12), (12, 24), (24, 36)]),
+        (-THRICE, TURNS, [(6, 18), (18, 30)]),  # upside down it turns forward in the middle of these
+        (THRICE[3:], TURNS - 3, [(9, 21), (21, 33)]),  # begun halfway
+        (THRICE[:-3], TURNS, [(0, 12), (12, 24)]),  # ended halfway
+        (np.concatenate([np.zeros(5), TWICE, np.zeros(7)]), np.array([11, 17, 23]), [(5, 17), (17, 29)]),  # rest before and after
+        (*to_and_fro(3, 4), [(0, 8), (8, 16), (16, 24)]),
+        (*to_and_fro(3, 3), []),  # too few samples
+        (SEVEN, [3, 7, 10, 14, 17], []),
+        (np.full(30, 2.0), (), []),  # a standstill
+    ],
+)
+def test_cycles_reach_from_a_forward_turn_to_the_next(motion, turns, cycles_of):
+    assert spans(cycles._complete([recording(motion, turns)])) == cycles_of
 
 
 @pytest.mark.parametrize(
@@ -90,15 +78,9 @@ def test_a_standstill_has_no_cycle():
     ],
 )
 def test_equal_duration_and_nearby_positions_make_the_same_motion(away, count, number):
-    known = [np.zeros(3), np.full(3, 10.0)]
-    assert (
-        cycles._first_alike(np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away), count, known, [100, 100], 0.5, 0.02)
-        == number
-    )
-
-
-def test_the_first_motion_has_the_number_zero():
-    assert cycles._first_alike(np.zeros(3), 10, [], [], 0.5, 0.02) == 0
+    known, motion = [np.zeros(3), np.full(3, 10.0)], np.array([0.0, 0.0, away]) if abs(away) < 1 else np.full(3, away)
+    assert cycles._first_alike(motion, count, known, [100, 100], 0.5, 0.02) == number
+    assert cycles._first_alike(motion, count, [], [], 0.5, 0.02) == 0, "the first motion"
 
 
 def test_motions_are_numbered_through_both_sides():
@@ -229,12 +211,6 @@ def test_pieces_are_a_twentieth_of_the_longest_motion_of_the_shorter_side():
     low, high, complete = sides_of([(item, None) for item in slides[:2]], [(slides[2], None)], follows=True, tells_effort=False)
     assert not complete
     assert {cycle.count for cycle in (*low.cycles, *high.cycles)} == {1000 // 20}
-
-
-def test_signals_of_a_cycle_are_cut_from_its_stretch():
-    stretch = replace(recording(np.arange(9.0)), error=np.arange(9.0) ** 2)
-    cycle = Cycle(stretch, slice(2, 5))
-    assert (cycle.count, cycle.part("error").tolist(), cycle.part("motion").tolist()) == (3, [4.0, 9.0, 16.0], [2.0, 3.0, 4.0])
 
 
 @pytest.mark.parametrize(("follows", "wider", "is_one"), [(True, 1.05, True), (True, 1.1, False), (False, 1.1, True), (False, 1.2, False)])

@@ -71,27 +71,39 @@ def test_a_window_that_ends_after_the_log_is_ignored():
     assert turn_measures(4)[0].sums(chosen).tolist() == [[0.0, 0.0]]
 
 
-def test_courses_are_means_over_cycles_motion_after_motion():
-    before = recording([0, 1, 0, 2, 3, 0, 1, 0], [1, 2, 3, 4, 5, 6, 7, 8])
-    after = recording([0, 1, 0, 2, 3], [10, 20, 30, 40, 50])
-    low, high = side(before, (0, 3, 0), (3, 5, 1), (5, 8, 0)), side(after, (0, 3, 0), (3, 5, 1))
-    course = course_of(low, high, follows=True)
-    assert course.time.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
-    assert course.motion.tolist() == [0.0, 1.0, 0.0, 2.0, 3.0]
-    assert course.before.tolist() == [3.5, 4.5, 5.5, 4.0, 5.0]
-    assert course.after.tolist() == [10.0, 20.0, 30.0, 40.0, 50.0]
-
-
-def test_the_course_is_as_long_as_the_shortest_cycle_of_a_motion():
-    low = side(recording([0, 1, 2, 3], [1, 1, 1, 1]), (0, 4, 0))
-    high = side(recording([0, 1, 2], [2, 2, 2]), (0, 3, 0))
-    assert course_of(low, high, follows=True).motion.tolist() == [0.0, 1.0, 2.0]
-
-
-def test_without_a_reference_the_course_is_of_the_effort():
-    low, high = (side(recording([0, 1], effort=effort), (0, 2, 0)) for effort in ([1, 2], [3, 4]))
-    course = course_of(low, high, follows=False)
-    assert (course.before.tolist(), course.after.tolist()) == ([1.0, 2.0], [3.0, 4.0])
+@pytest.mark.parametrize(
+    ("sides", "follows", "expected"),
+    [
+        (
+            (
+                side(recording([0, 1, 0, 2, 3, 0, 1, 0], [1, 2, 3, 4, 5, 6, 7, 8]), (0, 3, 0), (3, 5, 1), (5, 8, 0)),
+                side(recording([0, 1, 0, 2, 3], [10, 20, 30, 40, 50]), (0, 3, 0), (3, 5, 1)),
+            ),
+            True,
+            {
+                "time": [0.0, 0.5, 1.0, 1.5, 2.0],
+                "motion": [0.0, 1.0, 0.0, 2.0, 3.0],
+                "before": [3.5, 4.5, 5.5, 4.0, 5.0],
+                "after": [10.0, 20.0, 30.0, 40.0, 50.0],
+            },
+        ),
+        # As long as the shortest cycle.
+        (
+            (side(recording([0, 1, 2, 3], [1, 1, 1, 1]), (0, 4, 0)), side(recording([0, 1, 2], [2, 2, 2]), (0, 3, 0))),
+            True,
+            {"motion": [0.0, 1.0, 2.0]},
+        ),
+        # Of the effort, without a reference.
+        (
+            (side(recording([0, 1], effort=[1, 2]), (0, 2, 0)), side(recording([0, 1], effort=[3, 4]), (0, 2, 0))),
+            False,
+            {"before": [1.0, 2.0], "after": [3.0, 4.0]},
+        ),
+    ],
+)
+def test_courses_are_means_over_cycles_motion_after_motion(sides, follows, expected):
+    course = course_of(*sides, follows=follows)
+    assert {name: getattr(course, name).tolist() for name in expected} == expected
 
 
 def test_courses_around_reversals_cover_one_window_before_and_three_after():
@@ -106,15 +118,18 @@ def test_courses_around_reversals_cover_one_window_before_and_three_after():
     assert (forward.name, forward.before.tolist()) == ("backward_to_forward", [5.0, 6.0, 7.0, 8.0, 9.0])
 
 
-def test_a_direction_that_only_a_side_has_gives_no_course():
-    full = side(recording(ZIGZAG, np.arange(13.0), turns=[3, 6]), (0, 12, 0))
-    half = side(recording(ZIGZAG, np.arange(13.0), turns=[3]), (0, 12, 0))
-    assert [turn.name for turn in turn_courses(full, half, 1)] == ["forward_to_backward"]
-    assert [turn.name for turn in turn_courses(full, full, 2)] == ["forward_to_backward", "backward_to_forward"]
-    early = side(recording(ZIGZAG, np.arange(13.0), turns=[0]), (0, 12, 0))
-    assert turn_courses(early, early, 1) == ()  # no sample stands before it
-    late = side(recording(ZIGZAG, np.arange(13.0), turns=[10]), (0, 12, 0))
-    assert turn_courses(late, late, 1) == ()  # three windows behind it there is none
+@pytest.mark.parametrize(
+    ("turns", "others", "window", "names"),
+    [
+        ([3, 6], [3], 1, ["forward_to_backward"]),
+        ([3, 6], [3, 6], 2, ["forward_to_backward", "backward_to_forward"]),
+        ([0], [0], 1, []),  # no sample stands before it
+        ([10], [10], 1, []),  # three windows behind it there is none
+    ],
+)
+def test_a_direction_that_only_a_side_has_gives_no_course(turns, others, window, names):
+    both = [side(recording(ZIGZAG, np.arange(13.0), turns=places), (0, 12, 0)) for places in (turns, others)]
+    assert [turn.name for turn in turn_courses(*both, window)] == names
 
 
 # --- friction ------------------------------------------------------------------------------------------------------
@@ -189,6 +204,13 @@ def test_a_range_without_a_direction_gives_no_friction():
     rows = SlidingRows(strokes(part, part), strokes(part, part))
     assert rows.ranges.size == 2
     assert max(rows.speeds) < 0.56
+
+
+def test_cycles_in_one_direction_give_no_friction():
+    both, forward = strokes(sliding(), sliding()), strokes(sliding(both=False), sliding(both=False))
+    measures = SlidingRows(both, both).measures()
+    assert np.isnan([values_of(item, forward) for item in measures]).all()
+    assert not np.isnan([values_of(item, both) for item in measures]).any()
 
 
 def test_a_motion_without_rows_does_not_affect_friction():

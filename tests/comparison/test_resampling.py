@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
+from tests.comparison.machine import correlated
 
 from bristle.comparison import resampling
 from bristle.comparison.resampling import changed, plan_of
@@ -49,11 +50,31 @@ def test_no_cycle_is_compared_without_a_motion_in_common():
     assert changed(mean, counted(1, 2), counted(3, 4), plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1]))) is None
 
 
-def test_each_motion_has_the_same_weight_on_both_sides():
-    # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4; each comes twice on the side that has it less often.
-    before, after = counted(1, 1, 1, 1, 2, 2), counted(3, 3, 4, 4, 4, 4)
-    result = changed(mean, before, after, plan_of([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]))
-    assert (result.before, result.after) == (pytest.approx(1.5), pytest.approx(3.5))
+@pytest.mark.parametrize(
+    ("before", "after", "kinds", "expected"),
+    [
+        # Sides without scatter.
+        ([2, 2, 2], [3, 3, 3], ([0, 0, 0], [0, 0, 0]), (2.0, 3.0, (1.0, 1.0))),
+        # However much paired motions differ, the second side is half of the first one, or shifted through zero.
+        ([1, 5, 2, 9, 3], [0.5, 2.5, 1, 4.5, 1.5], (range(5), range(5)), (4.0, 2.0, (-2.0, -2.0))),
+        ([1, -5, 2, -9, 3], [3, -3, 4, -7, 5], (range(5), range(5)), (-1.6, 0.4, (2.0, 2.0))),
+        # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4, both the same weight on both sides.
+        ([1, 1, 1, 1, 2, 2], [3, 3, 4, 4, 4, 4], ([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]), (1.5, 3.5, (2.0, 2.0))),
+        # A single pair.
+        ([4], [6], ([0], [0]), (4.0, 6.0, None)),
+    ],
+)
+def test_a_change_that_does_not_scatter_is_exact(before, after, kinds, expected):
+    result = changed(mean, counted(*before), counted(*after), plan_of(*kinds))
+    assert (result.before, result.after) == pytest.approx(expected[:2])
+    assert result.interval == (expected[2] and pytest.approx(expected[2]))
+    assert result.as_one == 1.0
+
+
+def test_paired_cycles_of_a_motion_are_combined():
+    # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
+    result = changed(mean, counted(4, 1, 3, 1), counted(6, 2, 8), plan_of([7, 2, 7, 3], [7, 2, 3]))
+    assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
 
 
 def test_cycles_without_any_sum_do_not_count():
@@ -63,27 +84,6 @@ def test_cycles_without_any_sum_do_not_count():
     expected = changed(mean, counted(1, 2, 3), counted(2, 3, 4, 5), plan_of([0, 0, 0], kinds))
     assert changed(mean, sums, counted(2, 3, 4, 5), plan_of(kinds, kinds)) == expected
     assert (expected.before, expected.after) == (2.0, 3.5)
-
-
-def test_sides_without_scatter_have_an_interval_of_no_width():
-    result = changed(mean, counted(2, 2, 2), counted(3, 3, 3), plan_of([0, 0, 0], [0, 0, 0]))
-    assert result.interval == (pytest.approx(1.0), pytest.approx(1.0))
-    assert result.as_one == 1.0
-
-
-def test_a_factor_between_paired_motions_has_an_interval_of_no_width():
-    # However much the motions differ, the second side is half of the first one.
-    sizes = np.array([1.0, 5.0, 2.0, 9.0, 3.0])
-    result = changed(mean, counted(*sizes), counted(*(0.5 * sizes)), plan_of(range(5), range(5)))
-    assert (result.before, result.after) == (pytest.approx(4.0), pytest.approx(2.0))
-    assert result.interval == (pytest.approx(-2.0), pytest.approx(-2.0))
-
-
-def test_a_shift_of_paired_motions_through_zero_has_an_interval_of_no_width():
-    sizes = np.array([1.0, -5.0, 2.0, -9.0, 3.0])
-    result = changed(mean, counted(*sizes), counted(*(sizes + 2.0)), plan_of(range(5), range(5)))
-    assert (result.before, result.after) == (pytest.approx(-1.6), pytest.approx(0.4))
-    assert result.interval == (pytest.approx(2.0), pytest.approx(2.0))
 
 
 PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])  # in an order in which neighbours differ
@@ -99,18 +99,6 @@ def test_the_interval_of_paired_motions_is_that_of_students_t():
     ratio = changed(mean, counted(*8 * [1.0]), counted(*near), plan_of(range(8), range(8)))
     assert np.mean(ratio.interval) == pytest.approx(0.01 * PAIRED.mean(), rel=0.01)
     assert 0.5 * np.ptp(ratio.interval) == pytest.approx(0.01 * error, rel=0.06)
-
-
-def test_paired_cycles_of_a_motion_are_combined():
-    before, after = counted(4, 1, 3, 1), counted(6, 2, 8)
-    result = changed(mean, before, after, plan_of([7, 2, 7, 3], [7, 2, 3]))
-    # Motion 7 is 3.5 and 6, motion 2 is 1 and 2, motion 3 is 1 and 8.
-    assert (result.before, result.after) == (pytest.approx(5.5 / 3.0), pytest.approx(16.0 / 3.0))
-
-
-def test_a_single_pair_gives_a_change_without_an_interval():
-    result = changed(mean, counted(4.0), counted(6.0), plan_of([0], [0]))
-    assert result == (4.0, 6.0, None, 1.0)
 
 
 def test_an_infinite_ratio_stays_a_number():
@@ -180,28 +168,32 @@ def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
 
 
 @pytest.mark.parametrize(
-    ("influence", "expected"),
+    ("found", "given", "expected"),
     [
-        ([1.0, -1.0, 1.0, -1.0], 1.0),  # neighbours that differ
-        ([1.0, 1.0, -1.0, -1.0], 2.0),  # a correlation of a quarter, raised by a quarter
-        ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0], 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
-        ([0.0, 0.0, 0.0, 0.0], 1.0),
-        ([1.0, -1.0], 1.0),
-        ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0], 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
-        ([1.0, 2.0, 2.0, 1.0], 2.0),  # half of all at most
+        # Correlated neighbours count as fewer cycles.
+        (resampling._as_one, ([1.0, -1.0, 1.0, -1.0],), 1.0),  # neighbours that differ
+        (resampling._as_one, ([1.0, 1.0, -1.0, -1.0],), 2.0),  # a correlation of a quarter, raised by a quarter
+        (resampling._as_one, ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0],), 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
+        (resampling._as_one, ([0.0, 0.0, 0.0, 0.0],), 1.0),
+        (resampling._as_one, ([1.0, -1.0],), 1.0),
+        (resampling._as_one, ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0],), 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
+        (resampling._as_one, ([1.0, 2.0, 2.0, 1.0],), 2.0),  # half of all at most
+        # A variance is raised for few correlated cycles: of 1 and 3 it is 1. Its freedom does not fall below 1.
+        (resampling._spread, ([1.0, 3.0, np.nan, np.inf], 12, 2, 1.5), (1.5 * 12.0 / 10.0, 12.0 / 1.5 - 2.0)),
+        (resampling._spread, ([1.0, 3.0], 2, 1, 1.0), (2.0, 1.0)),
+        (resampling._spread, ([1.0, 3.0], 4, 1, 2.0), (8.0 / 3.0, 1.0)),
+        # An interval lies evenly about the change.
+        (resampling._interval, (2.0, 4.0, 1e9), (2.0 - 2.0 * 1.959964, 2.0 + 2.0 * 1.959964)),
+        (resampling._interval, (0.0, 1.0, 1.0), (-12.7062, 12.7062)),
     ],
 )
-def test_correlated_neighbours_count_as_fewer_cycles(influence, expected):
-    assert resampling._as_one(np.array(influence)) == pytest.approx(expected)
+def test_numbers_of_an_interval_are_those_by_hand(found, given, expected):
+    assert found(*(np.array(item) if isinstance(item, list) else item for item in given)) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
 def test_the_number_per_independent_cycle_follows_a_known_correlation(correlation):
-    noise = np.random.default_rng(4).standard_normal(40_000)
-    values = np.empty_like(noise)
-    values[0] = noise[0]
-    for k in range(1, noise.size):
-        values[k] = correlation * values[k - 1] + noise[k]
+    values = correlated(np.random.default_rng(4), 40_000, correlation)
     expected = (1.0 + correlation) / (1.0 - correlation)
     assert resampling._as_one(values - values.mean()) == pytest.approx(expected, rel=0.06)
 
@@ -218,32 +210,14 @@ def test_an_indispensable_cycle_has_no_influence():
     assert influence.tolist() == [0.0]
 
 
-def test_draws_keep_the_number_of_cycles():
+def test_draws_keep_the_number_of_cycles_and_are_enough_for_two_digits_of_a_variance():
     drawn = resampling._draws(7, np.random.default_rng(1))
-    assert drawn.shape[1] == 7
-    assert np.all(drawn.sum(axis=1) == 7.0)
-    assert np.mean(drawn, axis=0) == pytest.approx(1.0, abs=0.15)
-
-
-def test_enough_draws_are_made_for_two_digits_of_a_variance():
-    assert 1.0 / math.sqrt(2.0 * len(resampling._draws(2, np.random.default_rng(1)))) < 0.03
-
-
-def test_a_variance_is_raised_for_few_correlated_cycles():
-    variance, freedom = resampling._spread(np.array([1.0, 3.0, np.nan, np.inf]), 12, 2, 1.5)
-    assert variance == pytest.approx(1.5 * 12.0 / 10.0)  # of 1 and 3 it is 1
-    assert freedom == pytest.approx(12.0 / 1.5 - 2.0)
-    assert resampling._spread(np.array([1.0, 3.0]), 2, 1, 1.0) == (pytest.approx(2.0), 1.0)
-    assert resampling._spread(np.array([1.0, 3.0]), 4, 1, 2.0)[1] == 1.0  # freedom does not fall below
-    assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])
-
-
-def test_an_interval_lies_evenly_about_the_change():
-    low, high = resampling._interval(2.0, 4.0, 1e9)
-    assert (low, high) == (pytest.approx(2.0 - 2.0 * 1.959964), pytest.approx(2.0 + 2.0 * 1.959964))
-    assert resampling._interval(0.0, 1.0, 1.0)[1] == pytest.approx(12.7062, rel=1e-5)
+    assert drawn.sum(axis=1).tolist() == [7.0] * len(drawn)
+    assert np.mean(drawn, axis=0) == pytest.approx(np.ones(7), abs=0.15)
+    assert 1.0 / math.sqrt(2.0 * len(drawn)) < 0.03
 
 
 @pytest.mark.parametrize(("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)])
 def test_a_missing_number_has_no_interval(change, variance):
     assert resampling._interval(change, variance, 3.0) is None
+    assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])

@@ -1,6 +1,5 @@
 """The Bouc-Wen benchmark through the command line: known truth, noise, and a test record without noise."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.io
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.examples.data import data_of, measured
 
 from bristle import friction, plants
 from bristle.engine import run_open_loop
@@ -21,30 +21,19 @@ TRUE_PLANT = plants.oscillator(M=2.0, c=10.0, k=5e4)
 TRUE_FRICTION = friction.bouc_wen_classic(alpha=5e4, beta=1e3, gamma=0.8, delta=-1.1)
 
 
-@pytest.fixture(scope="module")
-def folder() -> Path:
-    data = os.environ.get("BRISTLE_DATA")
-    if not data:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    path = Path(data) / "bouc_wen"
-    assert (path / "train.h5").is_file(), f"{path} lacks the Bouc-Wen records"
-    return path
-
-
 @pytest.mark.measured
-def test_the_truth_is_recovered_and_unseen_motion_is_predicted(bristle, folder, tmp_path):  # noqa: F811
-    out = tmp_path / "out"
-    result = bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json")
-    assert result.code == 0, result.err
-    known = result.data["parameters"] | result.data["combinations"]
+def test_the_truth_is_recovered_and_unseen_motion_is_predicted(bristle, tmp_path):  # noqa: F811
+    folder, out = measured("bouc_wen", "train.h5").parent, tmp_path / "out"
+    result = data_of(bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json"))
+    known = result["parameters"] | result["combinations"]
     for name, true in TRUTH.items():
         percent = 1.0 if name == "c" else 0.5
         assert abs(known[name]["value"] / true - 1.0) < percent / 100.0, name
         assert abs(known[name]["value"] - true) < 3.5 * known[name]["std"], name
     assert known["beta"]["status"] == "unidentifiable"
-    assert any(item.startswith("parameter beta cannot be identified") for item in result.data["warnings"])
-    assert 7.3e-6 < result.data["metrics"]["position_rmse"] < 7.5e-6
-    assert result.data["metrics"]["held_out_error_percent"] < 1.2
+    assert any(item.startswith("parameter beta cannot be identified") for item in result["warnings"])
+    assert 7.3e-6 < result["metrics"]["position_rmse"] < 7.5e-6
+    assert result["metrics"]["held_out_error_percent"] < 1.2
     parts = [folder / f"{name}val_multisine.mat" for name in "uy"]
     subprocess.run([sys.executable, AXIS.with_name("join.py"), *parts, tmp_path / "test.npz"], check=True)
     for log, allowed in ((tmp_path / "test.npz", 1e-6), (swept(tmp_path / "sweep.mat"), 1e-6)):

@@ -1,22 +1,14 @@
 """Every example runs as a user runs it, and prints the numbers that it is there to show."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from tests.examples.data import EXAMPLES, printed
 
 pytestmark = pytest.mark.slow
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("0*.py"))
-
-
-def printed(name):
-    done = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 def number_after(text, output):

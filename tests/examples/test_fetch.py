@@ -2,7 +2,6 @@
 
 import functools
 import http.server
-import os
 import subprocess
 import sys
 import threading
@@ -10,6 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from tests.examples.data import measured
 
 pytestmark = pytest.mark.slow
 
@@ -68,11 +68,8 @@ def test_an_address_without_an_answer_is_reported(site, fetch):
 @pytest.mark.measured
 @pytest.mark.parametrize("archived", [True, False])
 def test_the_right_file_is_taken(site, fetch, archived):
-    data = os.environ.get("BRISTLE_DATA")
-    if not data:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
     folder, url = site
-    record = (Path(data) / "emps" / FILE).read_bytes()
+    record = measured("emps", FILE).read_bytes()
     if archived:
         with zipfile.ZipFile(folder / "log", "w") as archive:
             archive.writestr(f"EMPS/{FILE}", record)

@@ -1,11 +1,11 @@
 """The friction damper with backlash through the command line: each test held out in turn, another one predicted."""
 
-import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.examples.data import data_of, measured
 
 pytestmark = pytest.mark.slow
 
@@ -14,28 +14,18 @@ TEST = "dataset-1__characterization_datasets__{}tension"
 FITTED = ("0.5Hz80lb", "1Hz80lb")
 
 
-@pytest.fixture(scope="module")
-def file() -> Path:
-    data = os.environ.get("BRISTLE_DATA")
-    if not data:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    path = Path(data) / "friction_damper" / "brfd_all.npz"
-    assert path.is_file(), f"{path} is missing"
-    return path
-
-
 @pytest.mark.measured
-def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, file, tmp_path):  # noqa: F811
+def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, tmp_path):  # noqa: F811
+    file = measured("friction_damper", "brfd_all.npz")
     logs = [f"{file}::{TEST.format(name)}" for name in FITTED]
     models = "coulomb,maxwell_slip,gap_slider+asymmetry"
     out = tmp_path / "out"
-    result = bristle("identify", *logs, "--axis", AXIS, "--model", models, "--out", out, "--json")
-    assert result.code == 0, result.err
-    assert result.data["model"] == "gap_slider+asymmetry"
-    error = {item["name"]: item["metrics"]["held_out_error_percent"] for item in result.data["models"]}
+    result = data_of(bristle("identify", *logs, "--axis", AXIS, "--model", models, "--out", out, "--json"))
+    assert result["model"] == "gap_slider+asymmetry"
+    error = {item["name"]: item["metrics"]["held_out_error_percent"] for item in result["models"]}
     assert error["coulomb"] > 5.0 * error["gap_slider+asymmetry"]
     assert error["gap_slider+asymmetry"] < 0.8 * error["maxwell_slip"]
-    known = result.data["parameters"]
+    known = result["parameters"]
     assert known["F_C_pos"]["status"] == known["F_C_neg"]["status"] == "identified"
     # The same history elsewhere, in a file of its own that holds nothing else: the backlash is found anew.
     array = np.load(file)[TEST.format(FITTED[1])]

@@ -1,12 +1,12 @@
 """The notebooks of the gallery run, show their figures, and print what their sentences say."""
 
-import importlib.util
 import json
 import re
 from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+from tests.examples.data import values_of
 
 pytestmark = pytest.mark.slow
 
@@ -17,13 +17,10 @@ NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
 @pytest.fixture
 def run(capsys, tmp_path, monkeypatch):
     """Run a notebook in an empty folder; return what its cells show, and what they print."""
-    spec = importlib.util.spec_from_file_location("thumbnails", FOLDER / "thumbnails.py")
-    thumbnails = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(thumbnails)
     monkeypatch.chdir(tmp_path)
 
     def executed(name):
-        shown = thumbnails.values_of(FOLDER / f"{name}.ipynb")
+        shown = values_of(FOLDER / f"{name}.ipynb")
         assert list(tmp_path.iterdir()) == []
         return shown, capsys.readouterr().out
 

@@ -41,12 +41,6 @@ def test_the_sensor_is_a_cause_under_its_name(folder, capsys):
     assert budget["nothing"]["peak_to_peak"] < 1e-9
 
 
-def test_the_error_of_the_sensor_shows_in_the_true_position(folder):
-    (trace,) = simulate(read_experiment(folder / "rig.toml", allow_code=True)).variants.values()
-    read_wrongly = trace.measured - trace.position
-    assert read_wrongly.max() == pytest.approx(2.5e-6, rel=1e-3)
-
-
 def test_the_law_is_exported_to_c(folder, tmp_path):
     if compiler() is None:
         pytest.skip("no C compiler here")

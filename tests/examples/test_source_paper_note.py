@@ -1,13 +1,13 @@
 """The note on the source paper runs, two programs agree, and its sentences hold."""
 
-import importlib.util
+import io
 import json
 import re
-import sys
-from pathlib import Path
+from contextlib import redirect_stdout
 
 import pytest
 from tests.docs.conftest import ROOT
+from tests.examples.data import values_of
 
 pytestmark = pytest.mark.timeout(3000)
 
@@ -27,22 +27,11 @@ def test_the_note_is_stripped_and_its_second_program_knows_nothing_of_bristle():
 @pytest.fixture(scope="module")
 def printed(tmp_path_factory):
     """What the note prints, and the folder that it writes."""
-    import contextlib
-    import io
-    import os
-
-    spec = importlib.util.spec_from_file_location("thumbnails", ROOT / "examples" / "notebooks" / "thumbnails.py")
-    thumbnails = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(thumbnails)
-    folder, before, text = tmp_path_factory.mktemp("note"), Path.cwd(), io.StringIO()
-    os.chdir(folder)
-    sys.path.insert(0, str(FOLDER))
-    try:
-        with contextlib.redirect_stdout(text):
-            thumbnails.values_of(NOTE)
-    finally:
-        sys.path.remove(str(FOLDER))
-        os.chdir(before)
+    folder, text = tmp_path_factory.mktemp("note"), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(text):
+        patch.chdir(folder)
+        patch.syspath_prepend(FOLDER)
+        values_of(NOTE)
     return text.getvalue(), folder / "source-paper"
 
 

@@ -1,10 +1,10 @@
 """The example of a reciprocating contact: its second half, predicted from a fit to the first."""
 
-import os
 from pathlib import Path
 
 import pytest
 from tests.cli.conftest import bristle  # noqa: F401
+from tests.examples.data import data_of, measured
 
 from bristle.files import read_axis, read_log
 from bristle.identification import identify
@@ -20,11 +20,7 @@ MIDDLE = 108.5  # [s]
 
 @pytest.fixture(scope="module")
 def log_file() -> Path:
-    if "BRISTLE_DATA" not in os.environ:
-        pytest.skip("BRISTLE_DATA is not set")
-    path = Path(os.environ["BRISTLE_DATA"]) / "tribometer" / "test_data_2.txt"
-    assert path.is_file(), f"{path} is missing"
-    return path
+    return measured("tribometer", "test_data_2.txt")
 
 
 @pytest.fixture(scope="module")
@@ -66,9 +62,7 @@ def test_unidentifiable_parameters_of_this_log_are_reported(result):
 @pytest.mark.measured
 def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_file, tmp_path):  # noqa: F811
     requested = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")
-    done = bristle("identify", log_file, "--axis", AXIS, *requested, "--json")
-    assert done.code == 0, done.err
-    assert done.data["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
-    text = bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
-    assert text.code == 0, text.err
-    assert text.data["metrics"]["force_error_percent"] == pytest.approx(done.data["metrics"]["force_error_percent"])
+    done = data_of(bristle("identify", log_file, "--axis", AXIS, *requested, "--json"))
+    assert done["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
+    text = data_of(bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json"))
+    assert text["metrics"]["force_error_percent"] == pytest.approx(done["metrics"]["force_error_percent"])

@@ -1,11 +1,11 @@
 """A vertical axis behind a gear and a screw: what its drive wants, in percent of rated, is what was put in."""
 
-import re
-
 import numpy as np
 import pytest
 
 import bristle as br
+from bristle.prediction import drive_table
+from bristle.report.model_tables import drive_rows
 
 pytestmark = pytest.mark.slow
 
@@ -28,11 +28,6 @@ rated = "{RATED} N*m"
 lead = "10 mm"
 gear_ratio = {GEAR}
 """
-
-
-def table_rows(path):
-    """Return the lines of a table behind its comments."""
-    return [line for line in path.read_text().splitlines() if not line.startswith("#")]
 
 
 @pytest.fixture(scope="module")
@@ -67,9 +62,6 @@ def test_three_values_are_in_percent_of_rated(identification):
 
 @pytest.mark.parametrize("entries", [4, 20])
 def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
-    from bristle.prediction import drive_table
-    from bristle.report.model_tables import drive_rows
-
     table = drive_rows(drive_table(identification.best, entries), "translational", identification.axis)
     heads = list(table.heads)
     speeds, percents = (heads.index(head) for head in ("[rpm of the motor]", "[% of rated]"))
@@ -79,61 +71,3 @@ def test_the_table_is_in_rpm_and_percent_of_rated(identification, entries):
         speed = rpm / 60.0 / GEAR * LEAD
         truth = WEIGHT + np.copysign(LEVEL, rpm) + VISCOUS * speed
         assert float(row[percents].replace("−", "-")) == pytest.approx(truth / PERCENT, rel=0.03)
-
-
-def test_the_first_page_shows_values_in_the_units_of_the_drive(identification):
-    page = identification.outcome.page
-    first = page.partition('<div class="tabs">')[0]
-    (card,) = re.findall(r"Lowest sliding friction</span>.*?</div>", first, re.DOTALL)
-    level, gravity = (float(re.search(pattern, card)[1]) for pattern in (r"<strong>([\d.]+) /", r"constant ([\d.]+)"))
-    assert "% of rated" in card
-    assert level == pytest.approx(LEVEL / PERCENT, rel=0.05)
-    assert gravity == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert re.search(r"(11\.[78]\d*|0\.11[78]\d*)\sk?g·cm²", first)
-    assert "N*m" not in first
-
-
-def exported(result, folder, points):
-    best = result.best
-    return br.export(
-        best.friction, "table", folder, points=points, plant=best.plant, axis=result.axis, speed=result.treatment["velocity_max"]
-    )
-
-
-def test_a_file_of_three_values_is_in_percent_of_rated(identification, tmp_path):
-    exported(identification, tmp_path / "out", 3)
-    rows = [row.split(",") for row in table_rows(tmp_path / "out" / "axis_x.csv")[1:]]
-    message = {(name, unit): float(amount) for name, amount, unit, _ in rows}
-    assert message["gravity", "%"] == pytest.approx(WEIGHT / PERCENT, rel=0.03)
-    assert message["F+", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    assert message["F-", "%"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    assert message["D+", "N*s/m"] == pytest.approx(VISCOUS, rel=0.05)
-    assert message["gravity", "N*m at the motor"] == pytest.approx(0.01 * RATED * WEIGHT / PERCENT, rel=0.03)
-    at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
-    assert message["inertia", "kg*m^2 at the motor"] == pytest.approx(at_motor, rel=0.03)
-
-
-@pytest.mark.parametrize("points", [4, 20])
-def test_a_file_of_the_table_is_in_percent_over_rpm(identification, tmp_path, points):
-    exported(identification, tmp_path / "out", points)
-    head, *rows = table_rows(tmp_path / "out" / "axis_x_drive.csv")
-    assert head == "velocity [rpm of the motor],effort [%]"
-    assert 4 <= len(rows) <= points
-    for row in rows:
-        rpm, percent = (float(cell) for cell in row.split(","))
-        truth = WEIGHT + np.copysign(LEVEL, rpm) + VISCOUS * rpm / 60.0 / GEAR * LEAD
-        assert percent == pytest.approx(truth / PERCENT, rel=0.03)
-
-
-def test_each_parameter_is_shown_in_the_units_of_the_drive(identification):
-    parameters = identification.outcome.summary["parameters"]
-    assert parameters["F_C"]["in_drive_units"]["% of rated"] == pytest.approx(LEVEL / PERCENT, rel=0.03)
-    viscous = parameters["F_v"]["in_drive_units"]
-    rpm = 60.0 * GEAR / LEAD  # for 1 m/s
-    assert viscous["%/rpm"] * rpm == pytest.approx(VISCOUS / PERCENT, rel=0.03)
-    assert viscous["%/(deg/s)"] * rpm * 6.0 == pytest.approx(VISCOUS / PERCENT, rel=0.03)
-    at_motor = MASS * (LEAD / (2.0 * np.pi * GEAR)) ** 2
-    assert parameters["M"]["in_drive_units"] == {"kg*m^2 at the motor": pytest.approx(at_motor, rel=0.03)}
-    cells = identification.outcome.page.partition('id="parameters"')[2].partition("</table>")[0]
-    assert "In the drive's units" in cells.replace("&#39;", "'")
-    assert re.search(r"1[12]\.\d+ g·cm² \(motor\)|0\.1[12]\d+ kg·cm² \(motor\)", cells)

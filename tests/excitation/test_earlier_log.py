@@ -1,6 +1,7 @@
 """An earlier log of the axis in place of an earlier model."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,12 +9,14 @@ from tests.excitation.axes import STAGE
 
 from bristle.core import InputError
 from bristle.excitation import excite
+from bristle.excitation.excite import _in_time
 from bristle.excitation.limits import prior_of
 from bristle.excitation.rehearsal import recorded
-from bristle.friction import lugre
+from bristle.friction import dahl, lugre
+from bristle.plants import inertia
 
 TRUTH = lugre(F_C=60.0, F_S=60.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=0.0)
-KNOWN = replace(STAGE, resolution=1e-8)
+KNOWN = replace(STAGE, resolution=1e-8, decimation=10)
 UNKNOWN = replace(KNOWN, mass=None, presliding=None)
 
 
@@ -29,9 +32,13 @@ def log():
     return log_of(duration="24 s", purposes="presliding,stribeck")
 
 
-def test_a_log_gives_mass_friction_level_and_presliding_distance(log):
+@pytest.fixture(scope="module")
+def result(log):
+    return excite(UNKNOWN, log=log, rehearsed=False)
+
+
+def test_a_log_gives_mass_friction_level_and_presliding_distance(result):
     bare = excite(UNKNOWN, rehearsed=False)
-    result = excite(UNKNOWN, log=log, rehearsed=False)
     assert {piece.purpose for piece in bare.motion.pieces} == {"stribeck"}
     assert {"presliding", "stribeck"} <= {piece.purpose for piece in result.motion.pieces}
     assert result.prior.plant.values["M"] == pytest.approx(28.0, rel=0.05)
@@ -41,17 +48,23 @@ def test_a_log_gives_mass_friction_level_and_presliding_distance(log):
     assert result.prior.assumed == ()
 
 
-def test_a_log_acts_as_the_model_that_it_gives(log):
-    by_log = excite(UNKNOWN, log=log, rehearsed=False)
-    by_model = excite(UNKNOWN, model=(by_log.prior.plant, by_log.prior.friction), rehearsed=False)
-    assert by_log.prior.friction.name == "dahl"
-    assert np.array_equal(by_log.motion.position, by_model.motion.position)
+def test_a_log_acts_as_the_model_that_it_gives(result):
+    by_model = excite(UNKNOWN, model=(result.prior.plant, result.prior.friction), rehearsed=False)
+    assert result.prior.friction.name == "dahl"
+    assert np.array_equal(result.motion.position, by_model.motion.position)
 
 
-def test_a_known_mass_stays(log):
-    assert excite(replace(KNOWN, mass=30.0), log=log, rehearsed=False).prior.plant.values["M"] == pytest.approx(30.0)
+@pytest.mark.parametrize(("status", "known"), [("identified", True), ("held", True), ("unidentifiable", False)])
+def test_a_mass_that_the_log_does_not_give_is_that_of_the_limits(monkeypatch, status, known):
+    friction = dahl(F_C=60.0, sigma_0=1e7)
+    best = SimpleNamespace(plant=inertia(M=30.0), friction=friction, inertia=SimpleNamespace(status=status))
+    monkeypatch.setitem(_in_time.__globals__, "identify", lambda log, *asked, **how: SimpleNamespace(best=best))
+    prior = excite(UNKNOWN, log="any.csv", rehearsed=False).prior
+    of_limits = prior_of(UNKNOWN).plant.values["M"]
+    assert (prior.mass_known, prior.plant.values["M"]) == (known, pytest.approx(30.0 if known else of_limits))
 
 
+@pytest.mark.slow
 def test_a_log_without_acceleration_leaves_the_mass_to_the_limits():
     slow = log_of(duration="16 s", purposes="presliding")
     result = excite(UNKNOWN, log=slow, rehearsed=False)
@@ -60,6 +73,6 @@ def test_a_log_without_acceleration_leaves_the_mass_to_the_limits():
     assert result.prior.assumed[0].startswith("mass of")
 
 
-def test_a_log_and_a_model_are_refused_together(log):
+def test_a_log_and_a_model_are_refused_together():
     with pytest.raises(InputError, match=r"^log: cannot be combined with model\. Leave out log or model"):
-        excite(UNKNOWN, log=log, model=TRUTH, rehearsed=False)
+        excite(UNKNOWN, log="any.csv", model=TRUTH, rehearsed=False)

@@ -60,18 +60,18 @@ def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, strok
     assert np.abs(np.diff(motion.acceleration)).max() <= jerk * step * (1.0 + 1e-6)
 
 
-@pytest.mark.parametrize("duration", [30.0, "60 s", "5 min"])
-def test_the_motion_uses_most_of_the_duration(duration):
-    seconds = {"60 s": 60.0, "5 min": 300.0}.get(duration, duration)
-    assert planned(duration=duration).motion.duration == pytest.approx(seconds, rel=0.05)
-
-
-def test_the_program_of_a_motion_names_the_purposes_that_are_no_list_of_moves():
-    designed = planned(purposes=["damping", "stribeck"])
-    assert [name for name, _ in designed.purposes] == ["damping", "stribeck"]
-    table, program = designed.moves
-    assert "(omitted, because it is not a list of moves: damping)" in program
-    assert "stribeck" in table
+@pytest.mark.parametrize(
+    ("asked", "seconds"),
+    [
+        ({"duration": "5 min"}, 300.0),
+        ({"duration": 30.0}, 30.0),
+        ({"purposes": "break-away"}, 60.0),  # a minute where none is given
+        ({"duration": 6.0, "purposes": "break-away"}, 6.0),
+        ({"duration": 2.0, "purposes": "damping"}, 2.0),
+    ],
+)
+def test_the_motion_uses_most_of_the_duration(asked, seconds):
+    assert planned(**asked).motion.duration == pytest.approx(seconds, rel=0.05)
 
 
 def test_it_begins_and_ends_at_rest_in_the_middle_of_the_stroke():
@@ -79,51 +79,6 @@ def test_it_begins_and_ends_at_rest_in_the_middle_of_the_stroke():
     assert motion.position[[0, -1]] == pytest.approx(0.05, abs=1e-12)
     assert motion.velocity[[0, -1]] == pytest.approx(0.0)
     assert motion.time[1] - motion.time[0] == pytest.approx(1e-3)
-
-
-def test_loops_before_sliding_are_fourteen_pairs_behind_a_conditioning_slide():
-    pieces = planned(purposes="presliding").motion.pieces
-    assert [piece.name for piece in pieces[:2]] == ["conditioning slide", "decaying loops"]
-    pairs = pieces[2:]
-    assert len(pairs) == 14
-    assert {piece.reference.values["cycle_count"] for piece in pairs} == {2}
-    assert pairs[0].amplitude == pytest.approx(0.7e-6)
-    assert pairs[-1].amplitude == pytest.approx(6.8e-6, rel=0.01)
-    assert np.diff([piece.amplitude for piece in pairs]) == pytest.approx(0.467e-6, rel=0.02)
-    assert len({piece.speed for piece in pairs}) == 1
-    assert pieces[0].amplitude > 2.0 * pairs[-1].amplitude
-
-
-def test_more_time_gives_more_cycles_before_sliding_and_no_slower_ones():
-    for duration, cycles in (("5 min", 4), ("20 min", 12)):
-        pairs = planned(purposes="presliding", duration=duration).motion.pieces[2:]
-        assert {piece.reference.values["cycle_count"] for piece in pairs} == {cycles}
-        assert max(2.0 * piece.amplitude / piece.speed for piece in pairs) < 6.0  # the longest leg [s]
-
-
-def test_break_away_has_several_rates_in_both_directions_each_after_a_rest():
-    ramps = [piece for piece in planned(purposes=["break-away"]).motion.pieces if piece.name == "break-away ramp"]
-    assert len({piece.speed for piece in ramps}) == 3
-    assert sorted(np.sign([piece.amplitude for piece in ramps])) == [-1.0] * 3 + [1.0] * 3
-    assert all(piece.rest > 0.1 for piece in ramps)
-
-
-def test_sweeps_span_decades_of_velocity_up_to_the_limit():
-    sweeps = [piece for piece in planned(purposes="stribeck").motion.pieces if piece.name == "constant velocity"]
-    speeds = np.array([piece.speed for piece in sweeps])
-    assert speeds.size >= 8
-    assert speeds.max() / speeds.min() > 1000.0
-    assert 0.8 * 0.3 < speeds.max() < 0.3
-    assert np.diff(np.log(speeds)) == pytest.approx(np.log(speeds[1] / speeds[0]))
-
-
-def test_the_chirp_passes_the_resonance_of_the_mass_on_the_contact():
-    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
-    (piece,) = planned(purposes="damping", model=friction).motion.pieces
-    resonance = np.sqrt(4e6 / 28.0) / (2.0 * np.pi)
-    assert piece.reference.values["f_0"] < 0.5 * resonance
-    assert 1.2 * resonance < piece.reference.values["f_1"]
-    assert piece.speed == pytest.approx(2.0 * np.pi * piece.reference.values["f_1"] * piece.amplitude)
 
 
 def test_chirps_for_the_stiffness_have_rising_amplitudes_up_to_that_for_the_damping():
@@ -138,20 +93,13 @@ def test_chirps_for_the_stiffness_have_rising_amplitudes_up_to_that_for_the_damp
 
 
 def test_travel_limits_the_motion():
-    motion = planned(travel="20 mm").motion
-    assert np.ptp(motion.position) <= 0.02
-    assert np.ptp(motion.position) > 0.015
+    assert 0.015 < np.ptp(planned(travel="20 mm").motion.position) <= 0.02
 
 
 def test_impossible_purposes_are_left_out_with_the_reason():
     result = planned(replace(STAGE, velocity_limit=None))
     assert {piece.purpose for piece in result.motion.pieces} == set(USUAL) - {"stribeck"}
     assert any("velocity under [limits]" in note for note in result.notes)
-
-
-def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
-    motion = planned(replace(STAGE, acceleration_limit=None)).motion
-    assert 28.0 * np.abs(motion.acceleration).max() < 0.5 * 700.0
 
 
 @pytest.mark.parametrize(
@@ -179,38 +127,16 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: contains 2 samples.*Extend the duration"),
         (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck within the limits of the axis: acceleration: "),
+        (replace(STAGE, jerk_limit=200.0), {"purposes": "damping"}, "Raise jerk or acceleration"),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or an axis file"),
+        *((STAGE, {"draws": draws}, "draws") for draws in (1, 19, 100_001)),
     ],
 )
 def test_invalid_arguments_are_refused_with_advice(axis, given, told):
     with pytest.raises(InputError, match=told):
         planned(axis, **given)
-
-
-def test_without_all_that_is_too_long_it_takes_less():
-    assert planned(duration=6.0, purposes="break-away").motion.duration == pytest.approx(6.0, rel=0.15)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("seconds", "left"), [(28.0, 4), (26.0, 3), (24.0, 2), (12.0, 1)])
-def test_no_motion_takes_longer_than_it_may(seconds, left):
-    result = planned(duration=seconds)
-    assert result.motion.duration <= 1.001 * seconds
-    assert result.motion.time[-1] <= 1.001 * seconds
-    purposes = {piece.purpose for piece in result.motion.pieces}
-    assert (len(purposes), "stribeck" in purposes) == (left, True)
-    assert len([note for note in result.notes if "with it, the motion would take" in note]) == 4 - left
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
-def test_too_short_a_duration_is_refused_with_the_required_time(given):
-    with pytest.raises(InputError, match=r"duration: is too short, because a motion for .*needs (\d+(\.\d+)?) s") as caught:
-        planned(**given)
-    needed = float(str(caught.value).partition("needs ")[2].split()[0])
-    assert planned(**given | {"duration": 1.1 * needed}).motion.duration <= 1.101 * needed
 
 
 @pytest.mark.slow
@@ -248,19 +174,6 @@ def test_the_motion_begins_at_the_axis_position_and_stays_in_the_stroke():
         planned(start="250 mm")
 
 
-def test_a_chirp_below_the_encoder_resolution_is_left_out():
-    gentle = replace(STAGE, jerk_limit=200.0)
-    result = planned(gentle)
-    assert "damping" not in {piece.purpose for piece in result.motion.pieces}
-    assert any("the amplitude must be 2 steps of the encoder" in note for note in result.notes)
-    with pytest.raises(InputError, match="Raise jerk or acceleration"):
-        planned(gentle, purposes="damping")
-
-
-def test_a_minute_is_taken_where_no_duration_is_given():
-    assert planned(purposes="break-away").motion.duration == pytest.approx(60.0, rel=1e-3)
-
-
 @pytest.mark.parametrize(("refused", "allowed"), [((0.101, 10.0), (0.0999, 10.0)), ((1e-3, 1501.0), (1.1e-3, 1501.0))])
 def test_a_motion_has_a_hundred_samples_at_least_and_a_million_and_a_half_at_most(refused, allowed):
     axis = replace(STAGE, presliding=4e-4, stroke=(-0.5, 0.5), jerk_limit=None)
@@ -268,10 +181,6 @@ def test_a_motion_has_a_hundred_samples_at_least_and_a_million_and_a_half_at_mos
         planned(replace(axis, sample_time=refused[0]), duration=refused[1], purposes="stribeck")
     motion = planned(replace(axis, sample_time=allowed[0]), duration=allowed[1], purposes="stribeck").motion
     assert motion.duration <= 1.001 * allowed[1]
-
-
-def test_two_seconds_are_enough_for_a_chirp():
-    assert planned(duration=2.0, purposes="damping").motion.duration == pytest.approx(2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("scaled", ["position", "velocity", "acceleration"])
@@ -386,9 +295,3 @@ def test_a_rehearsal_that_is_refused_is_noted_and_the_motion_stays(monkeypatch):
     assert result.rehearsal is None
     assert result.notes[-1].startswith("the rehearsal failed: log: too short")
     assert result.notes[:-1] == planned(purposes="break-away").notes
-
-
-@pytest.mark.parametrize("draws", [19, 100_001, 1])
-def test_a_number_of_logs_beyond_the_ends_is_refused(draws):
-    with pytest.raises(InputError, match="draws"):
-        excite(STAGE, purposes="break-away", draws=draws)

@@ -9,7 +9,7 @@ from tests.excitation.axes import STAGE
 from bristle.controllers import cascade
 from bristle.core import Axis, InputError
 from bristle.excitation.limits import MotionLimits, effort_limit, limits_of, prior_of, turning_distance
-from bristle.friction import coulomb_viscous, lugre
+from bristle.friction import coulomb_viscous, lugre, maxwell_slip
 from bristle.plants import inertia
 
 BRISTLES = 0.5 * math.log(50.0)  # lengths of a bristle over which half a reversal is done but for 2 %
@@ -19,57 +19,53 @@ def limits(axis=STAGE, travel=None, start=None):
     return limits_of(axis, prior_of(axis), 1e-3, travel, start)
 
 
-def test_a_motion_uses_nine_tenths_of_each_limit_and_all_of_the_jerk():
-    result = limits()
-    assert (result.travel, result.velocity, result.acceleration) == pytest.approx((0.27, 0.27, 2.7))
-    assert (result.jerk, result.count, result.presliding, result.sample_time) == (5000.0, 0.125e-6, 7e-6, 1e-3)
+FORCEFUL = replace(STAGE, acceleration_limit=None)
+NOTHING = limits(Axis(kind="rotational"))
 
 
-def test_an_unstated_limit_is_unknown():
-    result = limits(Axis(kind="rotational"))
-    assert result == MotionLimits("rotational", 1e-3)
-    assert (result.reach, result.extent, result.fastest, result.corner(1.0, 1.0)) == (0.0, 0.0, math.inf, 20.0)
-    assert (limits().reach, limits().extent, limits().fastest) == (7e-6, pytest.approx(0.27), pytest.approx(0.27))
+@pytest.mark.parametrize(
+    ("result", "expected"),
+    [
+        # A motion uses nine tenths of each limit, and all of the jerk.
+        ((limits().travel, limits().velocity, limits().acceleration), (0.27, 0.27, 2.7)),
+        ((limits().jerk, limits().count, limits().presliding, limits().sample_time), (5000.0, 0.125e-6, 7e-6, 1e-3)),
+        ((limits().reach, limits().extent, limits().fastest), (7e-6, 0.27, 0.27)),
+        # An unstated limit is unknown.
+        ((NOTHING.reach, NOTHING.extent, NOTHING.fastest, NOTHING.corner(1.0, 1.0)), (0.0, 0.0, math.inf, 20.0)),
+        # It stays off the nearer end of the stroke, and uses a given travel whole.
+        ([limits(start=start).travel for start in (0.15, 0.0, 0.05)], [0.09, 0.18, 0.27]),
+        ([limits(travel=travel).travel for travel in (0.02, STAGE.stroke[1] - STAGE.stroke[0])], [0.02, 0.3]),
+        # Half of the effort over the mass is an acceleration.
+        (limits(FORCEFUL).acceleration, 0.9 * 12.5),
+    ],
+)
+def test_a_motion_uses_the_limits_of_its_axis(result, expected):
+    assert result == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("start", "travel"), [(0.15, 0.09), (0.0, 0.18), (0.05, 0.27)])
-def test_a_motion_stays_off_the_nearer_end_of_the_stroke(start, travel):
-    assert limits(start=start).travel == pytest.approx(travel)
-
-
-def test_a_travel_is_used_whole_up_to_the_stroke():
-    assert limits(travel=0.02).travel == 0.02
-    assert limits(travel=STAGE.stroke[1] - STAGE.stroke[0]).travel == pytest.approx(0.3)
+def test_what_is_not_told_is_unknown():
+    assert MotionLimits("rotational", 1e-3) == NOTHING
+    assert limits(replace(FORCEFUL, mass=None)).acceleration is limits(replace(FORCEFUL, effort_limit=None)).acceleration is None
     with pytest.raises(InputError, match=r"travel: is more than the stroke of the axis; found '?0.301.*allowed up to 300 mm"):
         limits(travel=0.301)
-
-
-def test_half_of_the_effort_over_the_mass_is_an_acceleration():
-    assert limits(replace(STAGE, acceleration_limit=None)).acceleration == pytest.approx(0.9 * 12.5)
-    assert limits(replace(STAGE, acceleration_limit=None, mass=None)).acceleration is None
-    assert limits(replace(STAGE, acceleration_limit=None, effort_limit=None)).acceleration is None
 
 
 @pytest.mark.parametrize(
     ("path", "of"),
     [
-        ("limits.velocity", lambda value: replace(STAGE, velocity_limit=value)),
-        ("limits.acceleration", lambda value: replace(STAGE, acceleration_limit=value)),
-        ("limits.jerk", lambda value: replace(STAGE, jerk_limit=value)),
-        ("limits.stroke", lambda value: replace(STAGE, stroke=(0.0, value))),
+        ("limits.velocity", lambda value: {"axis": replace(STAGE, velocity_limit=value)}),
+        ("limits.acceleration", lambda value: {"axis": replace(STAGE, acceleration_limit=value)}),
+        ("limits.jerk", lambda value: {"axis": replace(STAGE, jerk_limit=value)}),
+        ("limits.stroke", lambda value: {"axis": replace(STAGE, stroke=(0.0, value))}),
+        ("travel", lambda value: {"travel": value}),
     ],
 )
 def test_a_limit_below_a_nanometre_is_a_mistake_of_units(path, of):
     prior = prior_of(STAGE)
-    limits_of(of(1.1e-9), prior, 1e-3, None)
+    asked = {"axis": STAGE, "travel": None}
+    limits_of(prior=prior, sample_time=1e-3, **asked | of(1.1e-9))
     with pytest.raises(InputError, match=rf"{path}: is too small for a motion.*allowed >= 1e-09 in SI.*Check the unit"):
-        limits_of(of(0.9e-9), prior, 1e-3, None)
-
-
-def test_a_travel_below_a_nanometre_is_a_mistake_of_units():
-    limits(travel=1.1e-9)
-    with pytest.raises(InputError, match="travel: is too small for a motion"):
-        limits(travel=0.9e-9)
+        limits_of(prior=prior, sample_time=1e-3, **asked | of(0.9e-9))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -86,16 +82,56 @@ def test_a_start_at_an_end_of_the_stroke_leaves_no_room(start):
         limits(start=start)
 
 
-def test_friction_is_taken_for_a_tenth_of_the_largest_effort_with_the_usual_proportions():
-    prior = prior_of(STAGE)
-    values = prior.friction.values
-    assert prior.friction.name == "lugre"
-    assert (values["F_C"], values["F_S"], values["v_S"], values["sigma_2"]) == pytest.approx((70.0, 87.5, 3e-3, 35.0 / 0.3))
-    assert values["sigma_0"] == pytest.approx(87.5 * BRISTLES / 7e-6)
-    assert values["sigma_1"] / (2.0 * math.sqrt(values["sigma_0"] * 28.0)) == pytest.approx(0.2)  # the damping ratio
-    assert prior.resonance == pytest.approx(math.sqrt(87.5 * BRISTLES / 7e-6 / 28.0) / (2.0 * math.pi))
-    assert prior.assumed == ("Coulomb friction of 70 N", "lugre with the usual proportions")
-    assert (prior.plant.values["M"], prior.mass_known, prior.stribeck_velocity) == (28.0, True, None)
+def number_of(prior, name):
+    """A number of what is believed of an axis, of its friction or of its plant."""
+    if name == "turning":
+        return turning_distance(prior.friction)
+    return getattr(prior, name) if hasattr(prior, name) else (prior.friction.values | prior.plant.values)[name]
+
+
+about = pytest.approx
+BARE = replace(STAGE, presliding=None)
+STIFFNESS, FASTEST = 87.5 * BRISTLES / 7e-6, 1e4 * 7e-6 / BRISTLES
+GIVEN = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=5e6, sigma_1=1e3, sigma_2=100.0)
+STATIC = coulomb_viscous(F_C=20.0, F_v=1.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        # Friction is taken for a tenth of the largest effort, with the usual proportions.
+        (
+            (STAGE,),
+            {"F_C": about(70.0), "F_S": about(87.5), "v_S": about(3e-3), "sigma_2": about(35.0 / 0.3), "sigma_0": about(STIFFNESS)}
+            | {"sigma_1": about(0.2 * 2.0 * math.sqrt(STIFFNESS * 28.0)), "M": 28.0, "mass_known": True, "stribeck_velocity": None}
+            | {"resonance": about(math.sqrt(STIFFNESS / 28.0) / (2.0 * math.pi))}
+            | {"assumed": ("Coulomb friction of 70 N", "lugre with the usual proportions")},
+        ),
+        ((replace(STAGE, effort_limit=None),), {"F_C": 1.0, "F_S": 1.25, "resonance": None}),
+        # Without a velocity it slides ten thousand bristles a second.
+        ((replace(STAGE, velocity_limit=None),), {"v_S": about(0.01 * FASTEST), "sigma_2": about(35.0 / FASTEST)}),
+        # By default friction turns over twenty steps of the encoder.
+        ((BARE,), {"sigma_0": about(87.5 * BRISTLES / 2.5e-6), "presliding": None, "resonance": None}),
+        ((replace(BARE, resolution=None),), {"sigma_0": about(87.5 * BRISTLES / 2e-5), "presliding": None}),
+        ((replace(STAGE, presliding=4e-6),), {"sigma_0": about(87.5 * BRISTLES / 4e-6), "presliding": 4e-6}),
+        # A given friction sets distance, resonance and Stribeck velocity.
+        (
+            (replace(STAGE, mass=None), inertia(M=2.0), GIVEN),
+            {"friction": GIVEN, "assumed": (), "stribeck_velocity": 1e-3, "mass_known": True, "M": 2.0}
+            | {"presliding": about(BRISTLES * 25.0 / 5e6, rel=0.02), "resonance": about(math.sqrt(5e6 / 2.0) / (2.0 * math.pi), rel=0.01)},
+        ),
+        # A static friction turns over the distance of the axis, or at once.
+        (
+            (STAGE, None, STATIC),
+            {"presliding": 7e-6, "turning": about(7e-6, rel=0.02)}
+            | {"resonance": about(math.sqrt(20.0 * BRISTLES / 7e-6 / 28.0) / (2.0 * math.pi), rel=0.01)},
+        ),
+        ((BARE, None, STATIC), {"presliding": None, "resonance": None, "friction": STATIC}),
+    ],
+)
+def test_what_is_believed_of_an_axis_follows_from_its_limits(given, expected):
+    prior = prior_of(*given)
+    assert {name: number_of(prior, name) for name in expected} == expected
 
 
 @pytest.mark.parametrize(
@@ -114,45 +150,12 @@ def test_an_unstated_mass_follows_from_half_of_the_effort(changes, mass, text):
     assert (prior.mass_known, prior.resonance) == (False, None)
 
 
-@pytest.mark.parametrize(("changes", "length"), [({}, 20.0 * 0.125e-6), ({"resolution": None}, 2e-5), ({"presliding": 4e-6}, 4e-6)])
-def test_by_default_friction_turns_over_twenty_encoder_steps(changes, length):
-    prior = prior_of(replace(STAGE, **{"presliding": None} | changes))
-    assert prior.friction.values["sigma_0"] == pytest.approx(87.5 * BRISTLES / length)
-    assert prior.presliding == changes.get("presliding")
-    assert (prior.resonance is None) == ("presliding" not in changes)
-
-
-def test_an_axis_without_an_effort_has_a_friction_of_one_and_no_resonance():
-    prior = prior_of(replace(STAGE, effort_limit=None))
-    assert (prior.friction.values["F_C"], prior.friction.values["F_S"], prior.resonance) == (1.0, 1.25, None)
-
-
-def test_an_axis_without_a_velocity_slides_ten_thousand_bristles_a_second():
-    values = prior_of(replace(STAGE, velocity_limit=None)).friction.values
-    fastest = 1e4 * 7e-6 / BRISTLES
-    assert (values["v_S"], values["sigma_2"]) == pytest.approx((0.01 * fastest, 35.0 / fastest))
-
-
-def test_a_given_friction_sets_distance_resonance_and_stribeck_velocity():
-    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=5e6, sigma_1=1e3, sigma_2=100.0)
-    prior = prior_of(replace(STAGE, mass=None), inertia(M=2.0), friction)
-    assert (prior.friction, prior.assumed, prior.stribeck_velocity, prior.mass_known) == (friction, (), 1e-3, True)
-    assert prior.presliding == pytest.approx(BRISTLES * 25.0 / 5e6, rel=0.02)
-    assert prior.resonance == pytest.approx(math.sqrt(5e6 / 2.0) / (2.0 * math.pi), rel=0.01)
-    assert prior.plant.values["M"] == 2.0
-
-
-def test_a_static_friction_turns_over_the_distance_of_the_axis_or_at_once():
-    friction = coulomb_viscous(F_C=20.0, F_v=1.0)
-    assert prior_of(STAGE, None, friction).presliding == 7e-6
-    at_once = prior_of(replace(STAGE, presliding=None), None, friction)
-    assert (at_once.presliding, at_once.resonance, at_once.friction) == (None, None, friction)
-
-
 @pytest.mark.parametrize("distance", [2e-9, 0.02])
 def test_a_turning_distance_is_found_from_a_nanometre_to_centimetres(distance):
     model = lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=BRISTLES * 20.0 / distance, sigma_1=0.0, sigma_2=0.0)
     assert turning_distance(model) == pytest.approx(distance, rel=0.03)
+    # Sliders turn over twice the longest stretch.
+    assert turning_distance(maxwell_slip(F_C=20.0, k_i=[20.0 / distance], nu_i=[1.0])) == pytest.approx(distance, rel=0.03)
 
 
 def test_an_effort_limit_is_that_of_the_axis_or_else_of_the_controller():

@@ -16,17 +16,15 @@ LIMITS = MotionLimits(
 )
 
 
+USUAL = ("presliding", "break-away", "damping", "stribeck")
+
+
 def pieces_of(purpose, seconds=20.0, **changes):
     return PURPOSES[purpose].pieces(replace(LIMITS, **changes), seconds)
 
 
 def missing(purpose, **changes):
     return PURPOSES[purpose].missing(replace(LIMITS, **changes))
-
-
-def test_the_shares_of_the_usual_purposes_are_the_whole_time():
-    assert [PURPOSES[name].share for name in ("presliding", "break-away", "damping", "stribeck")] == [0.55, 0.12, 0.08, 0.25]
-    assert sum(purpose.share for purpose in PURPOSES.values() if not purpose.on_request) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("purpose", PURPOSES)
@@ -92,37 +90,12 @@ def test_decaying_loops_end_at_a_seventh_of_the_largest_loop():
     assert abs(turns[-1] / turns[0]) == pytest.approx(0.15, rel=1e-3)
 
 
-def test_corners_take_a_tenth_of_the_shortest_leg():
-    # Speeding up and braking take v^2 / a of the way together.
-    loops, pair = pieces_of("presliding", acceleration=None)[1:3]
-    shortest = 2.0 * 0.15 * 9.7e-6  # twice the last turning point
-    assert loops.speed**2 / loops.reference.values["acceleration"] == pytest.approx(0.05 * shortest)
-    assert pair.speed**2 / pair.reference.values["acceleration"] == pytest.approx(0.05 * 2.0 * pair.amplitude)
-
-
-def test_corners_keep_the_largest_acceleration():
-    assert LIMITS.corner(1.0, 1.0) == 2.5
-    assert LIMITS.corner(0.1, 1.0) == pytest.approx(0.2)
-
-
-def test_the_shortest_leg_before_sliding_has_twenty_five_samples():
-    smallest = pieces_of("presliding", 0.1)[2]
-    assert 2.0 * smallest.amplitude / smallest.speed == pytest.approx(25.0 * 1e-3)
-    assert pieces_of("presliding", 0.1, velocity=1e-5)[2].speed == 1e-5
-
-
 @pytest.mark.parametrize(("seconds", "cycles"), [(100.0, 2), (400.0, 4), (1000.0, 10)])
 def test_time_goes_into_more_cycles_with_longest_legs_of_five_or_six_seconds(seconds, cycles):
     pieces = pieces_of("presliding", seconds)
     assert length_of(pieces) == pytest.approx(seconds, rel=1e-3)
     assert {piece.reference.values["cycle_count"] for piece in pieces[2:]} == {cycles}
     assert 2.0 * 9.7e-6 / pieces[-1].speed == pytest.approx(6.0, rel=0.1) or cycles == 2
-
-
-def test_an_axis_slower_than_the_slowest_loops_runs_two_cycles_at_its_largest_velocity():
-    pieces = pieces_of("presliding", 300.0, velocity=1e-6)
-    assert {piece.reference.values["cycle_count"] for piece in pieces[2:]} == {2}
-    assert {piece.speed for piece in pieces[2:]} == {1e-6}
 
 
 def test_break_away_has_three_rates_by_factors_of_four_and_reverses_first():
@@ -132,17 +105,6 @@ def test_break_away_has_three_rates_by_factors_of_four_and_reverses_first():
     assert [ramp.end for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
     assert [ramp.amplitude for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
     assert {ramp.rest for ramp in ramps} == {0.4}
-
-
-def test_a_ramp_has_fifty_samples_within_the_turn_of_friction():
-    speeds = [piece.speed for piece in pieces_of("break-away", 4.0)[1:]]
-    assert max(speeds) == pytest.approx(2e-5 / (50.0 * 1e-3))
-    assert max(piece.speed for piece in pieces_of("break-away", 4.0, velocity=1e-4)[1:]) == pytest.approx(1e-4)
-
-
-def test_a_ramp_is_at_speed_within_a_tenth_of_the_presliding_amplitude():
-    ramp = pieces_of("break-away", acceleration=None)[1]
-    assert ramp.speed**2 / ramp.reference.values["acceleration"] == pytest.approx(0.05 * 1e-5)
 
 
 @pytest.mark.parametrize("purpose", ["break-away", "stribeck", "damping", "presliding"])
@@ -189,21 +151,6 @@ def test_ten_velocities_follow_each_other_by_the_same_factor():
     assert np.diff(np.log(speeds)) == pytest.approx(math.log(125.0) / 9.0)
 
 
-def test_the_slowest_sweep_takes_three_tenths_of_the_time_at_most():
-    # Of 20 s, for a slide to and fro of five pre-sliding amplitudes to either side: 200 um.
-    assert speeds_of(stribeck_velocity=1e-5)[0] == pytest.approx(2e-4 / 6.0)
-    assert speeds_of(stribeck_velocity=1e-5, count=1e-6)[0] == pytest.approx(8e-4 / 6.0)  # of 200 steps of the encoder
-    # Of a hundredth of the travel where nothing tells more.
-    assert speeds_of(stribeck_velocity=1e-5, count=0.0, presliding=None)[0] == pytest.approx(4e-3 / 6.0)
-
-
-def test_the_slowest_sweep_is_a_third_of_the_fastest_at_most():
-    slowest, *_, fastest = speeds_of(2.0)
-    assert fastest / slowest >= 3.0 - 1e-9
-    slowest, *_, fastest = speeds_of(0.3, stribeck_velocity=1.0)
-    assert fastest / slowest == pytest.approx(3.0)
-
-
 def test_sweeps_of_all_velocities_take_the_same_time():
     sweeps = pieces_of("stribeck", 60.0, stribeck_velocity=1e-2)
     ways = np.array([4.0 * piece.amplitude * piece.reference.values["cycle_count"] / piece.speed for piece in sweeps])
@@ -222,10 +169,6 @@ def test_sweeps_go_half_the_travel_at_most_and_have_room_to_speed_up_and_brake()
         assert piece.amplitude >= 5e-5
         assert piece.reference.values["acceleration"] == pytest.approx(min(20.0 * piece.speed**2 / piece.amplitude, 2.5))
     assert max(piece.amplitude for piece in pieces_of("stribeck", 400.0)) == 0.05
-
-
-def test_slides_stay_within_a_travel_that_is_shorter_than_they_should_be():
-    assert {piece.amplitude for piece in pieces_of("stribeck", count=1e-3, stribeck_velocity=1e-2)} == {0.05}
 
 
 @pytest.mark.parametrize(
@@ -253,12 +196,6 @@ def test_a_chirp_passes_from_an_eighth_of_the_resonance_to_two_and_a_half_of_it(
     assert piece.speed == pytest.approx(2.0 * math.pi * 150.0 * piece.amplitude)
 
 
-def test_a_chirp_takes_four_periods_of_its_lowest_frequency_at_least_and_fades_over_a_fifth():
-    (piece,) = pieces_of("damping", 0.3)
-    assert piece.duration == pytest.approx(4.0 / 7.5)
-    assert piece.reference.values["ramp"] == pytest.approx(0.8 / 7.5)
-
-
 @pytest.mark.parametrize(
     ("changes", "amplitude"),
     [
@@ -273,3 +210,59 @@ def test_a_chirp_takes_four_periods_of_its_lowest_frequency_at_least_and_fades_o
 def test_a_chirp_is_small_before_sliding_and_keeps_the_limits_at_its_highest_frequency(changes, amplitude):
     (piece,) = pieces_of("damping", 10.0, **changes)
     assert piece.amplitude == pytest.approx(amplitude, rel=1e-3)
+
+
+def braking(piece):
+    """The way of speeding up and braking together."""
+    return piece.speed**2 / piece.reference.values["acceleration"]
+
+
+def slow(seconds=20.0, **changes):
+    return speeds_of(seconds, stribeck_velocity=1e-5, **changes)[0]
+
+
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [
+        pytest.param(lambda: [PURPOSES[name].share for name in USUAL], [0.55, 0.12, 0.08, 0.25], id="shares are the whole time"),
+        pytest.param(lambda: LIMITS.corner(1.0, 1.0), 2.5, id="corners keep the largest acceleration"),
+        pytest.param(lambda: LIMITS.corner(0.1, 1.0), 0.2, id="corners are a tenth of the way"),
+        # Corners take a tenth of the shortest leg, which is twice the last turning point.
+        pytest.param(lambda: braking(pieces_of("presliding", acceleration=None)[1]), 0.1 * 0.15 * 9.7e-6, id="corners of decaying loops"),
+        pytest.param(lambda: braking(pieces_of("presliding", acceleration=None)[2]), 0.1 * 1e-6, id="corners of a pair"),
+        pytest.param(
+            lambda: braking(pieces_of("break-away", acceleration=None)[1]), 0.05 * 1e-5, id="a ramp is at speed early in pre-sliding"
+        ),
+        pytest.param(
+            lambda: 2e-6 / pieces_of("presliding", 0.1)[2].speed, 25e-3, id="the shortest leg before sliding has twenty-five samples"
+        ),
+        pytest.param(lambda: pieces_of("presliding", 0.1, velocity=1e-5)[2].speed, 1e-5, id="loops keep the velocity limit"),
+        pytest.param(
+            lambda: [(piece.speed, piece.reference.values["cycle_count"]) for piece in pieces_of("presliding", 300.0, velocity=1e-6)[2:]],
+            14 * [(1e-6, 2)],
+            id="an axis slower than the slowest loops runs two cycles",
+        ),
+        pytest.param(
+            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0)[1:]), 2e-5 / 50e-3, id="a ramp has fifty samples in the turn"
+        ),
+        pytest.param(
+            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0, velocity=1e-4)[1:]), 1e-4, id="ramps keep the velocity limit"
+        ),
+        # Of 20 s, for a slide to and fro of five pre-sliding amplitudes to either side: 200 um.
+        pytest.param(slow, 2e-4 / 6.0, id="the slowest sweep takes three tenths of the time"),
+        pytest.param(lambda: slow(count=1e-6), 8e-4 / 6.0, id="the slowest sweep is of 200 steps of the encoder"),
+        pytest.param(lambda: slow(count=0.0, presliding=None), 4e-3 / 6.0, id="the slowest sweep is of a hundredth of the travel"),
+        pytest.param(
+            lambda: speeds_of(0.3, stribeck_velocity=1.0)[-1] / speeds_of(0.3, stribeck_velocity=1.0)[0], 3.0, id="the slowest is a third"
+        ),
+        pytest.param(
+            lambda: sorted({piece.amplitude for piece in pieces_of("stribeck", count=1e-3, stribeck_velocity=1e-2)}),
+            [0.05],
+            id="slides stay within the travel",
+        ),
+        pytest.param(lambda: pieces_of("damping", 0.3)[0].duration, 4.0 / 7.5, id="a chirp takes four of its longest periods"),
+        pytest.param(lambda: pieces_of("damping", 0.3)[0].reference.values["ramp"], 0.8 / 7.5, id="a chirp fades over a fifth"),
+    ],
+)
+def test_a_motion_is_made_by_its_rule(number, expected):
+    assert np.ravel(number()) == pytest.approx(np.ravel(expected))

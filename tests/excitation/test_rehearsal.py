@@ -1,6 +1,7 @@
 """The rehearsal: a log as the drive would write it, and what it tells of a truth that is known."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -20,16 +21,6 @@ TRUTH = lugre(F_C=60.0, F_S=80.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=
 @pytest.fixture(scope="module")
 def result():
     return excite(AXIS, duration="24 s", purposes="presliding,stribeck", model=TRUTH, draws=0)
-
-
-@pytest.mark.slow
-def test_the_log_matches_the_axis_file(result):
-    log = result.rehearsal.log
-    counts = log.position.values / AXIS.resolution
-    assert counts == pytest.approx(np.round(counts), abs=1e-6)
-    assert log.sample_time == result.motion.sample_time
-    assert result.rehearsal.loop is False
-    assert result.rehearsal.peak_effort > 80.0
 
 
 def test_the_prior_is_identified_within_the_scatter(result):
@@ -63,14 +54,22 @@ def test_with_a_controller_it_runs_in_the_loop():
     assert 0.0 < stiff.rehearsal.lag < AXIS.presliding < soft.rehearsal.lag
 
 
-def test_a_model_with_lists_is_rehearsed_and_another_fitted():
+@pytest.fixture
+def fitted(monkeypatch, result):
+    """The models that are fitted to logs, which all give what that of `result` gives."""
+    names = []
+    identify = lambda log, name, **how: names.append(name) or result.rehearsal.identification  # noqa: E731
+    monkeypatch.setattr(import_module("bristle.excitation.rehearsal"), "identify", identify)
+    return names
+
+
+def test_a_model_with_lists_is_rehearsed_and_another_fitted(fitted):
     elements = maxwell_slip(F_C=60.0, k_i=[2e7, 8e6], nu_i=[0.5, 0.5])
-    result = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0)
-    assert result.rehearsal.identification.best.name == "lugre"
-    assert set(result.rehearsal.truth) == {"M"}
+    rehearsal = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0).rehearsal
+    assert (fitted, set(rehearsal.truth)) == (["lugre"], {"M"})
 
 
-def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
+def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run(fitted):
     guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
     result = excite(guessed, duration="7 s", purposes="break-away", draws=0)
     assert result.rehearsal.loop is False

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from benchmarks.loops import AXIS as LOOP
 from tests.golden import logs, simulated
-from tests.golden.case import golden
+from tests.golden.case import golden, register
 from tests.golden.told import (
     of_break_aways,
     of_identification,
@@ -38,58 +39,111 @@ def fitted(log: Log | Sequence[Log], model: str, axis: Axis | None = None, **req
     return of_identification(identify(log, model, axis=axis, **({"draws": 0} | requested)))
 
 
+# --- one identification each ---------------------------------------------------------------------------------------------
+
+
+class Fit(NamedTuple):
+    """An identification: of which log and axis, with which models and options."""
+
+    given: Callable[[], tuple[Log | Sequence[Log], Any]]
+    models: str
+    options: dict[str, Any] = {}  # noqa: RUF012  (it is only read)
+
+
+def part(given: Callable[[], tuple[Log, Axis]], begin: float, end: float) -> Callable[[], tuple[Log, Axis]]:
+    """Return what gives a part of a log [s], and its axis."""
+
+    def cut() -> tuple[Log, Axis]:
+        log, axis = given()
+        return within(log, (begin, end)), axis
+
+    return cut
+
+
+def free_sliding() -> Log:
+    """Return slow motion on bristles that yield by a power of the force."""
+    return slow_log(friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0, exponent=0.7), duration=10.0)
+
+
+REFINED = partial(logs.emps, "axis_refined.toml")
+DAMPER = partial(logs.damper, "0.5Hz80lb", "1Hz80lb")
+SLOWLY = {"mass": 12.0, "cutoff": 80.0, "decimation": 2}
+# Every model but elastoplastic, which alone takes longer than all other cases.
+OSCILLATOR = ",".join(["stribeck+asymmetry", *(name for name in friction.MODELS if name not in ("elastoplastic", "maxwell_stribeck"))])
+FAST_MEASURED = {
+    "emps_static": Fit(logs.emps, STATIC),
+    "emps_draws": Fit(logs.emps, "coulomb_viscous+asymmetry,coulomb_viscous", {"draws": 20}),
+    # Every number that can be known beforehand, and every number of the treatment.
+    "emps_as_asked": Fit(
+        logs.emps, "coulomb_viscous,stribeck", {"cutoff": "50 Hz", "decimation": 5, "blocks": 3, "mass": "95 kg", "offset": "-3 N"}
+    ),
+    # Friction that varies with the place and the turn of the screw, of an axis whose effort is held.
+    "emps_varying": Fit(REFINED, "coulomb_viscous+periodic,coulomb_viscous+position+asymmetry", {"blocks": 4}),
+    # Friction that varies with the turn of a screw whose lead nobody wrote down.
+    "emps_pitch": Fit(part(logs.emps, 0.0, 13.0), "coulomb_viscous+periodic", {"blocks": 0}),
+    "damper_elements": Fit(DAMPER, "maxwell_slip,coulomb", {"blocks": 0}),
+}
+MEASURED = {
+    "emps_all": Fit(part(logs.emps, 0.0, 6.5), ALL),
+    "emps_whole": Fit(logs.emps, "dahl,lugre,lugre+asymmetry,maxwell_slip,gms"),
+    "emps_lugre_draws_without_blocks": Fit(logs.emps, "lugre", {"draws": 20, "blocks": 0}),
+    "emps_closed_loop_draws": Fit(
+        part(REFINED, 0.0, 6.5), "coulomb_viscous+asymmetry", {"method": "output_error", "draws": 20, "blocks": 3}
+    ),
+    "tribometer_all": Fit(part(logs.tribometer, 12.0, 44.0), ALL),
+    "tribometer_elements_draws": Fit(part(logs.tribometer, 12.0, 60.0), "maxwell_slip", {"draws": 20}),
+    "damper_all": Fit(DAMPER, ALL),
+    "bouc_wen_all": Fit(part(logs.bouc_wen, 0.0, 10.92), OSCILLATOR, {"method": "inverse_dynamics", "blocks": 3}),
+    "bouc_wen_open_loop_others": Fit(part(logs.bouc_wen, 0.0, 21.84), "coulomb_viscous,dahl", {"blocks": 0}),
+}
+FAST = {
+    "closed_loop_draws": Fit(lambda: (simulated.in_loop(scatter=0.05), LOOP), "stribeck", {"draws": 20, "blocks": 0}),
+    "held_effort": Fit(lambda: (held_log(simulated.LUGRE), Axis(held=True, resolution=1e-7)), "lugre", {"blocks": 0}),
+    "held_effort_not_said": Fit(lambda: (held_log(simulated.LUGRE), Axis(resolution=1e-7)), "lugre,dahl", {"blocks": 2}),
+    "several_logs_draws": Fit(
+        lambda: ([sliding_log(seed, noise=1.0) for seed in (1, 2, 3)], None), "coulomb_viscous,coulomb_viscous+asymmetry", {"draws": 20}
+    ),
+    "several_axes": Fit(lambda: ([sliding_log(1), sliding_log(2)], [Axis(resolution=1e-7), Axis(resolution=1e-6)]), "coulomb_viscous"),
+    "free_exponent": Fit(lambda: (free_sliding(), Axis(resolution=1e-7)), "dahl", {"free": "exponent", "mass": 12.0}),
+}
+SLOW = {
+    "demo_all": Fit(part(logs.demo, 0.0, 8.0), ALL),
+    # Models of elements cannot be compared in a loop, and are left out.
+    "demo_closed_loop": Fit(part(logs.demo, 0.0, 8.0), "coulomb_viscous,maxwell_slip", {"method": "output_error"}),
+    "ball_screw": Fit(logs.ball_screw, "maxwell_slip,gms,dahl"),
+    "ball_screw_draws": Fit(logs.ball_screw, "maxwell_slip", {"draws": 20, "blocks": 2}),
+    "open_loop": Fit(lambda: (simulated.ringing(), simulated.OPEN), "bouc_wen_classic"),
+    "open_loop_draws": Fit(lambda: (simulated.ringing(), simulated.OPEN), "bouc_wen_classic,dahl", {"draws": 20}),
+    "closed_loop": Fit(lambda: (simulated.in_loop(), replace(LOOP, seeks_lag=True)), "stribeck,coulomb_viscous,dahl,lugre"),
+    # Two logs of one loop, each held out in turn, with intervals.
+    "closed_loop_several_draws": Fit(
+        lambda: ([simulated.in_loop(pairs=3), simulated.in_loop(pairs=4, scatter=0.05)], LOOP), "coulomb_viscous", {"draws": 20}
+    ),
+    "held_effort_all_draws": Fit(lambda: (held_log(simulated.LUGRE), Axis(held=True, resolution=1e-7)), ALL, {"draws": 20, "blocks": 0}),
+    "elements_draws": Fit(lambda: (simulated.elements(), None), "maxwell_slip,dahl", SLOWLY | {"draws": 20}),
+    "elements_with_stribeck_draws": Fit(
+        lambda: (simulated.elements_with_stribeck(), None), "gms,maxwell_slip", SLOWLY | {"draws": 20, "blocks": 3}
+    ),
+    "elements_under_load": Fit(
+        lambda: (simulated.elements(1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))), None),
+        "maxwell_slip+load",
+        SLOWLY | {"decimation": 5, "blocks": 0},
+    ),
+}
+
+
+def found_by(item: Fit) -> Found:
+    """Return what an identification says."""
+    log, axis = item.given()
+    return fitted(log, item.models, axis, **item.options)
+
+
+for _fits, _fast, _measured in ((FAST_MEASURED, True, True), (MEASURED, False, True), (FAST, True, False), (SLOW, False, False)):
+    for _name, _fit in _fits.items():
+        register(_name, partial(found_by, _fit), fast=_fast, measured=_measured)
+
+
 # --- a measured axis ------------------------------------------------------------------------------------------------
-
-
-@golden(fast=True, measured=True)
-def emps_static() -> Found:
-    log, axis = logs.emps()
-    return fitted(log, STATIC, axis)
-
-
-@golden(fast=True, measured=True)
-def emps_draws() -> Found:
-    log, axis = logs.emps()
-    return fitted(log, "coulomb_viscous+asymmetry,coulomb_viscous", axis, draws=20)
-
-
-@golden(measured=True)
-def emps_all() -> Found:
-    log, axis = logs.emps()
-    return fitted(within(log, (0.0, 6.5)), ALL, axis)
-
-
-@golden(measured=True)
-def emps_whole() -> Found:
-    log, axis = logs.emps()
-    return fitted(log, "dahl,lugre,lugre+asymmetry,maxwell_slip,gms", axis)
-
-
-@golden(measured=True)
-def emps_lugre_draws_without_blocks() -> Found:
-    log, axis = logs.emps()
-    return fitted(log, "lugre", axis, draws=20, blocks=0)
-
-
-@golden(fast=True, measured=True)
-def emps_as_asked() -> Found:
-    """Every number that can be known beforehand, and every number of the treatment."""
-    log, axis = logs.emps()
-    return fitted(log, "coulomb_viscous,stribeck", axis, cutoff="50 Hz", decimation=5, blocks=3, mass="95 kg", offset="-3 N")
-
-
-@golden(fast=True, measured=True)
-def emps_varying() -> Found:
-    """Friction that varies with the place and the turn of the screw, of an axis whose effort is held."""
-    log, axis = logs.emps("axis_refined.toml")
-    return fitted(log, "coulomb_viscous+periodic,coulomb_viscous+position+asymmetry", axis, blocks=4)
-
-
-@golden(fast=True, measured=True)
-def emps_pitch() -> Found:
-    """Friction that varies with the turn of a screw whose lead nobody wrote down."""
-    log, axis = logs.emps()
-    return fitted(within(log, (0.0, 13.0)), "coulomb_viscous+periodic", axis, blocks=0)
 
 
 @golden(measured=True)
@@ -107,19 +161,7 @@ def emps_closed_loop() -> Found:
     return of_identification(identification) | {"predictions": predictions}
 
 
-@golden(measured=True)
-def emps_closed_loop_draws() -> Found:
-    log, axis = logs.emps("axis_refined.toml")
-    return fitted(within(log, (0.0, 6.5)), "coulomb_viscous+asymmetry", axis, method="output_error", draws=20, blocks=3)
-
-
 # --- a reciprocating contact ----------------------------------------------------------------------------------------
-
-
-@golden(measured=True)
-def tribometer_all() -> Found:
-    log, axis = logs.tribometer()
-    return fitted(within(log, (12.0, 44.0)), ALL, axis)
 
 
 @golden(measured=True)
@@ -132,19 +174,7 @@ def tribometer_halves() -> Found:
     return of_identification(identification) | {"predictions": predictions}
 
 
-@golden(measured=True)
-def tribometer_elements_draws() -> Found:
-    log, axis = logs.tribometer()
-    return fitted(within(log, (12.0, 60.0)), "maxwell_slip", axis, draws=20)
-
-
 # --- a friction damper: several logs --------------------------------------------------------------------------------
-
-
-@golden(measured=True)
-def damper_all() -> Found:
-    several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
-    return fitted(several, ALL, axis)
 
 
 @golden(measured=True)
@@ -157,12 +187,6 @@ def damper_gap_draws() -> Found:
     assert best.resampling is not None
     text = predict(best.plant, best.friction, other, axis, bands=best.resampling.bands)
     return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
-
-
-@golden(fast=True, measured=True)
-def damper_elements() -> Found:
-    several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
-    return fitted(several, "maxwell_slip,coulomb", axis, blocks=0)
 
 
 # --- an oscillator whose truth is known -----------------------------------------------------------------------------
@@ -178,28 +202,7 @@ def bouc_wen_open_loop_draws() -> Found:
     return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
 
 
-@golden(measured=True)
-def bouc_wen_all() -> Found:
-    """Every model but elastoplastic, which alone takes longer than all other cases."""
-    log, axis = logs.bouc_wen()
-    names = [name for name in friction.MODELS if name not in ("elastoplastic", "maxwell_stribeck")]
-    requested = ",".join(["stribeck+asymmetry", *names])
-    return fitted(within(log, (0.0, 10.92)), requested, axis, method="inverse_dynamics", blocks=3)
-
-
-@golden(measured=True)
-def bouc_wen_open_loop_others() -> Found:
-    log, axis = logs.bouc_wen()
-    return fitted(within(log, (0.0, 21.84)), "coulomb_viscous,dahl", axis, blocks=0)
-
-
 # --- the axis of the demonstration and the virtual ball screw --------------------------------------------------------
-
-
-@golden()
-def demo_all() -> Found:
-    log, axis = logs.demo()
-    return fitted(within(log, (0.0, 8.0)), ALL, axis)
 
 
 @golden()
@@ -219,46 +222,12 @@ def demo_draws() -> Found:
 
 
 @golden()
-def demo_closed_loop() -> Found:
-    """Models of elements cannot be compared in a loop, and are left out."""
-    log, axis = logs.demo()
-    return fitted(within(log, (0.0, 8.0)), "coulomb_viscous,maxwell_slip", axis, method="output_error")
-
-
-@golden()
-def ball_screw() -> Found:
-    log, axis = logs.ball_screw()
-    return fitted(log, "maxwell_slip,gms,dahl", axis)
-
-
-@golden()
 def ball_screw_all() -> Found:
     log, axis = logs.ball_screw()
     return fitted(within(log, (0.0, 12.0)), ALL, replace(axis, seeks_delay=False), blocks=0)
 
 
-@golden()
-def ball_screw_draws() -> Found:
-    log, axis = logs.ball_screw()
-    return fitted(log, "maxwell_slip", axis, draws=20, blocks=2)
-
-
 # --- simulated axes: output error -----------------------------------------------------------------------------------
-
-
-@golden()
-def open_loop() -> Found:
-    return fitted(simulated.ringing(), "bouc_wen_classic", simulated.OPEN)
-
-
-@golden()
-def open_loop_draws() -> Found:
-    return fitted(simulated.ringing(), "bouc_wen_classic,dahl", simulated.OPEN, draws=20)
-
-
-@golden()
-def closed_loop() -> Found:
-    return fitted(simulated.in_loop(), "stribeck,coulomb_viscous,dahl,lugre", replace(LOOP, seeks_lag=True))
 
 
 @golden(fast=True)
@@ -268,18 +237,6 @@ def closed_loop_without_blocks() -> Found:
     best = identification.best
     text = predict(best.plant, best.friction, log, LOOP, "closed-loop", lag=best.lag)
     return of_identification(identification) | {"prediction": of_prediction(text, best.friction)}
-
-
-@golden(fast=True)
-def closed_loop_draws() -> Found:
-    return fitted(simulated.in_loop(scatter=0.05), "stribeck", LOOP, draws=20, blocks=0)
-
-
-@golden()
-def closed_loop_several_draws() -> Found:
-    """Two logs of one loop, each held out in turn, with intervals."""
-    several = [simulated.in_loop(pairs=3), simulated.in_loop(pairs=4, scatter=0.05)]
-    return fitted(several, "coulomb_viscous", LOOP, draws=20)
 
 
 # --- simulated axes: inverse dynamics -------------------------------------------------------------------------------
@@ -296,64 +253,12 @@ def late_effort() -> Found:
 
 
 @golden(fast=True)
-def held_effort() -> Found:
-    log = held_log(simulated.LUGRE)
-    return fitted(log, "lugre", Axis(held=True, resolution=1e-7), blocks=0)
-
-
-@golden(fast=True)
-def held_effort_not_said() -> Found:
-    return fitted(held_log(simulated.LUGRE), "lugre,dahl", Axis(resolution=1e-7), blocks=2)
-
-
-@golden()
-def held_effort_all_draws() -> Found:
-    return fitted(held_log(simulated.LUGRE), ALL, Axis(held=True, resolution=1e-7), draws=20, blocks=0)
-
-
-@golden(fast=True)
-def several_logs_draws() -> Found:
-    several = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
-    return fitted(several, "coulomb_viscous,coulomb_viscous+asymmetry", draws=20)
-
-
-@golden(fast=True)
-def several_axes() -> Found:
-    axes = [Axis(resolution=1e-7), Axis(resolution=1e-6)]
-    return of_identification(identify([sliding_log(1), sliding_log(2)], "coulomb_viscous", axis=axes, draws=0))
-
-
-@golden(fast=True)
 def rotational() -> Found:
     log = sliding_log(5)
     position = replace(log.position, unit="rad")
     assert log.effort is not None
     turned = replace(log, kind="rotational", position=position, effort=replace(log.effort, unit="N*m"))
     return fitted(turned, "coulomb_viscous,stribeck+asymmetry", Axis(kind="rotational"))
-
-
-@golden(fast=True)
-def free_exponent() -> Found:
-    truth = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0, exponent=0.7)
-    return fitted(slow_log(truth, duration=10.0), "dahl", Axis(resolution=1e-7), free="exponent", mass=12.0)
-
-
-@golden()
-def elements_draws() -> Found:
-    return fitted(simulated.elements(), "maxwell_slip,dahl", mass=12.0, cutoff=80.0, decimation=2, draws=20)
-
-
-@golden()
-def elements_with_stribeck_draws() -> Found:
-    log = simulated.elements_with_stribeck()
-    return fitted(log, "gms,maxwell_slip", mass=12.0, cutoff=80.0, decimation=2, draws=20, blocks=3)
-
-
-@golden()
-def elements_under_load() -> Found:
-    load = 1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))
-    log = simulated.elements(load)
-    return fitted(log, "maxwell_slip+load", mass=12.0, cutoff=80.0, decimation=5, blocks=0)
 
 
 @golden(fast=True)

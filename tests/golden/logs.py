@@ -17,6 +17,7 @@ from bristle.cli.main import main
 from bristle.core import Axis
 from bristle.demo import axis_simulated
 from bristle.excitation import excite
+from bristle.excitation.motion import ExcitationMotion
 from bristle.files import read_axis, read_curves, read_log
 from bristle.files.motion import write_motion
 from bristle.logs.curves import Curves
@@ -90,17 +91,23 @@ def demo(seed: int = 1) -> tuple[Log, Axis]:
         return read_log(Path(place) / "log.csv", axis_simulated.axis()), axis_simulated.axis()
 
 
+def run_ball_screw(place: Path) -> tuple[Axis, ExcitationMotion]:
+    """Let the virtual ball screw of the example be excited and recorded in a new folder, as its page does it."""
+    shutil.copytree(EXAMPLES / "virtual_ball_screw", place)
+    axis = read_axis(place / "axis.toml")
+    motion = excite(axis, rehearsed=False).motion
+    (place / "motion").mkdir()
+    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+    write_motion(place / "motion" / "motion.csv", axis, signals)
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
+    return axis, motion
+
+
 @cache
 def ball_screw() -> tuple[Log, Axis]:
-    """Return the log of the virtual ball screw, as its page makes it."""
+    """Return the log of the virtual ball screw."""
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary) / "ball_screw"
-        shutil.copytree(EXAMPLES / "virtual_ball_screw", place)
-        axis = read_axis(place / "axis.toml")
-        motion = excite(axis, rehearsed=False).motion
-        (place / "motion").mkdir()
-        signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
-        write_motion(place / "motion" / "motion.csv", axis, signals)
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-            assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
+        axis, _ = run_ball_screw(place)
         return read_log(place / "recorded" / "log.csv", axis), axis

@@ -7,7 +7,7 @@ import pytest
 import tests.golden.cases
 import tests.golden.commands  # noqa: F401  (both register theirs)
 from tests.golden.case import CASES, FROZEN, differences_of, tolerance_for
-from tests.golden.comparison import ELSEWHERE, differences, frozen_text
+from tests.golden.comparison import ELSEWHERE, RELATIVE, differences, frozen_text
 
 FAST = [
     pytest.param(item, id=item.name, marks=[pytest.mark.measured] if item.measured else [])
@@ -32,45 +32,37 @@ ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.
 
 
 @pytest.mark.parametrize(
-    ("was", "now", "paths"),
+    ("relative", "was", "now", "paths"),
     [
-        ({"a": 1.0}, {"a": 1.0 + 2e-9}, ["a"]),
-        ({"a": 1.0}, {"a": 1.0 + 5e-10}, []),
-        ({"a": 1.0}, {"a": None}, ["a"]),
-        ({"a": 1}, {"a": 1.0}, []),
-        ({"a": 1}, {"a": True}, ["a"]),
-        ({"a": {"b": "text"}}, {"a": {"b": "texts"}}, ["a.b"]),
-        ({"a": {"b": 1}}, {"a": {}}, ["a.b"]),
-        ({"a": {}}, {"a": {"b": 1}}, []),
-        ({"a": ["x"]}, {"a": ["x", "y"]}, ["a.length"]),
-        ({"a": [1e-12, 1.0]}, {"a": [0.0, 1.0]}, []),  # next to nothing beside its neighbour
-        ({"a": [1e-8, 1.0]}, {"a": [0.0, 1.0]}, ["a[0]"]),
-        (ESTIMATE, ESTIMATE | {"value": 1e-3 + 3e-9}, []),  # next to nothing beside its interval
-        (ESTIMATE, ESTIMATE | {"value": 1e-3 + 5e-9}, ["value"]),
-        (ESTIMATE, ESTIMATE | {"std": 2.0 + 3e-9}, ["std"]),
-        (ESTIMATE, ESTIMATE | {"status": "held"}, ["status"]),
-        ({"below_the_diagonal": [[1e-12]]}, {"below_the_diagonal": [[0.0]]}, []),
-        ({"below_the_diagonal": [[1e-8]]}, {"below_the_diagonal": [[0.0]]}, ["below_the_diagonal[0][0]"]),
-        ([{"n": 0.0}], [{"n": 1e-300}], ["[0].n"]),
+        (RELATIVE, {"a": 1.0}, {"a": 1.0 + 2e-9}, ["a"]),
+        (RELATIVE, {"a": 1.0}, {"a": 1.0 + 5e-10}, []),
+        (RELATIVE, {"a": 1.0}, {"a": None}, ["a"]),
+        (RELATIVE, {"a": 1}, {"a": 1.0}, []),
+        (RELATIVE, {"a": 1}, {"a": True}, ["a"]),
+        (RELATIVE, {"a": {"b": "text"}}, {"a": {"b": "texts"}}, ["a.b"]),
+        (RELATIVE, {"a": {"b": 1}}, {"a": {}}, ["a.b"]),
+        (RELATIVE, {"a": {}}, {"a": {"b": 1}}, []),
+        (RELATIVE, {"a": ["x"]}, {"a": ["x", "y"]}, ["a.length"]),
+        (RELATIVE, {"a": [1e-12, 1.0]}, {"a": [0.0, 1.0]}, []),  # next to nothing beside its neighbour
+        (RELATIVE, {"a": [1e-8, 1.0]}, {"a": [0.0, 1.0]}, ["a[0]"]),
+        (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 3e-9}, []),  # next to nothing beside its interval
+        (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 5e-9}, ["value"]),
+        (RELATIVE, ESTIMATE, ESTIMATE | {"std": 2.0 + 3e-9}, ["std"]),
+        (RELATIVE, ESTIMATE, ESTIMATE | {"status": "held"}, ["status"]),
+        (RELATIVE, {"below_the_diagonal": [[1e-12]]}, {"below_the_diagonal": [[0.0]]}, []),
+        (RELATIVE, {"below_the_diagonal": [[1e-8]]}, {"below_the_diagonal": [[0.0]]}, ["below_the_diagonal[0][0]"]),
+        (RELATIVE, [{"n": 0.0}], [{"n": 1e-300}], ["[0].n"]),
+        # Elsewhere digits may differ, and no word.
+        (ELSEWHERE, {"a": 1.0}, {"a": 1.001}, []),
+        (ELSEWHERE, {"a": 1.0}, {"a": 1.003}, ["a"]),
+        (ELSEWHERE, {"a": "871 mN, 1.6 %"}, {"a": "-872 mN, 1.61 %"}, []),
+        (ELSEWHERE, {"a": "871 mN of ripple"}, {"a": "871 mN of drift"}, ["a"]),
+        (ELSEWHERE, ESTIMATE, ESTIMATE | {"status": "at_edge"}, ["status"]),
+        (ELSEWHERE, {"models": ["lugre", "dahl"]}, {"models": ["dahl", "lugre"]}, ["models[0]", "models[1]"]),
     ],
 )
-def test_a_difference_is_reported_with_its_place(was, now, paths):
-    assert [difference.path for difference in differences(was, now)] == paths
-
-
-@pytest.mark.parametrize(
-    ("was", "now", "paths"),
-    [
-        ({"a": 1.0}, {"a": 1.001}, []),
-        ({"a": 1.0}, {"a": 1.003}, ["a"]),
-        ({"a": "871 mN, 1.6 %"}, {"a": "-872 mN, 1.61 %"}, []),
-        ({"a": "871 mN of ripple"}, {"a": "871 mN of drift"}, ["a"]),
-        (ESTIMATE, ESTIMATE | {"status": "at_edge"}, ["status"]),
-        ({"models": ["lugre", "dahl"]}, {"models": ["dahl", "lugre"]}, ["models[0]", "models[1]"]),
-    ],
-)
-def test_elsewhere_digits_may_differ_and_no_word(was, now, paths):
-    assert [difference.path for difference in differences(was, now, ELSEWHERE)] == paths
+def test_a_difference_is_reported_with_its_place(relative, was, now, paths):
+    assert [difference.path for difference in differences(was, now, relative)] == paths
 
 
 def test_old_and_new_values_are_reported():

@@ -6,21 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import signal
-from tests.loop.laws import RADIAN, rig
+from tests.loop.laws import rig
 
 from bristle import controllers, friction, plants
 from bristle.core.experiment import Experiment, Run
-from bristle.engine import run_closed_loop
+from bristle.engine import interpreted, run_closed_loop
 from bristle.engine.contact import steady_force
 from bristle.loop import Verdict, assess, runnable
 from bristle.loop.assessment import Friction, Motions
 from bristle.loop.linear_system import LinearSystem, SampledLoop, margins_of, slope_in_sliding, stiffness_at_rest
 from bristle.report.messages import message
 from bristle.sensors import encoder
-
-
-def told_of(assessment):
-    return [message(item) for item in assessment.doubts]
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -38,19 +34,6 @@ def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay
     assert point(result, Motions.SMALL).loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
-def test_poles_decide_between_divergence_and_oscillation():
-    verdicts = [assess(rig(delay)).verdict for delay in range(4)]
-    assert verdicts == [Verdict.STABLE, Verdict.STABLE, Verdict.OSCILLATES, Verdict.DIVERGES]
-
-
-def test_an_unstable_loop_is_reported_with_pole_and_cause():
-    text = message(assess(rig(3)).finding)
-    assert "the sampled loop has a pole at 1.096. Cause: three samples of delay" in text
-    assert "stable with at most one sample of delay" in text
-    assert "for small motions" in message(assess(rig(2)).finding)
-    assert "two samples of delay" in message(assess(rig(2)).finding)
-
-
 def test_the_gain_that_is_named_is_the_largest_that_is_stable():
     share = float(message(assess(rig(3)).finding).rpartition("gains lowered to ")[2].partition(" %")[0]) / 100.0
     for factor, verdict in ((0.95 * share, Verdict.STABLE), (1.05 * share, Verdict.OSCILLATES)):
@@ -59,15 +42,9 @@ def test_the_gain_that_is_named_is_the_largest_that_is_stable():
         assert assess(replace(weaker, controller=law)).verdict is verdict
 
 
-def test_small_margins_are_warned_of_and_wide_ones_are_not():
-    assert any("phase margin is only 3.6°" in item for item in told_of(assess(rig(1))))
-    assert told_of(assess(rig(0, slope=150.0, gain=150.0, switching=0.0))) == []
-
-
 def test_a_law_without_a_boundary_layer_switches():
     result = assess(rig(0, layer=0.0))
     assert result.switches
-    assert any("chatters" in item for item in told_of(result))
     assert {item.motions for item in result.points} == {Motions.LARGE}
 
 
@@ -131,6 +108,19 @@ def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
 # --- against the simulation -------------------------------------------------------------------------------------
 
 
+def positions_of(loop, body, count):
+    """The positions of a linear loop with a cascade, whose plant begins displaced and at rest."""
+    moved = loop.plant.C @ body
+    state, line, positions = np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0] * loop.delay, []
+    for _ in range(count):
+        positions.append(loop.plant.C @ body)
+        line.append(loop.law.C @ state + loop.law.D * positions[-1])
+        state = loop.law.A @ state + loop.law.B * positions[-1]
+        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+    return np.array(positions)
+
+
+@interpreted()
 @pytest.mark.parametrize(("k_v", "k_i", "delay"), [(3000.0, 0.0, 1), (3000.0, 4e4, 0), (15000.0, 0.0, 2)])
 def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     law, mass, moved = controllers.cascade(k_p=40.0, k_v=k_v, k_i=k_i), plants.inertia(M=30.0), 1e-3
@@ -138,16 +128,10 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
-    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0] * delay
-    body[0] = moved
-    for simulated in trace.position:
-        position = loop.plant.C @ body
-        assert position == pytest.approx(simulated, rel=1e-6, abs=1e-6 * moved)
-        line.append(loop.law.C @ state + loop.law.D * position)
-        state = loop.law.A @ state + loop.law.B * position
-        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+    assert positions_of(loop, np.eye(loop.plant.B.size)[0] * moved, 120) == pytest.approx(trace.position, rel=1e-6, abs=1e-6 * moved)
 
 
+@interpreted()
 @pytest.mark.parametrize("side", ["motor", "load"])
 def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
     screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)
@@ -177,22 +161,9 @@ def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
         lag=2e-4,
         x=moved,
     )
-    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0]
-    body[0] = body[2] = moved
     seen = trace.position if side == "load" else trace.motor_position
-    for simulated in seen:
-        position = loop.plant.C @ body
-        assert position == pytest.approx(simulated, rel=1e-5, abs=1e-5 * moved)
-        line.append(loop.law.C @ state + loop.law.D * position)
-        state = loop.law.A @ state + loop.law.B * position
-        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
-
-
-def test_feedback_after_a_screw_allows_less_gain_than_at_the_motor():
-    screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
-    variant = replace(rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4))
-    gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
-    assert gains[0] > 1.3 * gains[1] > 0.0
+    together = (np.eye(loop.plant.B.size)[0] + np.eye(loop.plant.B.size)[2]) * moved
+    assert positions_of(loop, together, 300) == pytest.approx(seen, rel=1e-5, abs=1e-5 * moved)
 
 
 def test_an_unexcited_mode_is_no_pole_of_the_loop():
@@ -232,9 +203,9 @@ def test_stiffness_and_damping_are_those_of_the_model():
     assert stiffness_at_rest(friction.coulomb(kind="rotational", F_C=0.03), 5e-4) is None
 
 
-@pytest.mark.parametrize("model", friction.MODELS.values(), ids=friction.MODELS)
-def test_every_friction_model_has_a_linear_form_or_sticks(model):
-    typical = model(**model.example)
+@pytest.mark.parametrize("name", ["stribeck", "lugre", "gms", "preisach_lugre"])
+def test_a_friction_model_has_a_linear_form_or_sticks(name):
+    typical = friction.find(name)(**friction.find(name).example)
     stuck = stiffness_at_rest(typical, 1e-3)
     assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
     fast, slow = (0.5 * (steady_force(typical, v) - steady_force(typical, -v)) for v in (1.001, 0.999))
@@ -267,28 +238,17 @@ def test_instability_by_friction_alone_is_stick_slip_and_simulated():
 
 
 def test_variants_that_diverge_are_left_out():
-    variants = tuple(replace(rig(delay), name=f"delay_{delay}") for delay in range(4))
+    variants = tuple(replace(rig(delay), name=str(delay)) for delay in range(4))
     kept, judged = runnable(Experiment("delays", "rotational", variants))
-    assert [variant.name for variant in kept.variants] == ["delay_0", "delay_1", "delay_2"]
-    assert judged["delay_3"].verdict is Verdict.DIVERGES
-
-
-def test_no_axis_is_a_micrometre_in_the_units_of_a_screw():
-    assert pytest.approx(1.2566e-3, rel=1e-4) == RADIAN
+    assert [variant.name for variant in kept.variants] == ["0", "1", "2"]
+    verdicts = [Verdict.STABLE, Verdict.STABLE, Verdict.OSCILLATES, Verdict.DIVERGES]
+    assert [judged[str(delay)].verdict for delay in range(4)] == verdicts
 
 
 def loop_of(plant, gain, delay=0):
     """A plant under a law that answers the position by itself."""
     none = np.zeros(0)
     return SampledLoop(plant, LinearSystem(np.zeros((0, 0)), none, none, -gain), delay, 1e-3)
-
-
-def test_a_gain_margin_at_half_the_sampling_rate_counts():
-    # k/(z - 1) turns by 180 degrees at half the sampling rate only, where it is k/2: its pole, 1 - k, leaves at k = 2.
-    integrator = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0)
-    assert margins_of(loop_of(integrator, 0.4)).gain == pytest.approx(5.0)
-    assert not loop_of(integrator, 1.99).is_unstable
-    assert loop_of(integrator, 2.01).is_unstable
 
 
 def test_a_stable_loop_has_a_positive_delay_margin():

@@ -1,7 +1,7 @@
 """Linear systems whose responses, poles and margins are known in closed form."""
 
 import math
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -23,7 +23,6 @@ from bristle.loop.linear_system import (
     measured_on,
     sliding_force,
     slope_in_sliding,
-    stiffness_at_rest,
     varied_in,
 )
 
@@ -100,27 +99,12 @@ def positions(plant, command, count):
     return np.array(result)
 
 
-def test_a_constant_effort_moves_a_mass_by_half_of_its_acceleration_times_time_squared():
-    plant = linear_plant(loop(), LARGE)
-    assert positions(plant, 40.0, 6) == pytest.approx(0.5 * 2.0 * (DT * np.arange(6)) ** 2)
+def last(x):
+    return x[-1]
 
 
-def test_behind_a_lag_the_mass_follows_later():
-    lagging = loop(run=Run(4.0, DT, substeps=10, current_lag=2e-3))
-    t, lag = DT * np.arange(9), 2e-3
-    expected = 2.0 * (0.5 * t**2 - lag * t + lag**2 * (1.0 - np.exp(-t / lag)))
-    assert positions(linear_plant(lagging, LARGE), 40.0, 9) == pytest.approx(expected, rel=1e-3, abs=1e-7)
-
-
-def test_a_damper_lets_a_mass_slide_at_its_terminal_speed():
-    plant = linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0))
-    x = positions(plant, 40.0, 100)
-    assert (x[-1] - x[-2]) / DT == pytest.approx(0.01, rel=1e-6)
-
-
-def test_a_spring_holds_a_mass_where_the_effort_balances():
-    plant = linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0))
-    assert positions(plant, 40.0, 2000)[-1] == pytest.approx(2e-4, rel=1e-6)
+def speed(x):
+    return (x[-1] - x[-2]) / DT
 
 
 SCREW = {"kind": "rotational", "J": 1e-3, "M": 50.0, "lead": 2e-3 * math.pi, "k": 1e8, "d": 2e3}  # an arm of 1 mm
@@ -133,31 +117,43 @@ def behind_a_screw(side, motor=NO_FRICTION, table=NO_FRICTION, **changed):
     return linear_plant(variant, LARGE, motor, table)
 
 
-@pytest.mark.parametrize("side", ["motor", "load"])
-def test_motor_and_table_share_an_acceleration_in_the_end(side):
-    x = positions(behind_a_screw(side), 0.42, 200)
-    # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
-    assert np.mean(np.diff(x, 2)[100:]) / DT**2 == pytest.approx(0.42 / (1e-3 + 5e-5), rel=0.01)
+LAGGING = loop(run=Run(4.0, DT, substeps=10, current_lag=2e-3))
+KEPT = (LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4))
 
 
-@pytest.mark.parametrize(("side", "expected"), [("motor", 1e-3 + 1e-2), ("load", 1e-3)])
-def test_a_spring_at_the_table_twists_the_screw(side, expected):
-    # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
-    kept = behind_a_screw(side, LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4), k=1e6)
-    assert positions(kept, 0.01, 3000)[-1] == pytest.approx(expected, rel=1e-3)
-
-
-@pytest.mark.parametrize(("motor", "table"), [(LinearFriction(0.0, 0.3), NO_FRICTION), (NO_FRICTION, LinearFriction(0.0, 3e5))])
-def test_dampers_on_both_sides_of_a_screw_brake_equally(motor, table):
-    # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
-    x = positions(behind_a_screw("load", motor, table), 0.06, 400)
-    assert (x[-1] - x[-2]) / DT == pytest.approx(0.2, rel=1e-3)
-
-
-def test_a_spring_at_the_motor_holds_both():
-    kept = LinearFriction(4.0, 0.2)
-    for side in ("motor", "load"):
-        assert positions(behind_a_screw(side, kept), 0.2, 2000)[-1] == pytest.approx(0.05, rel=1e-4)
+@pytest.mark.parametrize(
+    ("plant", "command", "count", "read", "expected", "tolerance"),
+    [
+        # A constant effort moves a mass by half of its acceleration times time squared, and behind a lag later.
+        (lambda: linear_plant(loop(), LARGE), 40.0, 6, np.array, 0.5 * 2.0 * (DT * np.arange(6)) ** 2, 1e-6),
+        (
+            lambda: linear_plant(LAGGING, LARGE),
+            40.0,
+            9,
+            np.array,
+            2.0 * (0.5 * (DT * np.arange(9)) ** 2 - 2e-3 * DT * np.arange(9) + 4e-6 * (1.0 - np.exp(-0.5 * np.arange(9)))),
+            1e-3,
+        ),
+        # A damper lets it slide at its terminal speed, and a spring holds it where the effort balances.
+        (lambda: linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0)), 40.0, 100, speed, 0.01, 1e-6),
+        (lambda: linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0)), 40.0, 2000, last, 2e-4, 1e-6),
+        # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
+        *(
+            (partial(behind_a_screw, side), 0.42, 200, lambda x: np.mean(np.diff(x, 2)[100:]) / DT**2, 0.42 / (1e-3 + 5e-5), 0.01)
+            for side in ("motor", "load")
+        ),
+        # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
+        (partial(behind_a_screw, "motor", *KEPT, k=1e6), 0.01, 3000, last, 1e-3 + 1e-2, 1e-3),
+        (partial(behind_a_screw, "load", *KEPT, k=1e6), 0.01, 3000, last, 1e-3, 1e-3),
+        # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
+        (partial(behind_a_screw, "load", LinearFriction(0.0, 0.3)), 0.06, 400, speed, 0.2, 1e-3),
+        (partial(behind_a_screw, "load", NO_FRICTION, LinearFriction(0.0, 3e5)), 0.06, 400, speed, 0.2, 1e-3),
+        # A spring at the motor holds both.
+        *((partial(behind_a_screw, side, LinearFriction(4.0, 0.2)), 0.2, 2000, last, 0.05, 1e-4) for side in ("motor", "load")),
+    ],
+)
+def test_a_plant_goes_where_its_equation_says(plant, command, count, read, expected, tolerance):
+    assert read(positions(plant(), command, count)) == pytest.approx(expected, rel=tolerance, abs=1e-4 * tolerance)
 
 
 @pytest.mark.parametrize("side", ["motor", "load"])
@@ -181,11 +177,6 @@ def test_a_mass_on_a_spring_keeps_its_energy_and_its_frequency():
 # --- friction -------------------------------------------------------------------------------------------------------
 
 
-def test_a_stuck_bristle_is_its_spring_and_its_damper():
-    stuck = stiffness_at_rest(friction.lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=900.0, sigma_2=70.0), DT)
-    assert (stuck.k, stuck.c) == (pytest.approx(4e6, rel=1e-4), pytest.approx(970.0, rel=1e-4))
-
-
 def test_friction_at_a_speed_is_the_mean_of_both_directions():
     model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=24.0, F_C_neg=16.0, F_v_pos=90.0, F_v_neg=50.0, offset=3.0)
     assert sliding_force(model, 0.1) == pytest.approx(20.0 + 7.0)
@@ -200,22 +191,22 @@ def integrator(gain, delay=0):
     return SampledLoop(first_order(1.0), constant(-gain), delay, DT)
 
 
-def test_a_delay_line_makes_the_poles_of_its_polynomial():
-    # z^d (z - 1) + k = 0
-    for delay in range(4):
-        expected = np.roots([1.0, -1.0, *np.zeros(delay - 1), 0.3][: delay + 2] if delay else [1.0, -0.7])
-        result = integrator(0.3, delay).poles
-        assert np.sort(np.abs(result)) == pytest.approx(np.sort(np.abs(expected)), rel=1e-9)
-        assert np.all(np.diff(np.abs(result)) <= 1e-12)  # the largest one first
-        assert integrator(0.3, delay).spectral_radius == pytest.approx(np.max(np.abs(expected)))
-
-
-def test_a_law_with_a_state_makes_the_poles_of_its_polynomial():
-    # 1 + 0.2/((z - 1)(z - 0.5)) = 0
-    whole = SampledLoop(first_order(1.0), first_order(0.5, -0.2), 0, DT)
-    assert np.sort_complex(whole.poles) == pytest.approx(np.sort_complex(np.roots([1.0, -1.5, 0.7])))
-    late = replace(whole, delay=2)
-    assert np.sort(np.abs(late.poles)) == pytest.approx(np.sort(np.abs(np.roots([1.0, -1.5, 0.5, 0.0, 0.2]))))
+@pytest.mark.parametrize(
+    ("looped", "polynomial"),
+    [
+        # z^d (z - 1) + 0.3 = 0
+        (integrator(0.3), [1.0, -0.7]),
+        (integrator(0.3, 1), [1.0, -1.0, 0.3]),
+        (integrator(0.3, 3), [1.0, -1.0, 0.0, 0.0, 0.3]),
+        # z^d (z - 1) (z - 0.5) + 0.2 = 0
+        (SampledLoop(first_order(1.0), first_order(0.5, -0.2), 0, DT), [1.0, -1.5, 0.7]),
+        (SampledLoop(first_order(1.0), first_order(0.5, -0.2), 2, DT), [1.0, -1.5, 0.5, 0.0, 0.2]),
+    ],
+)
+def test_delay_lines_and_laws_make_the_poles_of_their_polynomial(looped, polynomial):
+    sizes = sorted(np.abs(np.roots(polynomial)), reverse=True)
+    assert np.abs(looped.poles) == pytest.approx(sizes, rel=1e-7)  # the largest one first
+    assert looped.spectral_radius == pytest.approx(sizes[0])
 
 
 def test_states_that_take_no_part_are_no_poles():
@@ -223,20 +214,10 @@ def test_states_that_take_no_part_are_no_poles():
     assert SampledLoop(idle, constant(-0.3), 0, DT).poles == pytest.approx([0.7])
 
 
-def test_a_loop_without_states_has_no_pole():
-    assert SampledLoop(constant(0.0), constant(0.0), 0, DT).spectral_radius == 0.0
-
-
 def test_a_free_body_is_not_unstable():
     free = LinearSystem(np.array([[1.0, DT], [0.0, 1.0]]), np.array([0.0, DT]), np.array([1.0, 0.0]), 0.0)
     assert not SampledLoop(free, constant(0.0), 0, DT).is_unstable
     assert SampledLoop(first_order(1.00001), constant(0.0), 0, DT).is_unstable
-
-
-def test_the_open_loop_lags_by_its_delay():
-    omega = np.array([10.0, 300.0])
-    z = np.exp(1j * omega * DT)
-    assert integrator(0.3, 2).response(omega) == pytest.approx(0.3 / (z - 1.0) / z**2)
 
 
 def test_a_stronger_law_answers_so_many_times_as_strongly():
@@ -284,8 +265,3 @@ def test_a_state_is_reached_along_a_chain():
     linked = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=bool)
     assert linear_system._reached(linked, np.array([True, False, False])).tolist() == [True, True, True]
     assert linear_system._reached(linked.T, np.array([True, False, False])).tolist() == [True, False, False]
-
-
-def test_amplitudes_lie_inside_and_outside_bounded_terms():
-    # A count of an encoder and a boundary layer lie between.
-    assert SMALL < 1e-9 < 1.0 < LARGE

@@ -4,7 +4,8 @@
 + for -, a constant doubled, a statement left out ...), and runs the test files that are related to it, then those that
 hold results of every room, in a copy of the tree. It ends with the share of faults that were noticed, in each group, and
 the lines that no test holds; exit code 1 where the share is below ``--least`` in all or below ``--least-group`` in a
-group. Results are kept in a file, so that a later call goes on where this one was interrupted.
+group. Results are kept in a file, so that a later call goes on where this one was interrupted. ``--share 2/8`` tries the
+second of eight equal shares of the faults, and judges it alone: eight calls, on as many machines, try each fault once.
 
 Neither of the two common tools does this here: mutmut chooses a fault while the program runs, by a wrapper around each
 function, which compiled kernels cannot go through; cosmic-ray changes the working tree itself, draws no sample, and has
@@ -75,6 +76,10 @@ def main(arguments: list[str] | None = None) -> int:
     sources = {path: source for group in groups.values() for path, source in group.items()}
     equal = set(equivalents(sources))
     sample = [mutant for group in groups.values() for mutant in chosen(group, requested.each, requested.seed, equal)]
+    sample = shared(sample, *requested.share)
+    if not sample:
+        print("no faults to be tried")
+        return 0
     kept = Kept(requested.out)
     keys = {mutant: mutant.key(sources[mutant.path]) for mutant in sample}
     again = {"survived"} if requested.again else set()
@@ -97,6 +102,11 @@ def sources_of(rooms: tuple[str, ...]) -> dict[str, bytes]:
     """Return the files of some rooms, by their path in the repository."""
     files = [file for room in rooms for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))]
     return {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in files}
+
+
+def shared(sample: list[Mutant], share: int, shares: int) -> list[Mutant]:
+    """Return one of some equal shares of a sample, the first of which is 1: each has its part of every group."""
+    return sample[share - 1 :: shares]
 
 
 def group_of(mutant: Mutant) -> str:
@@ -253,11 +263,26 @@ def difference(mutant: Mutant, source: bytes) -> str:
     return f"  - {whole_line(source, mutant.begin).strip()}\n  + {changed.strip()}"
 
 
+def _share(text: str) -> tuple[int, int]:
+    """Read K/N."""
+    share, _, shares = text.partition("/")
+    if not (share.isdecimal() and shares.isdecimal() and 1 <= int(share) <= int(shares)):
+        raise argparse.ArgumentTypeError(f"{text!r} is not K/N with K from 1 to N, such as 2/8")
+    return int(share), int(shares)
+
+
 def _asked(arguments: list[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__.partition("\n")[0])
+    rooms = "\n".join(f"  {name:15} {' '.join(rooms)}" for name, rooms in GROUPS.items())
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.mutants",
+        description=__doc__.partition("\n")[0],
+        epilog=f"A GROUP is named by the first of these words, not by a path; behind it are its folders of src/bristle:\n{rooms}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     add: Callable[..., Any] = parser.add_argument
-    add("--groups", nargs="+", choices=tuple(GROUPS), metavar="GROUP", help=f"all where none is named: {', '.join(GROUPS)}")
+    add("--groups", nargs="+", choices=tuple(GROUPS), metavar="GROUP", help="names of groups, see below; all where none is named")
     add("--each", type=int, default=12, help="how many lines of each group")
+    add("--share", type=_share, default=(1, 1), metavar="K/N", help="only the Kth of N equal shares of these lines")
     add("--seed", type=int, default=12)
     add("--processes", type=int, default=os.cpu_count() or 1)
     add("--files", type=int, default=8, help="how many test files are run for a fault at most")

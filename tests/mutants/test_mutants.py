@@ -66,13 +66,14 @@ def test_texts_declarations_and_raises_are_not_mutated():
     assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 19, 25}
 
 
-def test_every_mutant_is_a_valid_and_different_program():
-    for name in ("engine/efim.py", "controllers/cascade.py", "certificates/certify.py"):
-        path = f"src/bristle/{name}"
-        source = (ROOT / path).read_bytes()
-        whole = ast.dump(ast.parse(source))
-        for mutant in mutants_of(path, source)[::5]:
-            assert ast.dump(ast.parse(applied(mutant, source))) != whole, mutant
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("name", ["controllers/cascade.py", "engine/efim.py", "certificates/certify.py"])
+def test_every_mutant_is_a_valid_and_different_program(name):
+    path = f"src/bristle/{name}"
+    source = (ROOT / path).read_bytes()
+    whole = ast.dump(ast.parse(source))
+    for mutant in mutants_of(path, source)[::5]:
+        assert ast.dump(ast.parse(applied(mutant, source))) != whole, mutant
 
 
 def test_a_larger_sample_includes_a_smaller_sample_and_moved_lines():
@@ -84,6 +85,21 @@ def test_a_larger_sample_includes_a_smaller_sample_and_moved_lines():
     keys = [[item.key(source[item.path]) for item in chosen(source, 4, 1, set())] for source in (sources, moved)]
     assert keys[0] == keys[1]
     assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
+
+
+def test_shares_are_equal_and_cover_each_fault_once():
+    sample = chosen({"src/bristle/a/a.py": SOURCE}, 8, 1, set())
+    shares = [mutants.shared(sample, share, 3) for share in (1, 2, 3)]
+    assert [len(share) for share in shares] == [3, 3, 2]
+    assert sorted(item for share in shares for item in share) == sorted(sample)
+    assert mutants.shared(sample, 1, 1) == sample
+
+
+@pytest.mark.parametrize("text", ["0/3", "4/3", "2", "1/0", "a/3", "-1/3"])
+def test_a_share_is_a_whole_number_of_a_whole_number(text, capsys):
+    with pytest.raises(SystemExit):
+        mutants.main([f"--share={text}"])
+    assert f"'{text}' is not K/N with K from 1 to N, such as 2/8" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -137,6 +153,10 @@ def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_pat
     assert mutants.main([*requested, "--least-group", "0.0"]) == 1, "half of all is less than most"
     assert mutants.main([*requested, "--least", "0.5", "--least-group", "0.0"]) == 0
     assert "0 of them to be tried" in capsys.readouterr().out
+    assert mutants.main([*requested, "--share", "1/2"]) == 0, "the share of the group that is tested"
+    assert "1 faults in 1 files, 0 of them to be tried" in capsys.readouterr().out
+    assert mutants.main([*requested, "--share", "3/3"]) == 0
+    assert "no faults to be tried" in capsys.readouterr().out
 
 
 def test_each_part_of_the_package_is_in_a_single_group():
@@ -158,7 +178,22 @@ def test_files_for_all_parts_follow_the_nearest_files_once():
     assert all((ROOT / name).is_file() for name in mutants.WIDE)
 
 
-def test_listed_equivalents_exist_and_have_a_reason():
-    sources = {path: (ROOT / path).read_bytes() for path in {item["path"] for item in mutants.told_equivalent()}}
-    assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
-    assert all(len(item["because"]) > 20 for item in mutants.told_equivalent())
+@pytest.fixture(scope="module")
+def told():
+    """What is told to be no fault, and the files that it is in."""
+    told = mutants.told_equivalent()
+    return told, {path: (ROOT / path).read_bytes() for path in {item["path"] for item in told}}
+
+
+def test_listed_equivalents_stand_in_their_files_and_have_a_reason(told):
+    items, sources = told
+    assert [item for item in items if item["line"] not in sources[item["path"]].decode()] == []
+    assert all(len(item["because"]) > 20 for item in items)
+    few = {path: sources[path] for path in sorted(sources, key=lambda path: len(sources[path]))[:3]}
+    assert len(mutants.equivalents(few)) >= sum(item["path"] in few for item in items)
+
+
+@pytest.mark.slow
+def test_each_listed_equivalent_is_a_fault_that_would_be_tried(told):
+    items, sources = told
+    assert len(mutants.equivalents(sources)) >= len(items)

@@ -1,21 +1,17 @@
 """The bench in small numbers: legs of a walk, how a table is led, what a torque sensor reads, what is recorded."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from bristle import friction, hysteresis
 from bristle.core.errors import InputError
+from bristle.engine import run_open_loop
 from bristle.paper import bench
-from bristle.paper.bench import Bench, Record, Sensed, Walk, bench_of, follow, read_torque, sensor_numbers, sensor_says, walk
-
-
-def test_a_leg_reaches_from_turn_to_turn():
-    path = Walk(np.arange(7.0), 10.0 * np.arange(7.0), np.array([2, 5]))
-    assert path.at_turns.tolist() == [20.0, 50.0]
-    assert [part.tolist() for part in path.leg(0)] == [[0.0, 1.0, 2.0], [0.0, 10.0, 20.0]]
-    assert path.leg(1)[0].tolist() == [2.0, 3.0, 4.0, 5.0]
+from bristle.paper.bench import Bench, Record, Sensed, Walk, bench_of, follow, led, plant_of, read_torque, sensor_numbers, sensor_says, walk
+from bristle.paper.drift import rippled
 
 
 def test_a_walk_has_a_force_in_the_middle_of_each_step_and_at_each_turn():
@@ -76,13 +72,6 @@ def test_the_shaft_carries_the_effort_minus_that_of_the_motor():
     assert sensed.read == pytest.approx(sensed.shaft)
 
 
-def test_numbers_of_a_sensor_are_the_worst_of_all_runs():
-    first = Sensed(np.array([2.0, -4.0]), np.array([2.5, -4.0]), np.array([2.0, -3.0]))
-    second = Sensed(np.array([1.0, 5.0]), np.array([1.0, 4.25]), np.array([1.5, 4.0]))
-    # Read beside friction by 1 at most, of 5; the shaft beside it by 0.75; what is read beside the shaft by 1.
-    assert sensor_numbers([first, second]) == {"apart": 0.2, "inertia": 0.75, "filter": 1.0}
-
-
 def test_a_sensor_is_described_in_words():
     apart = {"apart": 0.0123, "inertia": 1.5e-3, "filter": 2.5e-4}
     words = sensor_says(Bench(4e-4, 2.5e-4, 200.0), apart, "Here")
@@ -90,6 +79,7 @@ def test_a_sensor_is_described_in_words():
         "Here the error of the torque sensor is 1.2 % of the largest friction: the inertia behind it, 1.5 kg·cm², adds up to "
         "1.5 mN·m, its filter of 200 Hz removes up to 0.25 mN·m."
     )
+    assert "filter" not in sensor_says(Bench(4e-4, 2.5e-4, math.inf), apart | {"filter": 0.0}, "Here")
 
 
 class Told(dict):
@@ -100,29 +90,44 @@ class Told(dict):
         self.numbers, self.source, self.arm, self.mass = {"bench": bench_numbers}, "x.toml", 1e-3, "own"
 
 
-def test_the_motor_is_a_part_of_all_inertia():
-    assert bench_of(Told(J=4e-4, J_m=4e-4)) == Bench(4e-4, 4e-4, math.inf)
-    assert bench_of(Told(J=4e-4, J_m=0.0, torque_filter=50.0)).cutoff == 50.0
+def lists(*arrays):
+    return [array.tolist() for array in arrays]
+
+
+PATH = Walk(np.arange(7.0), 10.0 * np.arange(7.0), np.array([2, 5]))
+PLACES, TURNS = np.arange(10.0), np.array([2, 5, 8])
+RECORD = Record(PLACES, 2.0 * PLACES, TURNS, Walk(PLACES, 3.0 * PLACES, TURNS))
+LATER, MIDDLE = RECORD.since(1), RECORD.part(2, 8, 0)
+FIRST = Sensed(np.array([2.0, -4.0]), np.array([2.5, -4.0]), np.array([2.0, -3.0]))
+SECOND = Sensed(np.array([1.0, 5.0]), np.array([1.0, 4.25]), np.array([1.5, 4.0]))
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        # A leg reaches from turn to turn, and a part of a record keeps its turns.
+        (PATH.at_turns.tolist(), [20.0, 50.0]),
+        (lists(*PATH.leg(0)), [[0.0, 1.0, 2.0], [0.0, 10.0, 20.0]]),
+        (PATH.leg(1)[0].tolist(), [2.0, 3.0, 4.0, 5.0]),
+        (LATER.x.tolist(), [5.0, 6.0, 7.0, 8.0, 9.0]),
+        ((LATER.torque[0], LATER.actual.torque[0]), (10.0, 15.0)),
+        (lists(LATER.turns, LATER.actual.turns), [[0, 3], [0, 3]]),
+        ((MIDDLE.x[-1], MIDDLE.turns.tolist()), (7.0, [0, 3])),
+        # Read beside friction by 1 at most, of 5; the shaft beside it by 0.75; what is read beside the shaft by 1.
+        (sensor_numbers([FIRST, SECOND]), {"apart": 0.2, "inertia": 0.75, "filter": 1.0}),
+        # The motor is a part of all inertia, which counts at the table by the square of its arm.
+        (bench_of(Told(J=4e-4, J_m=4e-4)), Bench(4e-4, 4e-4, math.inf)),
+        (bench_of(Told(J=4e-4, J_m=0.0, torque_filter=50.0)).cutoff, 50.0),
+        (bench.plant_of(Told(J=4e-4, J_m=0.0)).values["M"], pytest.approx(400.0)),
+    ],
+)
+def test_numbers_of_a_bench_are_those_by_hand(found, expected):
+    assert found == expected
+
+
+def test_a_motor_heavier_than_all_inertia_is_refused():
     with pytest.raises(InputError, match=r"x\.toml: bench\.J_m.*0 to bench\.J = 0\.0004 kg\*m\^2"):
         bench_of(Told(J=4e-4, J_m=4.1e-4))
-
-
-def test_an_inertia_of_the_bench_counts_at_the_table_by_the_square_of_its_arm():
-    assert bench.plant_of(Told(J=4e-4, J_m=0.0)).values["M"] == pytest.approx(400.0)
-    bare = Told()
-    bare.numbers = {}
-    assert bench.plant_of(bare) == "own"
-
-
-def test_a_part_of_a_record_keeps_its_turns():
-    x = np.arange(10.0)
-    record = Record(x, 2.0 * x, np.array([2, 5, 8]), Walk(x, 3.0 * x, np.array([2, 5, 8])))
-    later = record.since(1)
-    assert later.x.tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]
-    assert (later.torque[0], later.actual.torque[0]) == (10.0, 15.0)
-    assert later.turns.tolist() == later.actual.turns.tolist() == [0, 3]
-    middle = record.part(2, 8, 0)
-    assert (middle.x[-1], middle.turns.tolist()) == (7.0, [0, 3])
 
 
 def measuring(resolution, noise):
@@ -132,6 +137,10 @@ def measuring(resolution, noise):
     reported |= {("measurement", "resolution"): resolution, ("measurement", "noise"): noise, ("measurement", "speed"): 1e-6}
     reported[("measurement", "amplitudes")] = np.array([1e-6, 4e-6])
     return reported
+
+
+def test_an_experiment_without_a_bench_has_its_own_mass():
+    assert bench.plant_of(measuring(0.0, 0.0)) == "own"
 
 
 def test_a_position_is_read_in_counts_and_a_torque_with_noise():
@@ -160,3 +169,58 @@ def test_a_loop_is_measured_after_a_sweep_of_falling_amplitude():
     assert led[:2] == [4e-6, -4e-6]
     assert 1e6 * np.array(led[10:]) == pytest.approx([1.0, -1.0] * 3)
     assert np.diff(np.abs(led[:12:2])) == pytest.approx(np.full(5, -0.6e-6))
+
+
+# --- the bench of the paper -------------------------------------------------------------------------------------------
+
+
+RIG = "virtual rig"
+
+
+def on_bench(setting, **values):
+    """The experiment with other numbers of its bench; None for one that is left out."""
+    numbers = {key: value for key, value in (setting.numbers["bench"] | values).items() if value is not None}
+    return replace(setting, numbers=dict(setting.numbers) | {"bench": numbers})
+
+
+def read(setting, speed=2e-6):
+    return led(setting, setting.contact(RIG), setting["path", "turns"], speed)
+
+
+def test_a_slow_walk_is_read_without_error(setting):
+    item = setting(9)
+    slow, still = read(item), walk(item.contact(RIG), item["path", "turns"], 2e-6, item.arm)
+    assert slow.friction.at_turns == pytest.approx(still.at_turns, rel=2e-3)
+    assert slow.sensor.at_turns == pytest.approx(still.at_turns, abs=2e-4)
+    assert slow.sensor.x[slow.sensor.turns] == pytest.approx(item["path", "turns"], abs=1e-9)
+
+
+def test_the_reading_differs_only_by_the_inertia_behind_the_sensor(setting):
+    item = on_bench(setting(9), torque_filter=None)
+    before = on_bench(item, J_m=item["bench", "J"])
+    assert read(before).sensor.torque == pytest.approx(read(before).friction.torque, abs=1e-12)
+    apart = sensor_numbers([read(item).sensed])
+    assert apart["filter"] < 1e-15
+    half = on_bench(item, J_m=0.5 * (item["bench", "J"] + item["bench", "J_m"]))
+    assert sensor_numbers([read(half).sensed])["inertia"] == pytest.approx(0.5 * apart["inertia"], rel=1e-6)
+
+
+def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_it(setting):
+    item = on_bench(setting(8), torque_filter=None, J_m=0.0)
+    present = read(item)
+    # With nothing before the sensor the shaft carries all that the motor gives.
+    dt = 5e-4
+    trace = run_open_loop(plant_of(item), item.contact(RIG), present.sensed.shaft / item.arm, dt, steps=4)
+    assert trace.position[1:] == pytest.approx(present.sensor.x[:-1], abs=3e-9)
+
+
+def test_a_torque_drives_the_inertia_of_the_bench_like_one_at_the_table(setting):
+    item = setting(3)
+    assert plant_of(item).values["M"] == pytest.approx(631.65, rel=1e-4)
+    heavy = on_bench(item, J=8e-4)
+    assert plant_of(heavy).values["M"] == pytest.approx(2.0 * plant_of(item).values["M"])
+    run = rippled(item, item.contact(RIG))
+    # What is left of the driving torque accelerates screw and motor alike.
+    left = 0.5 * (run.driving[:-1] + run.driving[1:]) - run.sensed.friction
+    share = 1.0 - item["bench", "J_m"] / item["bench", "J"]
+    assert run.sensed.shaft - run.sensed.friction == pytest.approx(share * left, abs=1e-6)

@@ -12,19 +12,14 @@ from scipy.signal import cont2discrete
 from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
-from bristle.loop import Verdict, assess, error_budget, proposals_for, runnable
+from bristle.loop import assess, error_budget
 from bristle.paper.tracking import Sound, Tracked
-from bristle.report.messages import message
 from bristle.simulation import simulate
 
 pytestmark = pytest.mark.slow
 
 EXPERIMENTS = files("bristle.paper") / "experiments"
 SET_A = EXPERIMENTS / "set_a.toml"
-
-
-def told_of(assessment):
-    return [message(item) for item in assessment.doubts]
 
 
 @cache
@@ -34,17 +29,6 @@ def loops():
 
 def delayed(delay, name="paper"):
     return replace(loops()[name], run=replace(loops()[name].run, delay=delay))
-
-
-@pytest.mark.parametrize(
-    ("delay", "outside", "inside", "radius"),
-    [(0, 41.5, 30.8, 0.886), (1, 21.1, 3.6, 0.986), (2, 0.8, -23.5, 1.062), (3, -19.5, -50.6, 1.096)],
-)
-def test_margins_of_set_a_by_its_file(delay, outside, inside, radius):
-    small, large = assess(delayed(delay)).bare
-    assert large.margins.phase == pytest.approx(outside, abs=1.0)
-    assert small.margins.phase == pytest.approx(inside, abs=1.0)
-    assert small.loop.spectral_radius == pytest.approx(radius, abs=1e-3)
 
 
 def test_the_page_on_design_states_these_margins():
@@ -87,15 +71,6 @@ def test_margins_of_set_c(name, g, told):
     assert "at least 43° of phase and 3.3 of gain" in readme
 
 
-def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
-    experiment = replace(read_experiment(SET_A), variants=tuple(replace(delayed(delay), name=str(delay)) for delay in range(4)))
-    kept, judged = runnable(experiment)
-    assert [variant.name for variant in kept.variants] == ["0", "1", "2"]
-    assert judged["2"].verdict is Verdict.OSCILLATES
-    assert "pole at 1.062. Cause: two samples of delay" in message(judged["2"].finding)
-    assert "pole at 1.096. Cause: three samples of delay" in message(judged["3"].finding)
-
-
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
     # Past the refusal: what is named before the simulation is what the simulation does.
     actual = {}
@@ -108,37 +83,6 @@ def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
     assert 10.0 * error[1] < error[2] or not error[2] < 1.0
 
 
-@cache
-def low_gain(name):
-    variants = read_experiment(EXPERIMENTS / "low_gain.toml").variants
-    result = next(variant for variant in variants if variant.name == name)
-    return replace(result, run=replace(result.run, duration=14.0, seeds=1))
-
-
-def measured_is_warned_of(variant):
-    return any("along the measured motion" in text for text in told_of(assess(variant)))
-
-
-def test_feedforward_along_the_measured_motion_causes_a_warning_at_low_gain():
-    assert [measured_is_warned_of(low_gain(name)) for name in ("none", "desired", "measured")] == [False, False, True]
-    high = loops()["paper"]
-    assert not measured_is_warned_of(replace(high, feedforward=replace(high.feedforward, along="measured")))
-
-
-def test_the_design_of_a_low_gain_loop_shows_the_gain_of_the_desired_motion():
-    present, desired, *_ = proposals_for(low_gain("measured"))
-    assert (present.name, desired.name) == ("as it is", "along the desired motion")
-    assert present.following_error.peak_to_peak > 1.6 * desired.following_error.peak_to_peak
-
-
-def test_no_more_than_the_existing_stiffness_is_compensated():
-    item = low_gain("measured")
-    too_much = replace(item, feedforward=replace(item.feedforward, gain=1.5))
-    result = assess(too_much)
-    assert result.verdict is Verdict.OSCILLATES
-    assert "removes more stiffness than the axis has" in message(result.finding)
-
-
 def test_the_error_budget_of_the_paper_s_compensator():
     budget = error_budget(replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1)))
     alone = {entry.cause: entry.alone.peak_to_peak for entry in budget.entries}
@@ -146,11 +90,3 @@ def test_the_error_budget_of_the_paper_s_compensator():
     # Amplitude and encoder dominate; the shape of the loops hardly matters.
     assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(alone["shape"], alone["irregularity"], alone["delay"])
     assert budget.no_cause.peak_to_peak < 0.01e-6
-
-
-def test_an_observer_with_margins_goes_past_the_paper():
-    item = replace(loops()["paper"], run=replace(loops()["paper"].run, duration=10.0, seeds=1))
-    proposed = {each.name: each for each in proposals_for(item)}
-    present, observer = proposed["as it is"], proposed["with an observer"]
-    assert observer.following_error.peak_to_peak < 0.7 * present.following_error.peak_to_peak
-    assert min(point.margins.phase for point in observer.assessment.bare) >= 40.0

@@ -10,6 +10,7 @@ from matplotlib.mathtext import MathTextParser
 
 from bristle.cli.application import app
 from bristle.cli.main import main
+from bristle.engine import interpreted
 from bristle.paper import FIGURES
 from bristle.paper.equations import EQUATIONS, SETUP
 
@@ -68,6 +69,7 @@ def session():
 
 
 @pytest.mark.parametrize("equation", [equation for equation in EQUATIONS if equation.gives], ids=lambda equation: str(equation.number))
+@interpreted()
 def test_the_python_line_gives_the_stated_result(equation, session):
     assert str(eval(equation.run, session)) == equation.gives
 

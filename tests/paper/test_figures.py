@@ -39,27 +39,15 @@ def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, pap
                 assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
 
 
-@pytest.mark.parametrize("number", FIGURES)
-def test_every_figure_states_the_claim_and_the_result(number, paper):
-    item = paper[number]
-    assert len(item.words.quotation) > 40
-    assert len(item.words.differs) > 40
-    assert item.words.claim.endswith(".")
-    assert item.found
-    assert item.numbers
-
-
 def test_1_only_the_gate_closes_the_loop(paper):
     missing = paper[1].numbers["missing_at_return"]
     assert missing["LuGre"] < missing["equations (5)–(7)"] < -0.15
     assert abs(missing["virtual rig"]) < 0.02
     assert abs(missing["with a gate"]) < 1e-9
-    assert paper[1].verdict == "built in in part"
 
 
-def test_2_the_printed_model_drifts_a_sixth_more_than_lugre(paper):
-    drift = paper[2].numbers["drift_per_cycle"]
-    assert drift["equations (5)–(7)"] / drift["LuGre"] == pytest.approx(1.17, abs=0.02)
+def test_verdicts_where_a_claim_holds_in_part(paper):
+    assert [paper[number].verdict for number in (1, 4, 12, 13)] == ["built in in part", *3 * ["found in part"]]
 
 
 def test_3_rig_and_gate_go_round_closed_orbits(paper):
@@ -103,17 +91,6 @@ def test_measured_figures_show_the_torque_sensor_and_friction(number, paper):
     assert f"is {100.0 * paper[number].numbers['torque_sensor']['apart']:.1f} % of the largest" in message
 
 
-def test_4_the_sums_are_the_operator_once_corrected(paper):
-    numbers = {name: np.array(values) for name, values in paper[4].numbers.items()}
-    assert np.max(np.abs(numbers["by_corrected_sums"] - numbers["torque"])) < 1e-15
-    # As printed: one constant with relays of 0 and 1, and none with relays of both signs.
-    too_much = numbers["by_printed_sums_of_relays_0_and_1"] - numbers["torque"]
-    assert np.ptp(too_much) < 1e-15
-    assert too_much[0] == pytest.approx(numbers["half_of_the_saturation_loop"], abs=1e-15)
-    assert 1e3 * too_much[0] == pytest.approx(39.147, abs=5e-4)
-    assert np.ptp(numbers["by_printed_sums_of_relays_of_both_signs"] - numbers["torque"]) > 0.02
-
-
 def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
     operator, path = setting(4).operator, setting(4)["path", "turns"].tolist()
     q = operator.component.measure(operator.parameters)
@@ -130,57 +107,11 @@ def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
         assert len(set(hatches)) == len(hatches) == 1 + len(axes.texts)
 
 
-def test_5_the_tips_have_their_spread(paper):
-    tips = 1e3 * np.array(paper[5].numbers["forward_tips"])
-    *_, largest = paper[5].tables[0].rows
-    mean, spread = map(float, largest[2].split(" ± "))
-    assert (mean, spread) == pytest.approx((tips.mean(), tips.std(ddof=1)), abs=0.06)
-    assert all(" ± " in cell for row in paper[5].tables[0].rows for cell in row[2:])
-
-
-def test_6_every_mean_over_seeds_has_its_spread(paper):
-    for first, *cells in paper[6].tables[0].rows:
-        assert all(" ± " in cell for cell in cells[:3] if cell != "–"), first
-        assert not any("±" in cell for cell in cells[3:])
-    for name, item in paper[6].numbers["error_percent"].items():
-        assert np.isnan(item[0]) or re.search(rf"from 1 branch .*{name} {item[0]:.1f}\d* ± \d", paper[6].found[1])
-    assert re.search(r"better than reformed Dahl in 6 of 6 repetitions, by 0\.\d+ ± 0\.\d+ %", " ".join(paper[6].found))
-
-
-def test_5_the_loops_are_uneven_and_do_not_repeat(paper):
-    bottom, top = paper[5].numbers["largest_loop"]
-    assert top > 1.5 * abs(bottom)
-    assert 1e-3 < np.ptp(paper[5].numbers["forward_tips"]) < 0.15 * top
-
-
-def test_6_more_measurements_pay_only_if_loops_repeat(paper):
-    numbers = paper[6].numbers
-    noisy, still = numbers["error_percent"], numbers["error_percent_without_scatter"]
-    assert numbers["branches"] == [1, 2, 5, 10, 100]
-    # The claim of economy: two numbers from one branch are as good as a surface from a hundred.
-    assert noisy["reformed Dahl"][0] < 1.2 * noisy["tabulated surface"][-1]
-    # But an operator fitted to the same branch is better, and at the limit that the rig itself sets.
-    assert noisy["Prandtl-Ishlinskii"][0] < 0.95 * noisy["reformed Dahl"][0]
-    assert noisy["Prandtl-Ishlinskii"][-1] < 1.5 * numbers["scatter_percent"]
-    assert np.isnan(noisy["tabulated surface"][0])
-    # On a rig without scatter the surface gains from every branch, and a fixed form does not.
-    assert np.all(np.diff(still["tabulated surface"][1:]) < 0.0)
-    assert still["tabulated surface"][-1] < 0.5 * still["reformed Dahl"][-1]
-    assert still["reformed Dahl"][-1] == pytest.approx(still["reformed Dahl"][0], rel=0.1)
-
-
 def test_6_the_models_of_the_other_figures_have_the_stiffness_and_saturation_found_here(paper, setting):
     for number in (1, 2, 8, 10):
         values = setting(number).contacts["equations (5)–(7)"].values
         assert values["s"] == pytest.approx(paper[6].numbers["s"], rel=0.03)
         assert values["f_p"] == pytest.approx(paper[6].numbers["f_p"], rel=0.03)
-
-
-def test_8_the_rig_breaks_away_near_7_um_and_the_printed_model_far_later(paper):
-    at = paper[8].numbers["position_at_95_percent"]
-    assert at["virtual rig"] == pytest.approx(7e-6, rel=0.1)
-    assert np.isnan(at["equations (5)–(7)"])
-    assert at["with a gate"] < 7e-6
 
 
 def test_9_and_10_loops_are_wiped_out_by_the_operator_and_not_over_the_position(paper):
@@ -236,34 +167,12 @@ def test_7_the_mechanics_are_those_of_the_loop_and_of_the_measurements(paper, se
         assert drawn.numbers["bench"].items() <= setting(number).numbers["bench"].items()
 
 
-def test_11_the_table_is_nearer_to_the_command_with_the_compensator(paper):
-    true = paper[11].numbers["true_error"]
-    assert true["none"] == pytest.approx(1.35e-6, abs=0.05e-6)
-    assert true["paper"] == pytest.approx(0.60e-6, abs=0.05e-6)
-    assert paper[11].numbers["amplitude"] < 7e-6
-
-
-def test_12_the_error_falls_by_half_and_by_more_with_a_compensator_that_is_identified(paper):
-    peak = paper[12].numbers["peak_to_peak"]
-    assert peak["none"] == pytest.approx(1.46e-6, abs=0.05e-6)
-    assert peak["paper"] == pytest.approx(0.69e-6, abs=0.05e-6)
-    assert 1.0 - peak["paper"] / peak["none"] == pytest.approx(1.0 - 0.69 / 1.46, abs=0.03)
-    assert 1.0 - peak["identified"] / peak["none"] > 0.7
-    assert peak["observer_feedforward"] <= 0.40e-6
-
-
-def test_12_the_printed_equations_explain_the_error_without_a_factor_and_the_gate_leaves_less(paper):
-    peak, spread = (paper[12].numbers[key] for key in ("peak_to_peak", "peak_to_peak_spread"))
-    assert peak["printed"] == pytest.approx(0.62e-6, abs=0.04e-6)
-    assert peak["gate"] == pytest.approx(0.45e-6, abs=0.04e-6)
-    assert peak["lugre"] == pytest.approx(0.89e-6, abs=0.06e-6)
-    assert all(0.0 < spread[name] < 0.05e-6 for name in ("printed", "gate", "lugre"))
+def test_13_the_printed_equations_leave_a_mean_that_their_constant_removes(paper):
     error = paper[13].numbers["printed"]
     # No constant: the mean is that without a compensator. With the one that the loops leave over it is gone.
     assert error["mean"] == pytest.approx(paper[13].numbers["none"]["mean"], abs=0.01e-6)
     assert (error["min"], error["max"]) == pytest.approx((-0.07e-6, 0.54e-6), abs=0.03e-6)
     assert abs(paper[13].numbers["printed_constant"]["mean"]) < 0.03e-6
-    assert peak["printed_constant"] == pytest.approx(0.59e-6, abs=0.04e-6)
 
 
 def test_no_loop_of_the_paper_gets_a_constant_of_the_rig():
@@ -291,41 +200,6 @@ def test_at_sound_margins_the_printed_equations_agree_with_independent_code(pape
     assert peak["printed"] == pytest.approx(1.74, abs=0.15)
     assert peak["printed_constant"] == pytest.approx(1.74, abs=0.15)
     assert peak["printed"] < peak["paper"]
-
-
-def test_13_is_judged_without_a_constant(paper):
-    assert paper[13].verdict == "found in part"
-    assert paper[13].found[0] == "With (5)–(7) as printed the error is narrower, and its mean is not nearer to zero."
-
-
-def test_12_forward_is_worse_only_with_the_calibrated_compensator(paper):
-    ratios = paper[12].numbers["forward_over_backward"]
-    assert ratios["none"] > 1.2
-    assert ratios["paper"] > 1.2
-    assert ratios["printed"] == pytest.approx(0.84, abs=0.05)
-    assert paper[12].verdict == "found in part"
-    assert "At gain 1 forward motion is not worse" in " ".join(paper[12].found)
-
-
-def test_12_the_error_over_break_away_includes_that_of_the_paper(paper):
-    result = paper[12].numbers["over_break_away"]
-    peaks = [1e6 * item["peak_to_peak"] for item in result]
-    assert [round(1e3 * item["break_away"]) for item in result] == [32, 36, 40, 45, 52, 60]
-    assert peaks == sorted(peaks, reverse=True)
-    assert (peaks[0], peaks[-1]) == pytest.approx((0.73, 0.51), abs=0.03)
-    assert all(1e6 * item["mean"] == pytest.approx(0.227, abs=0.01) for item in result)
-
-
-def test_12_at_sound_margins_each_part_is_seen_and_both_are_needed(paper):
-    errors = paper[12].numbers["at_sound_margins"]
-    peak = {name: 1e6 * number["following_error"]["peak_to_peak"] for name, number in errors.items()}
-    assert peak["none"] == pytest.approx(6.0, abs=0.4)
-    assert peak["identified"] <= 0.95
-    assert peak["observer_feedforward"] <= 0.45
-    assert peak["observer_feedforward"] < 0.85 * peak["observer"] < 0.6 * peak["identified"]
-    for number in paper[12].numbers["margins"].values():
-        assert number["phase_deg"] >= 40.0
-        assert number["gain"] >= 2.5
 
 
 def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
@@ -357,10 +231,3 @@ def test_14_friction_is_drawn_over_the_effort_of_each_loop(paper):
     assert [len(item) for item in drawn] == [1] * 8
     # In mN m: friction is what breaks away, and the effort in the whole has peaks far above.
     assert all(20.0 < max(abs(item.get_ydata())) < 60.0 for (item,) in drawn)
-
-
-def test_14_the_effort_hardly_grows(paper):
-    rms = paper[14].numbers["rms"]
-    assert 1.0 < rms["paper"] / rms["none"] < 1.05
-    # A count of the encoder over the sample time, times the gain, exceeds break-away: most of it is chatter.
-    assert paper[14].numbers["peak"]["none"] > 0.1

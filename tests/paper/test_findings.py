@@ -37,26 +37,40 @@ def test_a_plan_contains_each_loop_and_feedforward_of_each_family():
     assert Plan((FIRST,), 2, families=("gms",)).compensators == ("gms", "maxwell_slip")
 
 
-def test_an_error_is_found_by_its_loop(trial):
-    assert error_of(trial, "set_a", "lugre", "none").peak_to_peak == pytest.approx(1.5e-6)
-    assert error_of(trial, "set_a", "lugre", "feedforward", family="gms").peak_to_peak == pytest.approx(0.3e-6)
-    assert error_of(trial, "set_a", "lugre", "observer", "level_1.6").peak_to_peak == pytest.approx(0.6e-6)
-    assert error_of(trial, "set_c", "lugre", "none") is None
+def size_of(*case, **of):
+    """The peak-to-peak error of a loop [µm]."""
+    return lambda trial: 1e6 * error_of(trial, *case, **of).peak_to_peak
+
+
+@pytest.mark.parametrize(
+    ("read", "expected"),
+    [
+        (size_of("set_a", "lugre", "none"), pytest.approx(1.5)),
+        (size_of("set_a", "lugre", "feedforward", family="gms"), pytest.approx(0.3)),
+        (size_of("set_a", "lugre", "observer", "level_1.6"), pytest.approx(0.6)),
+        (lambda trial: error_of(trial, "set_c", "lugre", "none"), None),
+        # What remains is a share of the error without compensation.
+        (lambda trial: share_left(trial, "set_a", "lugre", "observer"), pytest.approx(1.0 / 3.0)),
+        (lambda trial: share_left(trial, "set_a", "lugre", "feedforward", "gms"), pytest.approx(0.2)),
+        # The best family has the smallest remaining error; a stranger is of another structure.
+        (lambda trial: best_family(trial, "set_a", FIRST), "gms"),
+        (lambda trial: best_family(trial, "set_a", FIRST, strangers=True), "maxwell_slip"),
+        (lambda trial: best_family(trial, "set_a", OTHER, strangers=True), "gms"),
+        (lambda trial: best_family(trial, "set_c", FIRST), ""),
+        # A claim holds up to its limit.
+        (lambda trial: Claim("x", 0.5, {"a": 0.5, "b": 0.4}).holds, True),
+        (lambda trial: Claim("x", 0.5, {"a": 0.5, "b": 0.501}).holds, False),
+        (lambda trial: claims(trial, "set_c"), []),
+    ],
+)
+def test_numbers_of_a_trial_are_found_by_their_loop(trial, read, expected):
+    assert read(trial) == expected
+
+
+def test_a_loop_without_a_run_has_no_error(trial):
     trial.errors[Cell("set_a", "lugre", NOMINAL, "none", "")] = np.empty(0)
     assert error_of(trial, "set_a", "lugre", "none") is None
     assert math.isnan(share_left(trial, "set_a", "lugre", "observer"))
-
-
-def test_the_remaining_error_is_a_share_of_that_without_compensation(trial):
-    assert share_left(trial, "set_a", "lugre", "observer") == pytest.approx(1.0 / 3.0)
-    assert share_left(trial, "set_a", "lugre", "feedforward", "gms") == pytest.approx(0.2)
-
-
-def test_the_best_family_has_the_smallest_remaining_error(trial):
-    assert best_family(trial, "set_a", FIRST) == "gms"
-    assert best_family(trial, "set_a", FIRST, strangers=True) == "maxwell_slip"
-    assert best_family(trial, "set_a", OTHER, strangers=True) == "gms"
-    assert best_family(trial, "set_c", FIRST) == ""
 
 
 @pytest.mark.parametrize(("both", "named"), [(0.499, ["lugre"]), (0.48, []), (0.5, ["lugre"]), (0.6, ["lugre"])])
@@ -75,18 +89,12 @@ def test_a_single_run_has_no_interval_to_exceed(trial):
     assert no_better(trial, "set_a") == []
 
 
-def test_a_claim_holds_up_to_its_limit():
-    assert Claim("x", 0.5, {"a": 0.5, "b": 0.4}).holds
-    assert not Claim("x", 0.5, {"a": 0.5, "b": 0.501}).holds
-
-
 def test_claims_are_of_the_rig_at_every_level_and_of_all_other_truths(trial):
     first, others = claims(trial)
     assert (first.limit, others.limit) == (0.45e-6, 0.5e-6)
     assert first.errors == {NOMINAL: pytest.approx(0.4e-6), "level_1.6": pytest.approx(0.48e-6)}
     assert others.errors == {"lugre": pytest.approx(0.4e-6)}
     assert [claim.holds for claim in (first, others)] == [False, True]
-    assert claims(trial, "set_c") == []
 
 
 def test_numbers_contain_every_loop_and_family(trial):
@@ -108,21 +116,19 @@ def test_numbers_contain_every_loop_and_family(trial):
 
 
 @pytest.mark.parametrize(
-    ("error", "words"),
+    ("told", "number", "words"),
     [
-        (None, "–"),
-        (interval([math.inf, 1e-6]), "diverged"),
-        (interval([1.234e-6]), "1.23"),
-        (Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+        (findings.micrometres, None, "–"),
+        (findings.micrometres, interval([math.inf, 1e-6]), "diverged"),
+        (findings.micrometres, interval([1.234e-6]), "1.23"),
+        (findings.micrometres, Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+        (findings._percent, math.nan, "–"),
+        (findings._percent, math.inf, "diverged"),
+        (findings._percent, 0.123, "12"),
     ],
 )
-def test_an_error_is_written_with_its_interval(error, words):
-    assert findings.micrometres(error) == words
-
-
-@pytest.mark.parametrize(("share", "words"), [(math.nan, "–"), (math.inf, "diverged"), (0.123, "12")])
-def test_a_share_is_written_in_percent(share, words):
-    assert findings._percent(share) == words
+def test_an_error_is_written_with_its_interval_and_a_share_in_percent(told, number, words):
+    assert told(number) == words
 
 
 def test_tables_have_a_row_for_each_case(trial):

@@ -10,7 +10,7 @@ from bristle.core import Status
 from bristle.core.content import NOWHERE
 from bristle.paper import following, tracking
 from bristle.paper.bench import Bench
-from bristle.paper.following import figure_11, figure_13, figure_14
+from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
 from bristle.simulation.statistics import Statistics
 
@@ -33,7 +33,8 @@ class Loop:
         self.friction = np.array([100.0, 100.0, 3.0, -3.0, 3.0, -3.0, 3.0, -3.0])
 
     def as_dict(self):
-        return {"following_error": vars(self.following_error), "true_error": vars(self.true_error), "effort": {"rms": self.effort_rms}}
+        errors = {name: vars(getattr(self, name)) for name in ("following_error", "true_error")}
+        return errors | {"effort": {"rms": self.effort_rms}, "by_direction": {name: vars(of) for name, of in self.by_direction.items()}}
 
 
 PLAIN, BETTER = Loop(statistics(1.46e-6, 0.2e-6, 0.4e-6)), Loop(statistics(0.6e-6, 0.01e-6, 0.1e-6), effort=20.5)
@@ -46,7 +47,8 @@ def tracked(**changed):
     sensor = SimpleNamespace(values={"resolution": 1e-7})
     item.__dict__["result"] = SimpleNamespace(variants=loops)
     run = SimpleNamespace(settle=2.0)
-    item.__dict__["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[SimpleNamespace(sensor=sensor, run=run)])
+    variants = [SimpleNamespace(sensor=sensor, run=run)]
+    item.__dict__["experiment"] = SimpleNamespace(name="Set A", origins={"experiment": [NOWHERE]}, variants=variants)
     return item
 
 
@@ -138,6 +140,22 @@ def test_12_errors_are_compared_with_those_of_the_paper():
     assert len(following._sentences_12(tracked(), sizes | {})) == 4
 
 
+def test_12_names_compensators_of_another_rig_and_compares_both_directions(monkeypatch):
+    monkeypatch.setattr(following, "on_another_rig", lambda experiment: {"identified": "it was another"})
+    monkeypatch.setattr(following, "message", str)
+    levels = tracked()
+    vars(levels)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[])
+    sound = Sound(tracked(), levels)
+    vars(sound)["margins"] = dict.fromkeys((BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED), (45.0, 3.0))
+    half = statistics(0.7e-6)
+    item = figure_12(tracked(printed=Loop(half, forward=0.9), paper=Loop(half, forward=1.1)), sound)
+    assert (item.number, item.verdict) == (12, "found in part")
+    assert item.found[-1] == item.found[-2] == "Set A, identified: it was another."
+    assert item.found[-3].startswith("At gain 1 forward motion is not worse")
+    assert item.numbers["forward_over_backward"][PRINTED] == 0.9
+    assert [row[:2] for row in item.tables[1].rows[:2]] == [("no compensator", "forward"), ("no compensator", "backward")]
+
+
 def test_each_variant_has_a_row_in_micrometres_and_millinewtons():
     table = following._by_variant(tracked())
     assert table.rows[0][0] == "none"
@@ -227,8 +245,9 @@ def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(mo
     assert asked == [("described", print)]
     loops[PRINTED].status = Status.NOT_FINITE
     del vars(item)["result"]
-    with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: "):
+    with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: ") as caught:
         _ = item.result
+    assert caught.value.exit_code == 1
 
 
 @pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])

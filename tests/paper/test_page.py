@@ -73,25 +73,3 @@ def test_the_numbers_are_plain_json(paper):
 def test_the_whole_paper_needs_few_entries(paper, entries):
     assert len(paper) == len(FIGURES) == 14
     assert 10 < len(entries) <= 40
-
-
-def test_the_table_of_errata_shares_its_width_by_the_names_of_its_columns():
-    html = paper_report([], command="bristle paper", provenance={})
-    table = re.findall(r'<table class="long shared">.*?</table>', html, re.DOTALL)[-1]
-    columns = re.findall(r'<col class="([^"]+)">', table)
-    heads = [column.lower().replace(" ", "-") for column in re.findall(r'<th scope="col">([^<]*)</th>', table)]
-    assert columns == heads
-    assert {"place", "as-printed", "correct", "test"} <= set(columns)
-    style = html.partition("<style>")[2].partition("</style>")[0]
-    shares = {column: float(share) for column, share in re.findall(r"\.shared col\.([\w-]+) { width: (\d+)%; }", style)}
-    # Sentences have what the short columns leave.
-    assert sum(shares[column] for column in columns if column in shares) < 50.0
-    assert set(shares) & {"as-printed", "correct"} == set()
-    assert "table-layout: fixed" in style
-    # Long names of tests go on in the next line behind an underscore, short symbols do not.
-    names = [column.test.partition("::")[2] for column in ERRATA]
-    for name in names:
-        assert name.replace("_", "_<wbr>") in table
-    assert "f_p" in table
-    assert not re.search(r"[ (][A-Za-z]_<wbr>", table)
-    assert "thead { display: table-header-group; }" in style

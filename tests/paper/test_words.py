@@ -32,49 +32,11 @@ def led(*torques, x=None, turns=None):
 # --- returns ------------------------------------------------------------------------------------------------------
 
 
-def test_the_missing_torque_is_a_share_of_the_largest_torque():
-    path = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
-    assert paths._missing_at(path, (0, 2)) == pytest.approx(1.0 / 8.0)
-    assert paths._missing_of(path) == {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}
-
-
-@pytest.mark.parametrize(
-    ("share", "words", "title"),
-    [
-        (0.0049, "closes at D", "closes"),
-        (-0.0049, "closes at D", "closes"),
-        (-0.123, "on return to D, the torque is 12.3 % of the largest torque too small", "−12.3 % at the return"),
-        (0.05, "on return to D, the torque is 5.0 % of the largest torque too large", "5.0 % at the return"),
-    ],
-)
-def test_a_return_is_described_in_words(share, words, title):
-    assert paths._comes_back(share, "D") == words
-    assert paths._at_return(share) == title
-
-
-def test_the_worse_of_two_returns_is_in_the_title():
-    missing = {"rig": {"D": 0.01, "B": -0.2}, "gate": {"D": 0.0, "B": 0.001}}
-    assert paths._worst(missing) == {"rig": "−20.0 % at the return", "gate": "closes"}
-
-
 @pytest.mark.parametrize("turns", [[1.0, 2.0], [1.0, 2.0, 3.0]])
 def test_a_path_that_does_not_return_is_refused(turns):
     with pytest.raises(InputError, match=r"x\.toml: path\.turns.*its entries 1 and 3 must be equal"):
         paths._must_return(Told({("path", "turns"): np.array(turns)}), ((0, 2),))
     paths._must_return(Told({("path", "turns"): np.array([1.0, 2.0, 1.0])}), ((0, 2),))
-
-
-def test_a_torque_is_reached_where_the_walk_first_has_it():
-    path = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
-    assert paths._reached(path, 3.0) == 2e-6
-    assert paths._reached(path, 2.5) == 2e-6
-    assert math.isnan(paths._reached(path, 3.1))
-
-
-def test_a_contact_without_break_away_gives_its_last_force():
-    path = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
-    assert paths._breaks_away("rig", path, 0.04, math.nan) == "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."
-    assert paths._breaks_away("rig", path, 0.04, 7e-6) == "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."
 
 
 def test_a_model_is_compared_with_the_rig_over_the_position_leg_by_leg():
@@ -131,18 +93,6 @@ def test_the_settled_cycles_are_those_of_the_second_half():
     assert run.width == 10.0
 
 
-class Setting:
-    """An experiment with contacts whose ripple is known."""
-
-    origin = None
-
-    def __init__(self, **contacts):
-        self.contacts = {name.replace("_", " "): model for name, model in contacts.items()}
-
-    def contact(self, name):
-        return self.contacts[name]
-
-
 @pytest.mark.parametrize(
     ("lugre", "other", "verdict", "words"),
     [
@@ -155,7 +105,7 @@ class Setting:
 def test_lugre_drifts_where_it_walks_by_more_than_a_share_of_its_orbit(monkeypatch, lugre, other, verdict, words):
     runs = {"a": rippled([lugre] * 4, 1e-6), "b": rippled([other] * 4, 1e-6)}
     monkeypatch.setattr(drift, "rippled", lambda setting, model: runs[model])
-    item = drift.figure_2(Setting(LuGre="a", other="b"))
+    item = drift.figure_2(Bench([], LuGre="a", other="b"))
     assert (item.number, item.verdict) == (2, verdict)
     assert item.found[-1].replace("500 nm", "0.5 µm") == words
     assert item.numbers["drift_per_cycle"] == {"LuGre": pytest.approx(lugre), "other": pytest.approx(other)}
@@ -269,15 +219,6 @@ def test_branches_from_the_lower_end_are_judged_on_motions_that_were_not_measure
     assert (item.counts, item.duration) == ([1, 4], pytest.approx(4.0))
 
 
-def test_an_error_is_an_rms_in_percent_of_the_largest_torque():
-    assert economy._percent(np.array([3.0, -4.0]), np.array([1.0, -50.0])) == pytest.approx(100.0 * math.sqrt(12.5) / 50.0)
-
-
-def test_long_signals_are_thinned_and_short_ones_are_not():
-    assert economy._decimated(np.arange(7999)).size == 7999
-    assert economy._decimated(np.arange(12_001)).tolist()[:3] == [0, 3, 6]
-
-
 ARM = 2e-3
 
 
@@ -335,38 +276,65 @@ def test_a_single_branch_makes_no_surface():
 # --- words ---------------------------------------------------------------------------------------------------------
 
 
-def test_numbers_of_figures_are_in_the_units_of_the_paper():
-    assert reproduced.percent(0.1234) == "12.3 %"
-    assert reproduced.percent(0.1234, 1.0) == "12 %"
-    assert reproduced.in_micrometres(1.234e-6) == "1.23 µm"
-    assert reproduced.in_micrometres(1.234e-6, 2) == "1.2 µm"
-    assert reproduced.in_millinewtons(0.0391474, 5) == "39.147 mN·m"
+def tips(*torques):
+    """Records of loops with these torques at their forward tips."""
+    return [SimpleNamespace(torque=np.array([-0.2, torque])) for torque in torques]
+
+
+SHORT = led(0.0, 0.02, 0.03, x=[0.0, 5e-6, 14e-6])
+RETURNS = led(4.0, -8.0, 5.0, 1.0, 3.0, 2.0)
+LEVEL = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
 
 
 @pytest.mark.parametrize(
-    ("values", "step", "words"),
+    ("told", "given", "words"),
     [
-        ([1.0, 1.0, 1.0], 0.0, "1.000"),
-        ([1.0, 1.0 + 1e-12], 0.0, "1.000"),
-        ([2.0], 0.1, "2.00"),
-        ([1.0, 3.0], 0.0, "2.0 ± 1.4"),
-        ([1.0, 1.0001], 0.1, "1.00"),  # less than a hundredth of the step
-        ([1.0, 1.01], 0.1, "1.0050 ± 0.0071"),
+        (reproduced.percent, (0.1234,), "12.3 %"),
+        (reproduced.percent, (0.1234, 1.0), "12 %"),
+        (reproduced.in_micrometres, (1.234e-6,), "1.23 µm"),
+        (reproduced.in_micrometres, (1.234e-6, 2), "1.2 µm"),
+        (reproduced.in_millinewtons, (0.0391474, 5), "39.147 mN·m"),
+        (reproduced.spread, ([1.0, 1.0, 1.0], 0.0), "1.000"),
+        (reproduced.spread, ([1.0, 1.0 + 1e-12], 0.0), "1.000"),
+        (reproduced.spread, ([2.0], 0.1), "2.00"),
+        (reproduced.spread, ([1.0, 3.0], 0.0), "2.0 ± 1.4"),
+        (reproduced.spread, ([1.0, 1.0001], 0.1), "1.00"),  # less than a hundredth of the step
+        (reproduced.spread, ([1.0, 1.01], 0.1), "1.0050 ± 0.0071"),
+        (plane._rounding, (9e-16,), "rounding"),
+        (plane._rounding, (2e-15,), "2e−15 N·m"),
+        (tracking.with_spread, (1.4562, 0.0343), "1.456 ± 0.034"),
+        (tracking.with_spread, (1.4562, math.nan), "1.456"),
+        (tracking.with_spread, (12.342, 0.56, 0.1), "12.34 ± 0.56"),
+        (_tips, (tips(0.0041, 0.0043, 0.0046), np.max), "4.33 ± 0.25"),
+        (_tips, (tips(0.1234), np.max), "123.4"),
+        (paths._comes_back, (0.0049, "D"), "closes at D"),
+        (paths._comes_back, (-0.0049, "D"), "closes at D"),
+        (paths._comes_back, (-0.123, "D"), "on return to D, the torque is 12.3 % of the largest torque too small"),
+        (paths._comes_back, (0.05, "D"), "on return to D, the torque is 5.0 % of the largest torque too large"),
+        (paths._at_return, (0.0049,), "closes"),
+        (paths._at_return, (-0.0049,), "closes"),
+        (paths._at_return, (-0.123,), "−12.3 % at the return"),
+        (paths._at_return, (0.05,), "5.0 % at the return"),
+        # The missing torque is a share of the largest one, and the worse of two returns is in the title.
+        (paths._missing_at, (RETURNS, (0, 2)), pytest.approx(1.0 / 8.0)),
+        (paths._missing_of, (RETURNS,), {"D": pytest.approx(-2.0 / 8.0), "B": pytest.approx(-2.0 / 8.0)}),
+        (paths._worst, ({"rig": {"D": 0.01, "B": -0.2}},), {"rig": "−20.0 % at the return"}),
+        (paths._worst, ({"gate": {"D": 0.0, "B": 0.001}},), {"gate": "closes"}),
+        # A torque is reached where the walk first has it.
+        (paths._reached, (LEVEL, 3.0), 2e-6),
+        (paths._reached, (LEVEL, 2.5), 2e-6),
+        (paths._reached, (LEVEL, 3.1), pytest.approx(math.nan, nan_ok=True)),
+        # An error is a root mean square in percent of the largest torque, and long signals are thinned.
+        (economy._percent, (np.array([3.0, -4.0]), np.array([1.0, -50.0])), pytest.approx(100.0 * math.sqrt(12.5) / 50.0)),
+        (lambda count: economy._decimated(np.arange(count)).size, (7999,), 7999),
+        (lambda count: economy._decimated(np.arange(count))[:3].tolist(), (12_001,), [0, 3, 6]),
+        # A contact without break-away gives its last force.
+        (paths._breaks_away, ("rig", SHORT, 0.04, math.nan), "rig breaks away at 40.0 mN·m, and reaches 75 % of it after 14.0 µm."),
+        (paths._breaks_away, ("rig", SHORT, 0.04, 7e-6), "rig breaks away at 40.0 mN·m, and reaches 95 % of it after 7.00 µm."),
     ],
 )
-def test_a_spread_is_written_if_it_is_known(values, step, words):
-    assert reproduced.spread(values, step) == words
-
-
-def test_a_rounding_error_is_called_rounding():
-    assert plane._rounding(9e-16) == "rounding"
-    assert plane._rounding(2e-15) == "2e−15 N·m"
-
-
-def test_a_number_and_its_spread_have_the_same_step():
-    assert tracking.with_spread(1.4562, 0.0343) == "1.456 ± 0.034"
-    assert tracking.with_spread(1.4562, math.nan) == "1.456"
-    assert tracking.with_spread(12.342, 0.56, 0.1) == "12.34 ± 0.56"
+def test_numbers_of_figures_and_how_they_are_told(told, given, words):
+    assert told(*given) == words
 
 
 class Loop:
@@ -387,12 +355,6 @@ def test_a_number_of_a_loop_is_quoted_in_micrometres_with_its_spread():
     assert tracking.quoted(Loop(), "effort", "rms", factor=1e3, step=0.1) == "500.00"
 
 
-def test_tips_of_loops_are_in_millinewton_metres_with_their_spread():
-    records = [SimpleNamespace(torque=np.array([-0.1, torque])) for torque in (0.0041, 0.0043, 0.0046)]
-    assert _tips(records, np.max) == "4.33 ± 0.25"
-    assert _tips([SimpleNamespace(torque=np.array([-0.2, 0.1234]))], np.max) == "123.4"
-
-
 # --- figures of made-up walks ----------------------------------------------------------------------------------------
 
 
@@ -410,7 +372,7 @@ class Bench(Told):
         return self.contacts[name]
 
 
-def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a_factor_too_much(monkeypatch):
+def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a_factor_too_much():
     path = [-6e-6, 4e-6, -3e-6, 2e-6]
     item = plane.figure_4(Bench(path))
     torque, unit, signed = (
@@ -429,10 +391,6 @@ def test_4_corrected_sums_are_the_operator_and_printed_sums_have_a_constant_or_a
     assert [float(row[4].replace("−", "-")) for row in item.tables[0].rows] == pytest.approx([1e3 * half] * 3, abs=0.006)
     assert item.found[0].endswith("at every stage, to rounding.")
     assert f"an error of up to {reproduced.in_millinewtons(float(np.max(np.abs(signed - torque))))} " in item.found[1]
-    drawn = []
-    monkeypatch.setattr(plane, "preisach_stages", lambda *passed: drawn.append(passed))
-    item.draw()
-    assert drawn == [(Bench.operator, -6e-6, path[1:], ARM, "rotational")]
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,10 @@ It deflects without slip up to a threshold. doi:10.1109/TAC.2002.1000274
 import numpy as np
 import pytest
 from tests.certificates.ballscrew import DAMPING, F_C, F_S, RIPPLE, SLIDING, STIFFNESS, UM, lugre
-from tests.papers.rippled import steps_per_cycle
+from tests.papers.rippled import closure_of, drift_of, steps_per_cycle
 
 from bristle import friction
-from bristle.certificates import Path, check, traced
+from bristle.certificates import Path, traced
 
 
 def elastoplastic(share):
@@ -18,23 +18,24 @@ def elastoplastic(share):
 
 
 def test_it_rests_below_its_threshold_where_lugre_drifts():
-    assert check(elastoplastic(0.9), force_ripple=RIPPLE)["drift"].passed
-    assert not check(lugre(), force_ripple=RIPPLE)["drift"].passed
+    assert drift_of(elastoplastic(0.9)).passed
+    assert not drift_of(lugre()).passed
 
 
+@pytest.mark.slow
 def test_it_rests_after_break_away_too():
     assert abs(steps_per_cycle(elastoplastic(0.9), *RIPPLE, top=1.02 * F_S)[-1]) < 1e-8 * UM
 
 
 def test_above_its_threshold_it_drifts():
-    result = check(elastoplastic(0.5), force_ripple=RIPPLE)["drift"]
+    result = drift_of(elastoplastic(0.5))
     assert result.value > result.threshold
 
 
 @pytest.mark.parametrize(("load", "closes"), [(0.8, True), (1.2, False)])
 def test_its_loops_close_only_while_it_is_a_spring(load, closes):
     x1 = load * 0.9 * F_C / STIFFNESS
-    result = check(elastoplastic(0.9), loop=(x1, 0.5 * x1))["closure"]
+    result = closure_of(elastoplastic(0.9), (x1, 0.5 * x1))
     assert result.passed is closes
 
 

@@ -8,7 +8,7 @@ sigma_0 z. The conclusion does not follow: the memory is in z, and z is not the 
 import numpy as np
 import pytest
 from tests.certificates.ballscrew import F_C, F_S, RIPPLE, STIFFNESS, UM, V_S, composite, lugre
-from tests.papers.rippled import steps_per_cycle
+from tests.papers.rippled import closure_of, drift_of, steps_per_cycle
 
 from bristle import friction, hysteresis, response
 from bristle.certificates import Path, check, holding_of
@@ -19,7 +19,7 @@ LOOP = (3 * UM, 1.5 * UM)
 
 
 def test_the_printed_model_drifts_more_than_the_one_that_it_mends():
-    printed, before = (check(model, force_ripple=RIPPLE)["drift"] for model in (composite("paper"), lugre()))
+    printed, before = map(drift_of, (composite("paper"), lugre()))
     assert printed.value / UM == pytest.approx(0.4549, rel=5e-3)
     assert printed.value / before.value == pytest.approx(1.17, abs=0.005)
     assert not printed.passed
@@ -32,7 +32,7 @@ def test_it_does_so_with_a_mass_on_it_too():
 
 
 def test_its_minor_loop_does_not_close_over_the_position():
-    printed, before = (check(model, loop=LOOP)["closure"] for model in (composite("paper"), lugre()))
+    printed, before = (closure_of(model, LOOP) for model in (composite("paper"), lugre()))
     assert 100.0 * printed.value == pytest.approx(-17.0, abs=0.05)
     assert abs(printed.value) < abs(before.value)
     assert not printed.passed
@@ -74,7 +74,7 @@ def test_with_a_gate_in_its_place_both_hold():
 
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
 @pytest.mark.parametrize("kernel", ["dahl_masing", "reformed_dahl_exact", "tip_masing", "exp_masing"])
-@pytest.mark.parametrize("v", [1e-3, 0.2, 3.0, -0.05, -1.0])
+@pytest.mark.parametrize("v", [1e-3, 3.0, -0.05])
 def test_steady_sliding_is_that_of_lugre_for_every_composite(transition, kernel, v):
     # Equations (4) and (11); a static map with the same Stribeck curve is the other implementation.
     model = composite(transition, kernel=kernel, sigma_1=0.0)

@@ -115,11 +115,12 @@ def cells_of(E, levels):
     return corners[1:, :-1] - corners[:-1, :-1] - corners[1:, 1:] + corners[:-1, 1:]
 
 
-@pytest.fixture(scope="module")
-def bench():
-    """The operator, the turns and the arm of figure 4."""
-    setting = read_setting(EXPERIMENTS / "fig_04.toml")
-    return setting.operator, setting["path", "turns"], setting.arm
+SETTING = read_setting(EXPERIMENTS / "fig_04.toml")
+OPERATOR, TURNS, ARM = SETTING.operator, SETTING["path", "turns"], SETTING.arm
+X = -TURNS[0]
+LEVELS = np.linspace(-X, X, 61)
+Q = OPERATOR.component.measure(OPERATOR.parameters)
+WEIGHTS = cells_of(lambda a, b: everett(a, b, Q), LEVELS)
 
 
 def nested(generator, low, count):
@@ -131,51 +132,41 @@ def nested(generator, low, count):
     return path
 
 
-def test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_constant(bench):
-    operator, turns, arm = bench
-    X = -turns[0]
-    levels = np.linspace(-X, X, 61)
-    q = operator.component.measure(operator.parameters)
-    # For one operator relays of 0 and 1 weigh twice what relays of -1 and 1 do.
-    weights = 2.0 * cells_of(lambda a, b: everett(a, b, q), levels)
+def test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_constant():
     generator = np.random.default_rng(3)
     apart, too_much, signed = [], [], []
     for _ in range(40):
-        relays, path = Relays(levels, weights), nested(generator, -30, 12)
+        # For one operator relays of 0 and 1 weigh twice what relays of -1 and 1 do.
+        relays, path = Relays(LEVELS, 2.0 * WEIGHTS), nested(generator, -30, 12)
         for count, level in enumerate(path[1:], 2):
             walked = [X * item / 30 for item in path[:count]]
             relays.move(X * level / 30)
-            force = response(operator, walked)[-1]
-            apart.append(summed_as_printed(operator, walked) - relays.S_plus)
-            too_much.append(arm * (summed_as_printed(operator, walked) - force))
-            signed.append(arm * (summed_as_printed(operator, walked, lower=-1) - force))
-            assert summed(operator, walked) == pytest.approx(force, abs=1e-12)
+            force = response(OPERATOR, walked)[-1]
+            apart.append(summed_as_printed(OPERATOR, walked) - relays.S_plus)
+            too_much.append(ARM * (summed_as_printed(OPERATOR, walked) - force))
+            signed.append(ARM * (summed_as_printed(OPERATOR, walked, lower=-1) - force))
+            assert summed(OPERATOR, walked) == pytest.approx(force, abs=1e-12)
     assert len(apart) > 150
     assert np.max(np.abs(apart)) < 1e-11
     # One constant along every path: half of the loop between the saturations.
     assert 1e3 * np.array(too_much) == pytest.approx(39.147, abs=5e-4)
     assert np.ptp(too_much) < 1e-15
-    assert arm * 0.5 * np.ptp(response(operator, [-X, X], history=[X])) == pytest.approx(too_much[0], abs=1e-15)
+    assert ARM * 0.5 * np.ptp(response(OPERATOR, [-X, X], history=[X])) == pytest.approx(too_much[0], abs=1e-15)
     # With relays of -1 and 1 what is missing is none.
     assert np.ptp(signed) > 0.02
 
 
-def test_13_sums_trapezoids_and_not_the_whole_of_S_plus(bench):
-    operator, turns, _ = bench
-    X = -turns[0]
-    levels = np.linspace(-X, X, 61)
-    q = operator.component.measure(operator.parameters)
-    weights = cells_of(lambda a, b: everett(a, b, q), levels)
-    relays = Relays(levels, weights)
+def test_13_sums_trapezoids_and_not_the_whole_of_S_plus():
+    relays = Relays(LEVELS, WEIGHTS)
     for level in (24, -18, 15, -9, 3):
         relays.move(X * level / 30)
     # The trapezoids Q_k, column by column of the plane: from a minimum to the next, under the maximum between them.
     alpha, beta = 30.0 / X * relays.switch[:, None], 30.0 / X * relays.switch[None, :]
     links = [(-30, -18, 24), (-18, -9, 15), (-9, 3, 3)]
-    by_cells = [np.sum(np.tril(weights), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links]
+    by_cells = [np.sum(np.tril(WEIGHTS), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links]
     assert sum(by_cells) == pytest.approx(relays.S_plus, abs=1e-12)
     # Each of them is the difference of two triangles, and is no triangle.
-    E = {(top, b): everett(X * top / 30, X * b / 30, q) for low, high, top in links for b in (low, high)}
+    E = {(top, b): everett(X * top / 30, X * b / 30, Q) for low, high, top in links for b in (low, high)}
     for mass, (low, high, top) in zip(by_cells, links, strict=True):
         assert mass == pytest.approx(E[top, low] - E[top, high], abs=1e-12)
         assert top == high or abs(mass - E[top, low]) > 1.0
@@ -183,10 +174,8 @@ def test_13_sums_trapezoids_and_not_the_whole_of_S_plus(bench):
     assert abs(len(links) * relays.S_plus - sum(by_cells)) > 0.5 * abs(relays.S_plus)
 
 
-def test_12_the_force_belongs_to_the_path_and_not_to_z(bench):
-    operator, turns, _ = bench
-    z = 0.1 * turns[1]
-    up, down = (response(operator, [start, z])[-1] for start in turns[:2])
+def test_12_the_force_belongs_to_the_path_and_not_to_z():
+    up, down = (response(OPERATOR, [start, 0.1 * TURNS[1]])[-1] for start in TURNS[:2])
     assert up > down + 10.0
 
 

@@ -4,7 +4,7 @@ Semi-implicit steps: the velocity from the forces, then the position from the ne
 deflects, with a level that falls with speed.
 """
 
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 
@@ -13,24 +13,10 @@ from bristle.logs.log import Channel, Log
 __all__ = ["TABLE", "VERTICAL", "Axis", "moves", "recorded"]
 
 
-class Axis(NamedTuple):
-    """A mass with friction, its drive and its encoder, in SI."""
-
-    mass: float
-    weight: float
-    coulomb: float
-    static: float
-    stribeck: float
-    viscous: float
-    stiffness: float
-    damping: float
-    k_p: float
-    k_v: float
-    k_i: float
-    k_ff: float
-    count: float
-
-
+# A mass with friction, its drive and its encoder, in SI.
+Axis = namedtuple(
+    "Axis", ("mass", "weight", "coulomb", "static", "stribeck", "viscous", "stiffness", "damping", "k_p", "k_v", "k_i", "k_ff", "count")
+)
 VERTICAL = Axis(38.0, 210.0, 30.0, 38.0, 6e-3, 120.0, 3e6, 2e3, 60.0, 8000.0, 2e5, 1.0, 2e-7)
 TABLE = Axis(120.0, 0.0, 45.0, 60.0, 1e-2, 300.0, 6e6, 6e3, 45.0, 2.2e4, 0.0, 0.0, 1e-7)
 STEPS = 40  # in a sample

@@ -1,3 +1,5 @@
+"""What is written into a drive: the table of friction over velocity, its levels, its curve, and how far a reversal goes."""
+
 import math
 import warnings
 from dataclasses import replace
@@ -79,22 +81,6 @@ def test_the_table_of_a_drive_leaves_out_the_peak_of_a_break_away(curved):
         assert force[0] < 0.8 * 11.0
 
 
-def test_no_other_entries_are_closer_to_the_model(curved):
-    table = drive_table(curved)
-    top = table[-1][0]
-    rising = without_fall(steady_side(curved.friction, 1.0, top, 800))
-
-    def deviation_of(entries):
-        velocity, force = np.array([entry for entry in entries if not np.signbit(entry[0])]).T
-        return np.max(np.abs(np.interp(rising[:, 0], velocity, force) - rising[:, 1]))
-
-    deviation = deviation_of(table)
-    assert 0.0 < deviation < 0.002 * 11.0
-    for power in (1.0, 2.0, 3.0):
-        speeds = top * np.linspace(0.0, 1.0, 10) ** power
-        assert deviation_of([(v, np.interp(v, *rising.T)) for v in speeds.tolist()]) > 1.5 * deviation
-
-
 def test_the_deviation_is_the_largest_gap_to_the_model(curved):
     coarse = [(-0.04, -9.2), (-0.0, -11.0), (0.0, 11.0), (0.04, 9.2)]
     speeds = np.linspace(1e-6, float(np.max(curved.traces.velocity)), 4000)
@@ -111,34 +97,17 @@ def test_standstill_has_one_entry_for_each_side(fit):
     assert 0.5 * (force_above + force_below) == pytest.approx(values["offset"], rel=1e-6)
 
 
-@pytest.mark.parametrize("v", [-0.2, -3e-3, -1e-9, 1e-9, 1e-4, 4e-3, 0.5])
-def test_bristles_settle_to_the_static_map(v):
-    sliding = {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3}
-    bristles = friction.lugre(sigma_0=1e5, sigma_1=60.0, sigma_2=30.0, **sliding)
-    assert steady_force(bristles, v) == pytest.approx(steady_force(friction.stribeck(F_v=30.0, **sliding), v), rel=1e-9)
-
-
-def test_a_model_with_memory_settles_to_its_level():
-    model = friction.maxwell_slip(F_C=8.0, k_i=[1e4, 2e5, 3e6], nu_i=[0.2, 0.5, 0.3])
-    assert steady_force(model, 1e-7) == pytest.approx(8.0, rel=1e-9)
-    assert steady_force(model, -2.0) == pytest.approx(-8.0, rel=1e-9)
-
-
 def test_a_log_of_one_direction_gives_a_table_of_one_direction(curved):
     forward = replace(curved.traces, velocity=np.abs(curved.traces.velocity))
     table = drive_table(replace(curved, traces=forward), entries=12)
-    assert len(table) == 12
-    assert all(math.copysign(1.0, velocity) > 0.0 for velocity, _ in table)
+    assert [math.copysign(1.0, velocity) for velocity, _ in table] == [1.0] * 12
+    assert len(drive_table(curved, entries=15)) == 14, "an odd size is not exceeded"
 
 
 @pytest.mark.parametrize("entries", [3, 1001, 7.5])
 def test_a_size_out_of_range_is_refused(fit, entries):
     with pytest.raises(InputError, match="entries"):
         drive_table(fit, entries=entries)
-
-
-def test_an_odd_size_is_not_exceeded(curved):
-    assert len(drive_table(curved, entries=15)) == 14
 
 
 @pytest.mark.parametrize(
@@ -181,22 +150,14 @@ def test_a_plant_on_a_spring_has_no_table(fit):
 
 def test_a_log_that_never_slid_has_no_table(fit):
     doubted = replace(fit, diagnostics=(Diagnostic("never_slides", "", "warning"),))
-    assert doubted.never_slid
-    assert drive_table(doubted) == []
-    assert not fit.never_slid
-
-    def beyond(name):
-        estimates = [replace(item, reason=Diagnostic("beyond_effort", name)) if item.name == name else item for item in fit.estimates]
-        return replace(fit, estimates=tuple(estimates))
-
-    assert beyond("F_C").never_slid
-    assert not beyond("M").never_slid
+    assert (doubted.never_slid, drive_table(doubted), fit.never_slid) == (True, [], False)
 
 
-def test_a_break_away_level_beyond_the_effort_does_not_mean_no_sliding(curved):
-    reason = Diagnostic("beyond_effort", "F_S")
-    estimates = [replace(item, reason=reason) if item.name == "F_S" else item for item in curved.estimates]
-    assert not replace(curved, estimates=tuple(estimates)).never_slid
+@pytest.mark.parametrize(("name", "never_slid"), [("F_C", True), ("F_S", False), ("F_v", False)])
+def test_a_sliding_level_beyond_the_effort_means_that_the_log_never_slid(curved, name, never_slid):
+    reason = Diagnostic("beyond_effort", name)
+    estimates = [replace(item, reason=reason) if item.name == name else item for item in curved.estimates]
+    assert replace(curved, estimates=tuple(estimates)).never_slid is never_slid
 
 
 def test_a_steady_curve_is_dense_near_rest_on_both_sides(curved):
@@ -237,28 +198,27 @@ def test_a_resolved_side_is_a_line_between_its_points():
     assert len(flat) < 100
 
 
-def test_points_are_placed_as_far_as_straight_lines_reach():
-    x = np.linspace(0.0, 4.0, 41)
-    bent = np.column_stack([x, np.abs(x - 1.0)])
-    assert placed(bent, 3) == [0, 10, 40]
-    assert placed(bent, 10) == [0, 10, 40]
-    assert placed(np.column_stack([x, 2.0 * x]), 5) == [0, 40]
-    assert placed(bent, 2) == [0, 40]
+X = np.linspace(0.0, 4.0, 41)
+BENT = np.column_stack([X, np.abs(X - 1.0)])
 
 
-def test_a_parabola_is_cut_into_stretches_of_one_length():
-    x = np.linspace(0.0, 1.0, 1001)
-    corners = placed(np.column_stack([x, x**2]), 5)
-    assert (corners[0], corners[-1], len(corners)) == (0, 1000, 5)
-    assert np.diff(corners) == pytest.approx(250, abs=12)
+@pytest.mark.parametrize(
+    ("curve", "count", "points"),
+    [
+        (BENT, 3, [0, 10, 40]),
+        (BENT, 10, [0, 10, 40]),
+        (BENT, 2, [0, 40]),
+        (np.column_stack([X, 2.0 * X]), 5, [0, 40]),
+        (np.column_stack([X, X**2]), 5, [0, pytest.approx(10, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1), 40]),
+    ],
+)
+def test_points_are_placed_as_far_as_straight_lines_reach(curve, count, points):
+    assert placed(curve, count) == points
 
 
-def test_too_many_points_give_no_result():
-    x = np.linspace(0.0, 4.0, 41)
-    bent = np.column_stack([x, np.abs(x - 1.0)])
-    assert _reached(bent, 1e-9, 3) == [0, 10, 40]
-    assert _reached(bent, 1e-9, 2) is None
-    assert _reached(bent, 2.0, 2) == [0, 40]
+@pytest.mark.parametrize(("allowed", "count", "points"), [(1e-9, 3, [0, 10, 40]), (1e-9, 2, None), (2.0, 2, [0, 40])])
+def test_too_many_points_give_no_result(allowed, count, points):
+    assert _reached(BENT, allowed, count) == points
 
 
 def test_the_error_of_a_table_along_a_log_is_its_missing_force():
@@ -322,12 +282,27 @@ def test_a_force_that_hardens_without_bound_has_no_steady_curve(curved):
 
 
 def test_draws_that_harden_without_bound_widen_the_band_of_the_curve(curved):
-    bounded, delta = replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))), 0.3 * np.linspace(0.8, 1.2, 10)
+    bounded, delta = replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))), 0.3 * np.linspace(0.8, 1.2, 6)
     with warnings.catch_warnings(action="error"):
         narrow, wide, open_ended = (
-            curve_band(with_draws(bounded, delta=np.where(np.arange(10) < count, -1.1, delta))) for count in (0, 3, 5)
+            curve_band(with_draws(bounded, delta=np.where(np.arange(6) < count, -1.1, delta))) for count in (0, 2, 3)
         )
     assert len(narrow) == len(steady_curve(bounded))
     assert np.all(np.array(wide) > 1.1 * np.array(narrow))
     assert np.all(np.isfinite(wide))
     assert open_ended == []
+
+
+@pytest.mark.parametrize(
+    ("model", "distance", "tolerance"),
+    [
+        # From -F to F the force is F (1 - 2 exp(-x sigma_0 / F)): 5 % of the change of 2 F is left after ln 20, of F alone after ln 40.
+        (friction.lugre(F_C=10.0, F_S=10.0, v_S=1e-3, sigma_0=1e6), math.log(20.0) * 1e-5, 0.1),
+        (friction.lugre(F_C=10.0, F_S=10.0, v_S=1e-3, sigma_0=1e8), math.log(20.0) * 1e-7, 0.1),
+        # A spring that hardly yields over a tenth of a metre: 95 % of the change are there after 95 % of the way.
+        (friction.lugre(F_C=1e4, F_S=1e4, v_S=1.0, sigma_0=1e2), 0.095, 0.01),
+        (friction.coulomb(F_C=10.0), 0.0, 0.01),
+    ],
+)
+def test_a_reversal_goes_as_far_as_its_force_changes(model, distance, tolerance):
+    assert reversal_distance(model, 0.1) == pytest.approx(distance, rel=tolerance)

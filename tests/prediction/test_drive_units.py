@@ -3,81 +3,8 @@
 import numpy as np
 import pytest
 
-import bristle as br
 from bristle.core.axis import Axis, Column
 from bristle.prediction.drive_units import DriveUnit, column_signs, command_units, drive_units, log_units, table_units
-
-SCREW = br.read_axis(
-    {
-        "schema": 1,
-        "kind": "translational",
-        "columns": {
-            "time": {"column": "t", "unit": "s"},
-            "position": {"column": "q", "unit": "mm"},
-            "effort": {"column": "u", "unit": "%", "side": "motor"},
-        },
-        "effort": {"rated": "2 N*m"},
-        "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-    }
-)
-BARE = br.read_axis(
-    {
-        "schema": 1,
-        "kind": "translational",
-        "columns": {
-            "time": {"column": "t", "unit": "s"},
-            "position": {"column": "q", "unit": "mm"},
-            "velocity": {"column": "v", "unit": "mm/min"},
-            "effort": {"column": "u", "unit": "N"},
-        },
-    }
-)
-PER_TORQUE = 2.0 * np.pi * 2.0 / 0.01  # N for 1 N*m of the motor
-SPEED = 0.03  # m/s
-
-
-def by_name(quantity, axis=SCREW, kind="translational"):
-    return {unit.name: unit for unit in drive_units(axis, kind).of(quantity)}
-
-
-def test_viscous_friction_is_percent_for_a_turn_a_minute():
-    coefficient = 250.0  # N*s/m
-    percent = coefficient * SPEED / PER_TORQUE / 2.0 * 100.0
-    result = by_name("force*time/length")
-    assert result["%/rpm"].of(coefficient) * SPEED / 0.01 * 2.0 * 60.0 == pytest.approx(percent)
-    assert result["%/(mm/s)"].of(coefficient) * SPEED * 1e3 == pytest.approx(percent)
-
-
-def test_stiffness_is_percent_for_a_degree_of_the_motor():
-    stiffness, distance = 3e6, 4e-6
-    percent = stiffness * distance / PER_TORQUE / 2.0 * 100.0
-    result = by_name("force/length")
-    assert result["%/deg"].of(stiffness) * distance / 0.01 * 2.0 * 360.0 == pytest.approx(percent)
-    assert result["%/mm"].of(stiffness) * distance * 1e3 == pytest.approx(percent)
-
-
-def test_levels_distances_and_inertia():
-    assert by_name("force")["% of rated"].of(PER_TORQUE) == pytest.approx(50.0)
-    assert by_name("length")["deg of the motor"].of(0.01) == pytest.approx(720.0)
-    assert by_name("length/time")["rpm of the motor"].of(SPEED) == pytest.approx(360.0)
-    assert by_name("mass")["kg*m^2 at the motor"].of(7.0) == pytest.approx(7.0 / PER_TORQUE**2)
-
-
-@pytest.mark.parametrize("quantity", ["1", "time", "1/temperature", "force*temperature"])
-def test_quantities_without_length_and_force_are_unchanged(quantity):
-    assert drive_units(SCREW, "translational").of(quantity) == ()
-
-
-def test_without_an_axis_or_a_motor_there_are_fewer_units():
-    assert drive_units(None, "rotational").of("force") == ()
-    assert set(by_name("force", BARE)) == set()
-    assert set(by_name("force/length", BARE)) == {"N/mm"}
-
-
-def test_a_velocity_column_has_its_unit():
-    assert log_units(BARE, "translational").velocity.name == "mm/min"
-    assert table_units(BARE, "translational").drive is None
-    assert log_units(BARE, "translational").velocity.of(SPEED) == pytest.approx(1800.0)
 
 
 def axis(kind="translational", arm=None, rated=None, **columns):
@@ -94,6 +21,8 @@ def test_the_units_of_a_log_are_those_of_its_columns_or_si():
     units = log_units(axis(position=("mm", "m", -1.0), effort=("mN", "N", 2.0)), "translational")
     assert (units.velocity.name, units.velocity.si) == ("mm/s", pytest.approx(1e-3))
     assert (units.effort.name, units.effort.si) == ("mN", pytest.approx(2e-3))
+    fed = log_units(axis(velocity=("mm/min", "m/s", 1.0)), "translational")
+    assert (fed.velocity.name, fed.velocity.of(0.03)) == ("mm/min", pytest.approx(1800.0))
     bare = log_units(None, "rotational")
     assert (bare.velocity, bare.effort) == (DriveUnit("rad/s", 1.0), DriveUnit("N*m", 1.0))
     assert DriveUnit("mm", 1e-3).of(0.5) == 500.0
@@ -111,8 +40,6 @@ def test_a_drive_wants_the_units_of_its_log_its_motor_and_percent_of_rated():
     units = drive_units(axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0), "translational")
     # A turn a minute of a motor that moves the table by 2 mm a radian.
     assert sizes(units.velocities) == {"mm/s": 1e-3, "rpm of the motor": 2e-3 * 2.0 * np.pi / 60.0}
-    assert sizes(units.efforts) == {"mN": 1e-3, "N*m at the motor": 500.0, "% of rated": 0.5}
-    assert sizes(units.inertias) == {"kg*m^2 at the motor": 250_000.0}
 
 
 def test_percent_of_a_log_is_listed_once():
@@ -121,14 +48,6 @@ def test_percent_of_a_log_is_listed_once():
     unrated = axis(position=("m", "m", 1.0), effort=("%", "%", 0.5))
     assert sizes(drive_units(unrated, "translational").efforts) == {"%": 0.5}
     assert drive_units(unrated, "translational").velocities == ()
-
-
-@pytest.mark.parametrize(("arm", "torques"), [(1.0, 0), (1.0 + 1e-10, 0), (0.5, 1), (2.0, 1)])
-def test_a_motor_without_a_gear_has_the_torque_of_the_axis(arm, torques):
-    units = drive_units(axis("rotational", arm=arm), "rotational")
-    assert len(units.efforts) == len(units.inertias) == torques
-    assert [unit.name for unit in units.velocities] == ["rpm of the motor"]
-    assert drive_units(axis(arm=1.0), "translational").efforts[0].name == "N*m at the motor"
 
 
 def test_a_command_has_the_signs_of_the_columns_of_the_log():
@@ -172,12 +91,37 @@ def test_a_distance_is_in_the_unit_of_the_log_and_in_degrees_of_the_motor():
     assert [unit.name for unit in drive_units(axis("rotational", position=("deg", "rad", 1.0), arm=1.0), "rotational").lengths] == ["deg"]
 
 
-def test_products_of_units_are_written_in_short():
+@pytest.mark.parametrize(
+    ("quantity", "units"),
+    [
+        ("force/length", {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}),
+        ("force*time/length", {"mN/(mm/s)": 1.0, "%/rpm": 0.5 / (2e-3 * 2.0 * np.pi / 60.0)}),
+        ("force*time^2/length^2", {"mN/(mm/s)^2": 1e3, "%/rpm^2": 0.5 / (2e-3 * 2.0 * np.pi / 60.0) ** 2}),
+        ("1/length", {"1/mm": 1e3, "1/deg": 1.0 / (2e-3 * np.pi / 180.0)}),
+        ("force/time", {"mN/s": 1e-3, "%/s": 0.5}),
+        ("length/time^2", {"mm/s^2": 1e-3, "deg/s^2": 2e-3 * np.pi / 180.0}),
+        ("force*length", {"mN*mm": 1e-6, "%*deg": 0.5 * 2e-3 * np.pi / 180.0}),
+        ("force", {"mN": 1e-3, "N*m at the motor": 500.0, "% of rated": 0.5}),
+        ("length/time", {"mm/s": 1e-3, "rpm of the motor": 2e-3 * 2.0 * np.pi / 60.0}),
+        ("length", {"mm": 1e-3, "deg of the motor": 2e-3 * np.pi / 180.0}),
+        ("mass", {"kg*m^2 at the motor": 250_000.0}),
+        *((quantity, {}) for quantity in ("1", "time", "1/temperature", "force*temperature")),
+    ],
+)
+def test_a_parameter_is_in_the_units_of_the_log_and_of_the_motor(quantity, units):
     motor = axis(position=("mm", "m", 1.0), effort=("mN", "N", 1.0), arm=2e-3, rated=50.0)
-    assert sizes(drive_units(motor, "translational").of("force/length")) == {"mN/mm": 1.0, "%/deg": 0.5 / (2e-3 * np.pi / 180.0)}
-    assert list(sizes(drive_units(motor, "translational").of("force*time/length"))) == ["mN/(mm/s)", "%/rpm"]
-    assert list(sizes(drive_units(motor, "translational").of("force*time^2/length^2"))) == ["mN/(mm/s)^2", "%/rpm^2"]
-    assert list(sizes(drive_units(motor, "translational").of("1/length"))) == ["1/mm", "1/deg"]
-    assert list(sizes(drive_units(motor, "translational").of("force/time"))) == ["mN/s", "%/s"]
-    assert list(sizes(drive_units(motor, "translational").of("length/time^2"))) == ["mm/s^2", "deg/s^2"]
-    assert list(sizes(drive_units(motor, "translational").of("force*length"))) == ["mN*mm", "%*deg"]
+    assert sizes(drive_units(motor, "translational").of(quantity)) == units
+
+
+def test_without_a_motor_there_are_fewer_units():
+    assert drive_units(None, "rotational").of("force") == ()
+    bare = drive_units(axis(position=("mm", "m", 1.0), effort=("N", "N", 1.0)), "translational")
+    assert (bare.of("force"), sizes(bare.of("force/length"))) == ((), {"N/mm": 1e3})
+
+
+@pytest.mark.parametrize(("arm", "torques"), [(1.0, 0), (1.0 + 1e-10, 0), (0.5, 1), (2.0, 1)])
+def test_a_motor_without_a_gear_has_the_torque_of_the_axis(arm, torques):
+    units = drive_units(axis("rotational", arm=arm), "rotational")
+    assert len(units.efforts) == len(units.inertias) == torques
+    assert [unit.name for unit in units.velocities] == ["rpm of the motor"]
+    assert drive_units(axis(arm=1.0), "translational").efforts[0].name == "N*m at the motor"

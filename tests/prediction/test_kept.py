@@ -18,23 +18,31 @@ def estimate(value, status="identified", interval=(1.0, 3.0)):
     return entry | {"larger_std": 0.1, "robust_std": 0.2}
 
 
-def summary(**changes):
-    diagnostics = [
+METRICS = {
+    "position_error_percent": 1.0,
+    "position_rmse": 2.0,
+    "loop_error_percent": None,
+    "loop_rmse": 4.0,
+    "condition_number": 5.0,
+    "force_error_percent": 6.0,
+}
+SUMMARY = {
+    "diagnostics": [
         {"code": "at_bound", "parameter": "F_C", "severity": "warning", "numbers": {"bound": 3.0, "names": ["F_C", "M"]}},
         {"code": "held_levels", "parameter": "F_C", "severity": "note", "numbers": {}},
         {"code": "white", "parameter": "", "severity": "note", "numbers": {}},
-    ]
-    names = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse", "condition_number", "force_error_percent")
-    reported = {
-        "diagnostics": diagnostics,
-        "metrics": dict(zip(names, (1.0, 2.0, None, 4.0, 5.0, 6.0), strict=True)),
-        "correlation": {"values": [[1.0, 0.5], [0.5, 1.0]], "names": ["M", "F_C"]},
-        "parameters": {"M": estimate(2.0), "F_C": estimate(20.0, "at_edge", None)},
-        "combinations": {"M + F_C": estimate(22.0)},
-        "treatment": {"lag": 3e-3},
-        "resampling": None,
-    }
-    return reported | changes
+    ],
+    "metrics": METRICS,
+    "correlation": {"values": [[1.0, 0.5], [0.5, 1.0]], "names": ["M", "F_C"]},
+    "parameters": {"M": estimate(2.0), "F_C": estimate(20.0, "at_edge", None)},
+    "combinations": {"M + F_C": estimate(22.0)},
+    "treatment": {"lag": 3e-3},
+    "resampling": None,
+}
+
+
+def summary(**changes):
+    return SUMMARY | changes
 
 
 RESAMPLING = {
@@ -57,41 +65,42 @@ def kept(reported, draws=None, bands=None):
     return fit_of(PLANT, FRICTION, reported, TRACES, draws or {}, bands)
 
 
-def test_a_fit_has_the_numbers_of_its_summary():
-    fit = kept(summary())
-    assert (fit.plant, fit.friction, fit.lag) == (PLANT, FRICTION, 3e-3)
-    assert fit.correlation.tolist() == [[1.0, 0.5], [0.5, 1.0]]
-    assert fit.correlation_names == ("M", "F_C")
-    assert (fit.position_error_percent, fit.position_rmse, fit.loop_error_percent, fit.loop_rmse) == (1.0, 2.0, None, 4.0)
-    assert (fit.condition_number, fit.force_error_percent) == (5.0, 6.0)
-    assert [(item.name, item.value) for item in fit.combinations] == [("M + F_C", 22.0)]
-    assert fit.resampling is None
+NULLS = METRICS | {"condition_number": None, "force_error_percent": None}
+ENDLESS = {"M": estimate(2.0), "F_C": estimate(None)}
 
 
-def test_a_null_in_a_summary_becomes_not_a_number():
-    reported = summary()
-    reported["metrics"] |= {"condition_number": None, "force_error_percent": None}
-    fit = kept(reported)
-    assert math.isnan(fit.condition_number)
-    assert math.isnan(fit.force_error_percent)
+@pytest.mark.parametrize(
+    ("changes", "read", "expected"),
+    [
+        ({}, lambda fit: (fit.plant, fit.friction, fit.lag), (PLANT, FRICTION, 3e-3)),
+        ({}, lambda fit: fit.correlation.tolist(), [[1.0, 0.5], [0.5, 1.0]]),
+        ({}, lambda fit: fit.correlation_names, ("M", "F_C")),
+        ({}, lambda fit: {name: getattr(fit, name) for name in METRICS}, METRICS),
+        ({}, lambda fit: [(item.name, item.value) for item in fit.combinations], [("M + F_C", 22.0)]),
+        # A null becomes not a number, and the value of a parameter without limit infinite.
+        ({"metrics": NULLS}, lambda fit: [fit.condition_number, fit.force_error_percent], pytest.approx([math.nan] * 2, nan_ok=True)),
+        ({"parameters": ENDLESS}, lambda fit: fit.estimates[1].value, math.inf),
+        # An unidentified parameter has the first reason.
+        ({}, lambda fit: numbers_of(fit.estimates[0]), ("M", 2.0, 0.1, 0.2, (1.0, 3.0), None)),
+        ({}, lambda fit: (fit.estimates[1].status, fit.estimates[1].interval, fit.estimates[1].reason.code), ("at_edge", None, "at_bound")),
+        # Diagnostics keep their numbers and the kind of axis.
+        ({}, lambda fit: told_by(fit.diagnostics[0]), ("at_bound", "F_C", "warning", "translational")),
+        ({}, lambda fit: dict(fit.diagnostics[0].numbers), {"bound": 3.0, "names": ("F_C", "M")}),
+        # Without draws the uncertainty is unknown.
+        ({}, lambda fit: fit.resampling, None),
+        ({"resampling": RESAMPLING}, lambda fit: fit.resampling, None),
+    ],
+)
+def test_a_fit_has_the_numbers_of_its_summary(changes, read, expected):
+    assert read(kept(summary(**changes))) == expected
 
 
-def test_the_value_of_a_parameter_without_limit_is_infinite():
-    reported = summary()
-    reported["parameters"]["F_C"]["value"] = None
-    assert kept(reported).estimates[1].value == math.inf
+def numbers_of(item):
+    return item.name, item.value, item.std, item.robust_std, item.interval, item.reason
 
 
-def test_an_unidentified_parameter_has_the_first_reason():
-    mass, force = kept(summary()).estimates
-    assert (mass.name, mass.value, mass.std, mass.robust_std, mass.interval, mass.reason) == ("M", 2.0, 0.1, 0.2, (1.0, 3.0), None)
-    assert (force.status, force.interval, force.reason.code) == ("at_edge", None, "at_bound")
-
-
-def test_diagnostics_keep_their_numbers_and_the_kind_of_axis():
-    first, *_ = kept(summary()).diagnostics
-    assert (first.code, first.parameter, first.severity, first.kind) == ("at_bound", "F_C", "warning", "translational")
-    assert dict(first.numbers) == {"bound": 3.0, "names": ("F_C", "M")}
+def told_by(item):
+    return item.code, item.parameter, item.severity, item.kind
 
 
 @pytest.mark.parametrize("place", ["draws", "bands"])
@@ -122,6 +131,5 @@ def test_all_draws_take_precedence_over_those_of_the_model_file():
     assert both.resampling.bands.draws["F_C"].tolist() == [1.0]
 
 
-def test_without_draws_the_uncertainty_is_unknown():
-    assert kept(summary(resampling=RESAMPLING)).resampling is None
+def test_draws_without_a_resampling_are_of_no_use():
     assert kept(summary(), {"F_C": np.array([1.0])}).resampling is None

@@ -73,41 +73,53 @@ def doubts(percent, velocity_max=None, **changes):
     ]
 
 
-def test_a_prediction_worse_than_zero_is_reported_for_the_position_first():
-    assert doubts((99.0, 100.0)) == []
-    assert doubts((101.0, 50.0)) == [("worse_than_none", {"signal": "effort", "percent": 101.0})]
-    assert doubts((101.0, 102.0)) == [("worse_than_none", {"signal": "position", "percent": 102.0})]
-    assert doubts((None, 102.0)) == [("worse_than_none", {"signal": "position", "percent": 102.0})]
+def worse(signal, percent):
+    return [("worse_than_none", {"signal": signal, "percent": percent})]
 
 
-def test_half_more_than_the_fitted_speed_is_beyond_it():
-    # The largest mean speed over twenty samples is a little below 0.05 m/s.
-    assert doubts((1.0, 1.0), velocity_max=0.034) == []
-    ((code, numbers),) = doubts((1.0, 1.0), velocity_max=0.033)
-    assert code == "beyond_speed"
-    assert numbers == {"speed": pytest.approx(0.05, rel=1e-2), "fitted_speed": 0.033}
-    assert numbers["speed"] == pytest.approx(0.05 * np.sin(4.0 * DT * 10.0) / (4.0 * DT * 10.0), rel=1e-4)
+# The largest mean speed over twenty samples is a little below 0.05 m/s; half more than the fitted speed is beyond it.
+FASTEST = 0.05 * np.sin(4.0 * DT * 10.0) / (4.0 * DT * 10.0)
 
 
-def test_the_unexplained_force_has_the_rate_of_the_log():
-    extra = np.where((TIME > 2.0) & (TIME < 3.0), 1.0, 0.0)
-    left = unexplained_force(PLANT, MODEL, log_of(EFFORT + extra), Axis(cutoff=60.0))
+@pytest.mark.parametrize(
+    ("percent", "velocity_max", "expected"),
+    [
+        ((99.0, 100.0), None, []),
+        ((101.0, 50.0), None, worse("effort", 101.0)),
+        ((101.0, 102.0), None, worse("position", 102.0)),
+        ((None, 102.0), None, worse("position", 102.0)),
+        ((1.0, 1.0), 0.034, []),
+        ((1.0, 1.0), 0.033, [("beyond_speed", {"speed": pytest.approx(FASTEST, rel=1e-4), "fitted_speed": 0.033})]),
+    ],
+)
+def test_a_prediction_worse_than_zero_or_beyond_the_fitted_speed_is_reported(percent, velocity_max, expected):
+    assert doubts(percent, velocity_max) == expected
+
+
+MOVING = np.abs(VELOCITY) > 0.02
+PULSED = log_of(EFFORT + np.where((TIME > 2.0) & (TIME < 3.0), 1.0, 0.0))
+PARTED = log_of(EFFORT + np.where(TIME > 3.0, 1.0, 0.0), segments=(slice(0, 1200), slice(1600, 3000)))
+# 3 s of rest under an effort, with an axis that keeps its rests.
+RESTED = replace(log_of(np.full(3000, 1.7)), position=Channel(0.0125 * (1.0 - np.cos(4.0 * np.maximum(TIME - 3.0, 0.0))), "m", "q"))
+
+
+@pytest.mark.parametrize(
+    ("log", "axis", "rows", "force", "tolerance"),
+    [
+        (PULSED, Axis(cutoff=60.0), MOVING & (TIME > 2.1) & (TIME < 2.9), 1.0, 0.05),
+        (PULSED, Axis(cutoff=60.0), MOVING & (TIME > 4.0) & (TIME < 5.5), 0.0, 0.05),
+        (PULSED, Axis(cutoff=60.0), [0, -1], 0.0, 0.0),
+        (PARTED, Axis(cutoff=60.0), slice(1200, 1600), 0.0, 0.0),
+        (PARTED, Axis(cutoff=60.0), MOVING & (TIME > 3.5) & (TIME < 5.9), 1.0, 0.05),
+        (PARTED, Axis(cutoff=60.0), MOVING & (TIME > 0.1) & (TIME < 2.3), 0.0, 0.05),
+        (RESTED, Axis(resolution=1e-6, held=True), slice(100, 1300), 0.0, 0.0),
+    ],
+)
+def test_an_unexplained_force_has_the_rate_of_the_log_and_is_in_its_stretch(log, axis, rows, force, tolerance):
+    left = unexplained_force(PLANT, MODEL, log, axis)
     assert left.shape == TIME.shape
-    moving = np.abs(VELOCITY) > 0.02
-    inside, outside = moving & (TIME > 2.1) & (TIME < 2.9), moving & (TIME > 4.0) & (TIME < 5.5)
-    assert left[inside] == pytest.approx(1.0, abs=0.05)
-    assert left[outside] == pytest.approx(0.0, abs=0.05)
-    assert left[0] == left[-1] == 0.0
-
-
-def test_an_unexplained_force_is_in_its_stretch():
-    extra = np.where(TIME > 3.0, 1.0, 0.0)
-    gap = log_of(EFFORT + extra, segments=(slice(0, 1200), slice(1600, 3000)))
-    left = unexplained_force(PLANT, MODEL, gap, Axis(cutoff=60.0))
-    assert left[1200:1600].tolist() == [0.0] * 400
-    moving = np.abs(VELOCITY) > 0.02
-    assert left[moving & (TIME > 3.5) & (TIME < 5.9)] == pytest.approx(1.0, abs=0.05)
-    assert left[moving & (TIME > 0.1) & (TIME < 2.3)] == pytest.approx(0.0, abs=0.05)
+    assert left[rows] == pytest.approx(force, abs=tolerance)
+    assert np.max(np.abs(left)) > 0.5
 
 
 def test_the_effort_of_a_motion_is_that_of_inertia_and_friction():
@@ -213,13 +225,3 @@ def test_bands_are_around_the_prediction_stretch_by_stretch(monkeypatch):
     assert set(inverse.half_width) == {7.0}
     plain = predict(PLANT, MODEL, log, axis, "closed-loop")
     assert plain.half_width is plain.position_half_width is None
-
-
-def test_an_unexplained_force_is_zero_at_rest_under_any_effort():
-    held = np.maximum(TIME - 3.0, 0.0)  # 3 s of rest under an effort, with an axis that keeps its rests
-    position = 0.0125 * (1.0 - np.cos(4.0 * held))
-    log = replace(log_of(np.full(3000, 1.7)), position=Channel(position, "m", "q"))
-    force = unexplained_force(PLANT, MODEL, log, Axis(resolution=1e-6, held=True))
-    rest = slice(100, 1300)
-    assert force[rest].tolist() == [0.0] * 1200
-    assert np.mean(np.abs(force[1700:2900])) > 1.0

@@ -11,6 +11,7 @@ from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Feedforward, Run, Variant
 from bristle.engine import interpreted
+from bristle.identification.settings import Settings
 from bristle.logs.log import Channel, Log
 from bristle.prediction import following
 from bristle.prediction.following import (
@@ -31,7 +32,7 @@ from bristle.prediction.following import (
 from bristle.simulation import compensation_experiment, simulate
 from bristle.simulation.statistics import Statistics, statistics_of
 
-DT = 1e-2
+DT, COUNT = 1e-2, 100
 LAW = controllers.cascade(k_p=10.0, k_v=100.0, k_i=500.0)
 
 
@@ -42,7 +43,7 @@ def in_plain_python():
 
 
 def loop(**changes):
-    position = 0.05 * (1.0 - np.cos(2.0 * np.arange(120) * DT))
+    position = 0.05 * (1.0 - np.cos(2.0 * np.arange(COUNT) * DT))
     parts = {
         "name": "loop",
         "plant": plants.inertia(M=2.0),
@@ -51,14 +52,14 @@ def loop(**changes):
         "sensor": sensors.encoder(),
         "reference": references.recorded(position=position, sample_time=DT),
         "feedforward": Feedforward(),
-        "run": Run(duration=120 * DT, sample_time=DT, substeps=1, settle=0.2),
+        "run": Run(duration=COUNT * DT, sample_time=DT, substeps=1, settle=0.2),
     }
     return Variant(**(parts | changes))
 
 
 def error_of(variant):
     """Return the following error of a loop against the reference of the plain one."""
-    return _Trial.of(loop(), np.zeros(120)).followed(variant)
+    return _Trial.of(loop(), np.zeros(COUNT)).followed(variant)
 
 
 def statistics(peak_to_peak, rms):
@@ -101,19 +102,23 @@ def test_a_reference_that_acts_later_is_moved_by_its_samples():
     assert later.reference.values["position"].tolist() == pytest.approx([0.0, 0.5, 2.0])
 
 
-@pytest.mark.parametrize(("name", "value"), [("k_p", 0.6), ("k_p", 2.2)])
-def test_the_factor_on_a_gain_is_found(name, value):
+@pytest.mark.parametrize(
+    ("search", "name", "value", "tolerance"),
+    [
+        (lambda trial: _best_factor(trial, "k_p"), "k_p", 0.6, 0.02),
+        (lambda trial: _best_factor(trial, "k_p"), "k_p", 2.2, 0.02),
+        (_fed, "k_ff", 0.0, 1e-6),
+        (_fed, "k_ff", 0.3, 1e-6),
+        (_fed, "k_ff", 1.0, 1e-6),
+        (_shifted, "reference", 0.02, 0.05),
+        (_shifted, "reference", -0.02, 0.05),
+    ],
+)
+def test_the_change_that_makes_an_error_is_found(search, name, value, tolerance):
     trial = _Trial.of(loop(), error_of(CHANGES[name](loop(), value)))
-    outcome = _best_factor(trial, name)
-    assert (outcome.name, outcome.value) == (name, pytest.approx(value, rel=0.02))
-    assert outcome.difference < 0.05 * trial.difference(loop())
-
-
-@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
-def test_the_share_of_velocity_fed_forward_is_found(share):
-    trial = _Trial.of(loop(), error_of(CHANGES["k_ff"](loop(), share)))
-    assert _fed(trial).value == pytest.approx(share, abs=1e-6)
-    assert _fed(trial).difference == pytest.approx(0.0, abs=1e-9)
+    outcome = search(trial)
+    assert (outcome.name, outcome.value) == (name, pytest.approx(value, rel=tolerance, abs=1e-6))
+    assert outcome.difference < 0.05 * trial.difference(loop()) + 1e-9
 
 
 def test_no_share_of_velocity_is_negative():
@@ -123,29 +128,23 @@ def test_no_share_of_velocity_is_negative():
 
 @pytest.mark.parametrize("lost", [0.0, 1.0])
 def test_a_loop_that_diverges_at_an_end_has_no_share(lost):
-    trial = _Trial.of(loop(), np.zeros(120))
-    followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(120)  # noqa: E731
+    trial = _Trial.of(loop(), np.zeros(COUNT))
+    followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(COUNT)  # noqa: E731
     half = SimpleNamespace(variant=loop(), error=trial.error, judged=trial.judged, followed=followed)
     assert _fed(half) == Suspect("k_ff", 1.0, np.inf)
 
 
-@pytest.mark.parametrize("time", [0.02, -0.02])
-def test_the_time_of_a_reference_is_found(time):
-    outcome = _shifted(_Trial.of(loop(), error_of(CHANGES["reference"](loop(), time))))
-    assert (outcome.name, outcome.value) == ("reference", pytest.approx(time, rel=0.05))
-
-
 def test_a_resting_reference_has_no_time():
-    resting = loop(reference=references.recorded(position=np.zeros(120), sample_time=DT))
-    assert _shifted(_Trial.of(resting, np.ones(120))) == Suspect("reference", 0.0, np.inf)
+    resting = loop(reference=references.recorded(position=np.zeros(COUNT), sample_time=DT))
+    assert _shifted(_Trial.of(resting, np.ones(COUNT))) == Suspect("reference", 0.0, np.inf)
 
 
 def test_a_trial_compares_samples_after_the_settling_time():
-    trial = _Trial.of(loop(), np.ones(100))
-    assert trial.variant.run.duration == pytest.approx(100 * DT)
+    trial = _Trial.of(loop(), np.ones(70))
+    assert trial.variant.run.duration == pytest.approx(70 * DT)
     assert np.flatnonzero(trial.judged)[0] == 20
-    assert trial.desired == pytest.approx(loop().reference.values["position"][:100])
-    early = error_of(loop()) + np.where(np.arange(120) < 20, 1.0, 0.0)
+    assert trial.desired == pytest.approx(loop().reference.values["position"][:70])
+    early = error_of(loop()) + np.where(np.arange(COUNT) < 20, 1.0, 0.0)
     assert _Trial.of(loop(), early).difference(loop()) == pytest.approx(0.0, abs=1e-12)
 
 
@@ -161,7 +160,7 @@ def test_the_wrong_number_explains_the_error_best():
 
 
 def test_a_loop_that_follows_as_measured_needs_no_explanation():
-    assert explanations(loop(), error_of(loop()) + 1e-5 * np.sin(0.9 * np.arange(120)), 0.1) == ()
+    assert explanations(loop(), error_of(loop()) + 1e-5 * np.sin(0.9 * np.arange(COUNT)), 0.1) == ()
 
 
 def test_an_implausible_gain_is_not_promised():
@@ -230,20 +229,22 @@ def test_a_loop_that_contradicts_its_log_names_explanations(monkeypatch):
     model, reference = friction.viscous(F_v=20.0), loop().reference.values["position"]
     simulation = simulate(compensation_experiment(plants.inertia(M=2.0), model, model, LAW, reference, DT))
     recorded = simulation.variants["as_recorded"]
-    same = following_of(log_of(recorded.measured, reference, (slice(0, 120),)), simulation)
+    same = following_of(log_of(recorded.measured, reference, (slice(0, COUNT),)), simulation)
     assert same.contradiction is None
     assert same.simulated == recorded.following_error
     assert same.compensated == simulation.variants["compensated"].following_error
     suspects = (Suspect("reference", -0.02, 1.0), Suspect("delay", 3.0, 1.0), Suspect("reference", 0.03, 1.0))
     monkeypatch.setitem(following_of.__globals__, "explanations", lambda *_: suspects)
-    other = following_of(log_of(2.0 * recorded.measured - reference, reference, (slice(0, 120),)), simulation)
+    twice = log_of(2.0 * recorded.measured - reference, reference, (slice(0, COUNT),))
+    other = following_of(twice, simulation)
+    assert following_of(twice, simulation, Settings.of({"loop_differs": 0.6})).contradiction is None
     numbers = dict(other.contradiction.numbers)
     assert numbers["suspects"] == ("reference_earlier", "delay", "reference_later")
     assert numbers["factors"] == (0.02, 3.0, 0.03)
     assert (numbers["measured"], numbers["measured_rms"]) == (other.measured.peak_to_peak, other.measured.rms)
     assert (numbers["simulated"], numbers["simulated_rms"]) == (recorded.following_error.peak_to_peak, recorded.following_error.rms)
     assert other.measured.rms == pytest.approx(2.0 * recorded.following_error.rms)
-    assert statistics_of(other.error[6:]).rms == pytest.approx(other.measured.rms)
+    assert statistics_of(other.error[5:]).rms == pytest.approx(other.measured.rms)
 
 
 def test_all_explanations_as_good_as_the_best_are_named(monkeypatch):
@@ -253,4 +254,4 @@ def test_all_explanations_as_good_as_the_best_are_named(monkeypatch):
     monkeypatch.setattr(following, "_best_factor", lambda trial, name: Suspect(name, 2.0, left[name]))
     for name in ("_at", "_fed", "_shifted"):
         monkeypatch.setattr(following, name, lambda *asked: Suspect("late", 1.0, 0.6))  # does not explain half of the difference
-    assert [suspect.name for suspect in explanations(loop(), np.zeros(120), 0.1)] == ["k_p", "position"]
+    assert [suspect.name for suspect in explanations(loop(), np.zeros(COUNT), 0.1)] == ["k_p", "position"]

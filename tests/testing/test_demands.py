@@ -1,6 +1,8 @@
 """Each demand of the contract by itself: what meets it, what just misses it, and what is told."""
 
 import math
+from dataclasses import astuple
+from itertools import count
 from types import SimpleNamespace
 from typing import NamedTuple
 
@@ -9,8 +11,11 @@ import pytest
 
 from bristle import friction
 from bristle.core.status import Status
+from bristle.friction import CHANNEL_SLOTS
 from bristle.testing import contract, slot
+from bristle.testing import slot as module
 from bristle.testing.check import Check, Fact, UnmetError, compiled_as_plain, judged, outcomes
+from bristle.testing.slot import range_of
 
 
 class State(NamedTuple):
@@ -27,13 +32,13 @@ class Move(NamedTuple):
 
 def model(trial=lambda state, memory, motion, dt, p: (0.0, Move()), **changed):
     """A model in plain Python whose trial is given."""
-    component = SimpleNamespace(
-        trial=trial,
-        commit=lambda state, memory, move, p: State(move.z),
-        initial_state=lambda p: State(),
-        new_memory=lambda p: np.zeros(2),
-        **({"rate": None, "piece": None, "flow": None, "arrival": None} | changed),
-    )
+    parts = {
+        "trial": trial,
+        "commit": lambda state, memory, move, p: State(move.z),
+        "initial_state": lambda p: State(),
+        "new_memory": lambda p: np.zeros(2),
+    }
+    component = SimpleNamespace(**parts | dict.fromkeys(("rate", "piece", "flow", "arrival")) | changed)
     return SimpleNamespace(component=component, parameters=None, kind="translational", values={})
 
 
@@ -96,32 +101,6 @@ def test_differing_bits_are_reported_with_their_size():
 
 
 # --- trials ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_trial_that_writes_or_remembers_is_no_trial():
-    assert contract.pure_trial(model()).detail == "1000 trials"
-
-    def writes(state, memory, motion, dt, p):
-        memory[0] += 1.0
-        return 0.0, Move()
-
-    assert "wrote into the memory" in str(unmet(contract.pure_trial, model(writes)))
-    calls = []
-
-    def counts(state, memory, motion, dt, p):
-        calls.append(1)
-        return float(len(calls)), Move()
-
-    assert "later gave a different result" in str(unmet(contract.pure_trial, model(counts)))
-
-
-def test_a_force_is_finite_at_every_speed_and_step():
-    assert contract.finite_everywhere(model()).detail == "40 pairs of velocity and step"
-    missed = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.inf if motion.v == 1e6 else 0.0, Move())))
-    assert (missed.fact.value, missed.fact.threshold) == (4, 0.0)
-    assert missed.fact.detail == "the force is inf at v = 1e+06, dt = 0"
-    still = unmet(contract.finite_everywhere, model(lambda state, memory, motion, dt, p: (math.nan if dt == 0.0 else 0.0, Move())))
-    assert still.fact.value == 10
 
 
 def recorded(demand, **changed):
@@ -215,15 +194,9 @@ def charged(slope=lambda v: v, force=lambda z, v: 2.0 * z):
 
 
 def test_a_rate_is_that_of_small_steps():
-    assert not contract.rate_agrees(model()).applies
     assert contract.rate_agrees(charged()).value < 1e-3
     assert unmet(contract.rate_agrees, charged(force=lambda z, v: 2.1 * z)).fact.value > 1e-3
     assert unmet(contract.rate_agrees, charged(slope=lambda v: 1e6 * v)).fact.value > 1e-3
-
-
-def test_parts_of_a_flow_come_together():
-    assert not contract.flow_agrees(model()).applies
-    assert "not all given" in str(unmet(contract.flow_agrees, model(flow=len)))
 
 
 def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
@@ -240,16 +213,6 @@ def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
     assert (fact.value, fact.unit, fact.detail) == (3.0, "m", "travel 3 m")
     monkeypatch.setattr(contract, "run_open_loop", lambda *requested, **more: SimpleNamespace(status=Status.NOT_FINITE))
     assert str(unmet(contract.drives_a_mass, model())) == Status.NOT_FINITE.sentence
-
-
-def test_results_of_a_trial_are_scalars():
-    assert contract.scalar_results(model()).value == 0.0
-    for force in (np.zeros(2), math.nan, "1"):
-        assert "the force is" in str(unmet(contract.scalar_results, model(lambda *requested, force=force: (force, Move()))))
-    assert "the move is a tuple" in str(unmet(contract.scalar_results, model(lambda *requested: (0.0, (1.0,)))))
-    other = model()
-    other.component.commit = lambda state, memory, move, p: move
-    assert "commit returned a Move" in str(unmet(contract.scalar_results, other))
 
 
 def test_motions_are_the_same_each_time_and_go_both_ways():
@@ -296,13 +259,6 @@ def factor(values, **changed):
     return item
 
 
-def test_the_defaults_of_a_slot_have_no_effect():
-    assert slot.neutral_defaults(factor([1.0, 1.0])).value == 0.0
-    missed = unmet(slot.neutral_defaults, factor([1.0, 1.25]))
-    assert (missed.fact.value, missed.fact.threshold) == (0.25, 1e-12)
-    unmet(slot.neutral_defaults, factor([1.0, math.nan]))
-
-
 def test_a_factor_stays_above_zero_and_varies():
     fact = slot.factor_above_zero(factor([0.5, 2.0]))
     assert (fact.value, fact.detail) == (0.5, "0.5 to 2 for oil from 0 to 1 K")
@@ -310,17 +266,6 @@ def test_a_factor_stays_above_zero_and_varies():
     for values in ([0.0, 1.0], [-0.5, 1.0], [slot.SMALLEST_FACTOR, 1.0], [1.0, math.inf]):
         assert unmet(slot.factor_above_zero, factor(values)).advice.startswith("Friction must not change its sign")
     assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith("Give the slot example")
-
-
-def test_a_sampled_component_returns_a_number_and_a_state():
-    law = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
-    fact = slot._sampled(law, "effort", lambda: (3.0, State(1.0)), "force")
-    assert (fact.value, fact.unit) == (3.0, "N*m")
-    assert "the effort is float inf" in str(unmet(slot._sampled, law, "effort", lambda: (math.inf, State()), "force"))
-    assert "the effort is list" in str(unmet(slot._sampled, law, "effort", lambda: ([], State()), "force"))
-    assert "as its state" in str(unmet(slot._sampled, law, "effort", lambda: (1.0, 2.0), "force"))
-    later = iter(range(9))
-    assert "later gave a different result" in str(unmet(slot._sampled, law, "effort", lambda: (float(next(later)), State()), "force"))
 
 
 def test_a_walk_takes_a_millisecond_at_each_speed_in_any_units():
@@ -364,3 +309,133 @@ def test_a_model_has_one_dimension_where_its_units_may_change():
     example = friction.coulomb_viscous(F_C=3.0, F_v=50.0)
     assert one_dimension(example).detail == f"{len(WALK)} steps, in other units of length, time and force"
     assert {math.copysign(1.0, v) for v in WALK if v == 0.0} == {1.0, -1.0}
+
+
+# --- what a slot is tried with ----------------------------------------------------------------------------------------
+
+
+SLOT = CHANNEL_SLOTS["pressure"]
+
+
+def compared(monkeypatch, slot):
+    """The motion and the channel along which plain Python and compiled code are compared."""
+    seen = []
+    monkeypatch.setattr(module, "force_along", lambda model, v, dt, x, **signals: seen.append((v, dt, x, signals)) or np.zeros(v.size))
+    monkeypatch.setattr(module, "compiled_as_plain", lambda run, kind: run())
+    module.same_bits_along_its_channel(slot)
+    return seen[0]
+
+
+def test_bits_are_compared_along_a_walk_while_the_channel_goes_from_end_to_end(monkeypatch):
+    v, dt, x, signals = compared(monkeypatch, SLOT)
+    assert dt == 1e-3
+    assert v.size == x.size == 399
+    assert np.diff(x) == pytest.approx(dt * v[1:], abs=1e-18)
+    assert {np.sign(speed) for speed in v} == {1.0, -1.0}
+    assert 1e-7 < np.std(np.diff(x)) < 1e-5
+    pressure = signals["pressure"]
+    assert (pressure[0], pressure[-1]) == tuple(range_of(SLOT))
+    assert np.all(np.diff(pressure) > 0.0)
+    again = compared(monkeypatch, SLOT)
+    assert again[0].tolist() == v.tolist()  # the same walk each time
+
+
+def exported(monkeypatch, messages, command="cc"):
+    """The fact of an export whose self-tests of 100 steps end with messages, and the usual values that it was tried with."""
+    left, usual = iter(messages), []
+    monkeypatch.setattr(module, "compiler", lambda: command)
+    monkeypatch.setattr(module, "proved", lambda model, command: (100, next(left)))
+
+    def with_slot(slot, inner):
+        usual.append(slot.channel.usual)
+        return SimpleNamespace(inner=inner)
+
+    monkeypatch.setattr(module, "model_with", with_slot)
+    return module.same_bits_exported(SLOT), usual
+
+
+def test_an_export_is_proved_at_both_ends_of_the_channel(monkeypatch):
+    fact, usual = exported(monkeypatch, ["", ""])
+    assert fact.detail == "200 steps compiled by cc"
+    assert usual == [SLOT.channel.usual] * 2 if not SLOT.channel.is_own else list(range_of(SLOT))
+
+
+def test_an_export_with_an_error_at_one_end_is_reported(monkeypatch):
+    with pytest.raises(UnmetError, match="the last bit differs"):
+        exported(monkeypatch, ["", "the last bit differs"])
+
+
+def test_without_a_compiler_no_export_is_judged(monkeypatch):
+    fact, usual = exported(monkeypatch, [], command=None)
+    assert (fact.applies, usual) == (False, [])
+
+
+def test_a_demand_on_a_model_is_met_by_a_model_of_bristle_with_the_slot():
+    assert SLOT.name in module.on_a_model(lambda model: model)(SLOT).name.split("+")
+
+
+# --- demands that are missed and met ---------------------------------------------------------------------------------
+
+
+CALLS = count()
+LAW = SimpleNamespace(component=SimpleNamespace(State=State), kind="rotational")
+
+
+def sampled(result):
+    return slot._sampled(LAW, "effort", result, "force")
+
+
+def pushing(force):
+    """A model whose force depends on motion and step."""
+    return model(lambda state, memory, motion, dt, p: (force(motion, dt), Move()))
+
+
+def rushing(motion, dt):
+    return math.inf if motion.v == 1e6 else 0.0
+
+
+def writing(state, memory, motion, dt, p):
+    memory[0] += 1.0
+    return 0.0, Move()
+
+
+@pytest.mark.parametrize(
+    ("demand", "subject", "said"),
+    [
+        (contract.pure_trial, model(writing), "wrote into the memory"),
+        (contract.pure_trial, model(lambda *_: (float(next(CALLS)), Move())), "later gave a different result"),
+        (contract.scalar_results, pushing(lambda motion, dt: np.zeros(2)), "the force is"),
+        (contract.scalar_results, pushing(lambda motion, dt: math.nan), "the force is"),
+        (contract.scalar_results, pushing(lambda motion, dt: "1"), "the force is"),
+        (contract.scalar_results, model(lambda *_: (0.0, (1.0,))), "the move is a tuple"),
+        (contract.scalar_results, model(commit=lambda state, memory, move, p: move), "commit returned a Move"),
+        (contract.finite_everywhere, pushing(rushing), "the force is inf at v = 1e+06, dt = 0"),
+        (contract.flow_agrees, model(flow=len), "not all given"),
+        (sampled, lambda: (math.inf, State()), "the effort is float inf"),
+        (sampled, lambda: ([], State()), "the effort is list"),
+        (sampled, lambda: (1.0, 2.0), "as its state"),
+        (sampled, lambda: (float(next(CALLS)), State()), "later gave a different result"),
+    ],
+)
+def test_a_demand_that_is_missed_says_why(demand, subject, said):
+    assert said in str(unmet(demand, subject))
+
+
+@pytest.mark.parametrize(
+    ("read", "expected"),
+    [
+        (lambda: contract.pure_trial(model()).detail, "1000 trials"),
+        (lambda: contract.scalar_results(model()).value, 0.0),
+        (lambda: contract.finite_everywhere(model()).detail, "40 pairs of velocity and step"),
+        (lambda: unmet(contract.finite_everywhere, pushing(rushing)).fact.value, 4),
+        (lambda: unmet(contract.finite_everywhere, pushing(lambda motion, dt: math.nan if dt == 0.0 else 0.0)).fact.value, 10),
+        (lambda: contract.flow_agrees(model()).applies, False),
+        (lambda: contract.rate_agrees(model()).applies, False),
+        (lambda: astuple(sampled(lambda: (3.0, State(1.0))))[1:3], (3.0, "N*m")),
+        (lambda: slot.neutral_defaults(factor([1.0, 1.0])).value, 0.0),
+        (lambda: astuple(unmet(slot.neutral_defaults, factor([1.0, 1.25])).fact)[1:4:2], (0.25, 1e-12)),
+        (lambda: math.isnan(unmet(slot.neutral_defaults, factor([1.0, math.nan])).fact.value), True),
+    ],
+)
+def test_a_demand_has_its_numbers(read, expected):
+    assert read() == expected

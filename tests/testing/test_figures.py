@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.core.variable import KINDS
 from bristle.figures import ReportFigure, load_figure_file, style
-from bristle.testing import check_figure
-from bristle.testing.figures import EXAMPLES, _log, example_facts
+from bristle.testing import check_figure, figures
+from bristle.testing.check import UnmetError
+from bristle.testing.figures import EXAMPLES, _experiment, _log, _study, example_facts
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 COUNT = iter(range(1000))
@@ -31,19 +33,6 @@ def changed(change):
     return draw
 
 
-def by_pyplot(figure, axes, log):
-    import matplotlib
-
-    matplotlib.use("agg")
-    from matplotlib import pyplot
-
-    drawing, axes = pyplot.subplots()
-    axes.plot([0.0, 1.0])
-    axes.set_xlabel("Time [s]")
-    axes.set_ylabel("Share [%]")
-    return drawing
-
-
 def figure_of(draw=sound, **parts):
     parts = {"title": "Title", "caption": "What to see.", "alternative": "what it is", "takes": "log"} | parts
     return ReportFigure(name="mine", draw=draw, **parts)
@@ -64,9 +53,8 @@ def test_a_figure_is_tried_with_the_results_that_it_may_take():
     assert None not in taken
 
 
-def test_the_example_and_a_sound_figure_meet_the_contract():
+def test_the_example_meets_the_contract():
     assert unmet(load_figure_file(EXAMPLE)) == []
-    assert unmet(figure_of()) == []
 
 
 @pytest.mark.slow
@@ -103,7 +91,6 @@ def test_each_result_can_be_drawn(takes):
             "same figure twice",
             "the second drawing differs",
         ),
-        (figure_of(changed(by_pyplot)), "nothing left open", "pyplot keeps the figure"),
     ],
 )
 def test_each_fault_is_reported(figure, demand, said):
@@ -113,10 +100,11 @@ def test_each_fault_is_reported(figure, demand, said):
 
 
 def test_changes_of_results_by_a_figure_are_discarded():
-    before = example_facts("translational")["identification"].best.traces.measured.copy()
+    fit = example_facts("translational", ("identification",))["identification"].best
+    before = fit.traces.measured.copy()
     zeroed = figure_of(changed(lambda figure, axes, result: result.best.traces.measured.fill(0.0)), takes="identification")
     assert unmet(zeroed) == []
-    assert (example_facts("translational")["identification"].best.traces.measured == before).all()
+    assert (fit.traces.measured == before).all()
 
 
 def test_an_example_log_is_that_of_an_axis_whose_mass_and_friction_are_known():
@@ -131,3 +119,61 @@ def test_an_example_log_is_that_of_an_axis_whose_mass_and_friction_are_known():
     assert np.std(effort - columns @ found) == pytest.approx(0.2, rel=0.05)
     late = (reference - x) * np.sign(velocity)
     assert (np.mean(late), np.std(late)) == (pytest.approx(2e-5, rel=0.01), pytest.approx(1e-6, rel=0.05))
+
+
+# --- the results that figures are tried with --------------------------------------------------------------------------
+
+
+FED, PLAIN = _experiment("rotational").variants
+STUDIES = {kind: _study(kind) for kind in KINDS}
+LEVEL, ERROR = (np.asarray(STUDIES["rotational"].columns[name]) for name in ("friction.F_C", "following_error.rms"))
+
+
+def units_of(kind):
+    return [STUDIES[kind].described["columns"][name]["unit"] for name in ("friction.F_C", "following_error.rms")]
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        # A loop runs with and without friction feedforward, two periods after half of one in which it settles.
+        ((FED.name, PLAIN.name, PLAIN.feedforward.friction), ("base", "uncompensated", None)),
+        ((FED.feedforward.friction, PLAIN.friction), (FED.friction, FED.friction)),
+        ((FED.friction.values["F_C"], FED.friction.values["F_v"], FED.plant.values["M"]), (5.0, 80.0, 12.0)),
+        ((FED.controller.values["k_p"], FED.controller.values["k_v"], FED.sensor.values["resolution"]), (40.0, 2000.0, 1e-6)),
+        ((FED.reference.values["amplitude"], FED.reference.values["frequency"]), (0.01, 2.0)),
+        ((FED.run.duration, FED.run.sample_time, FED.run.settle), (1.25, 1e-3, 0.25)),
+        # Runs of a study have an error that grows with friction.
+        ([(STUDIES[kind].described["kind"], STUDIES[kind].described["runs"]) for kind in KINDS], [(kind, 40) for kind in KINDS]),
+        (STUDIES["rotational"].described["draws"], 40),
+        ([units_of(kind) for kind in ("translational", "rotational")], [["N", "m"], ["N*m", "rad"]]),
+        (ERROR, pytest.approx(1e-6 * LEVEL)),
+        ((np.mean(LEVEL), np.std(LEVEL)), (pytest.approx(5.0, abs=0.25), pytest.approx(0.5, rel=0.3))),
+        (set(STUDIES["rotational"].columns["status"]), {"ok"}),
+        (list(STUDIES["rotational"].columns["run"]), list(range(40))),
+    ],
+)
+def test_an_example_is_of_an_axis_that_is_known(found, expected):
+    assert found == expected
+
+
+def test_an_example_comparison_has_a_log_with_twice_the_error(monkeypatch):
+    monkeypatch.setattr(figures, "compare", lambda before, after: (before, after))
+    ((before, none),), ((after, nothing),) = EXAMPLES["comparison"]("rotational")
+    apart = [float(np.mean(np.abs(log.reference.values - log.position.values))) for log in (before, after)]
+    assert apart == pytest.approx([2e-5, 1e-5], rel=0.01)
+    assert (before.kind, after.kind, none, nothing) == ("rotational", "rotational", None, None)
+    assert before.effort.values.tolist() != after.effort.values.tolist()
+
+
+def test_a_figure_that_pyplot_keeps_is_closed(monkeypatch):
+    from matplotlib import pyplot
+
+    monkeypatch.setattr(figures, "example_facts", lambda kind, takes: {"log": kind})
+    before = set(pyplot.get_fignums())
+    parts = {"title": "Title", "caption": "A sentence.", "alternative": "lines", "takes": "log"}
+    kept, returned = (figures._Trial(ReportFigure(name="mine", draw=draw, **parts)) for draw in (lambda log: pyplot.figure(), print))
+    with pytest.raises(UnmetError, match="pyplot keeps the figure"):
+        figures.nothing_left_open(kept)
+    assert set(pyplot.get_fignums()) == before
+    assert figures.nothing_left_open(returned).applies

@@ -6,43 +6,44 @@ from types import SimpleNamespace
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.engine import response
 from bristle.testing import targets
 from bristle.testing.check import UnmetError
 from bristle.testing.targets import described_target, example_requests, notes_in_words, same_bytes_twice, writes_or_refuses
 
-
-def test_models_of_both_kinds_are_tried_with_an_axis_file_and_without():
-    requests = example_requests()
-    assert [request.model.kind for request in requests.values()] == ["translational", "translational", "rotational", "translational"]
-    assert [request.axis is not None for request in requests.values()] == [False, True, False, False]
-    assert [request.speed for request in requests.values()] == [0.2, 0.2, 5.0, 0.0]
-    assert [request.plant is not None for request in requests.values()] == [False, True, True, False]
-    assert {request.name for request in requests.values()} == {"axis_x"}
+REQUESTS = example_requests()
+PLAIN, LEVELS = REQUESTS["coulomb_viscous"], REQUESTS["stribeck+asymmetry with an axis file"].model.values
+COGS = REQUESTS["lugre, rotational, on a motor that cogs"]
+MAY_VANISH = ("offset", "sigma_1", "sigma_2", "v_d")
 
 
-def test_an_interval_lies_evenly_around_its_value():
-    request = example_requests()["coulomb_viscous"]
-    low, high = request.source.uncertainty["F_C"]["interval"]
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        ([request.model.kind for request in REQUESTS.values()], ["translational", "translational", "rotational", "translational"]),
+        ([request.axis is not None for request in REQUESTS.values()], [False, True, False, False]),
+        ([request.speed for request in REQUESTS.values()], [0.2, 0.2, 5.0, 0.0]),
+        ([request.plant is not None for request in REQUESTS.values()], [False, True, True, False]),
+        ([(request.name, request.dt) for request in REQUESTS.values()], [("axis_x", targets.STEP)] * 4),
+        # An interval lies evenly around its value.
+        (0.5 * sum(PLAIN.source.uncertainty["F_C"]["interval"]), PLAIN.model.values["F_C"]),
+        (PLAIN.model.values["F_v"], 100.0),
+        (REQUESTS["coulomb_viscous without a speed"].model, PLAIN.model),
+        # Directions differ and keep their order.
+        ([LEVELS[f"{name}_pos"] > LEVELS[f"{name}_neg"] for name in ("F_C", "F_S", "F_v")], [True] * 3),
+        ((LEVELS["F_S_neg"] > LEVELS["F_C_pos"], LEVELS["offset"]), (True, 1.5)),
+        (COGS.plant.values["motor_turn"], pytest.approx(2.0 * math.pi)),
+        # No number is the same without being written.
+        ([(r.name, n) for r in REQUESTS.values() for n, value in r.model.values.items() if value == 0.0 and n not in MAY_VANISH], []),
+    ],
+)
+def test_every_target_is_tried_with_models_of_both_kinds(numbers, expected):
+    assert numbers == expected
+
+
+def test_an_interval_of_an_example_has_a_width():
+    low, high = PLAIN.source.uncertainty["F_C"]["interval"]
     assert low < high
-    assert 0.5 * (low + high) == request.model.values["F_C"]
-    assert request.model.values["F_v"] == 100.0
-
-
-def test_directions_of_an_example_differ_and_keep_their_order():
-    values = example_requests()["stribeck+asymmetry with an axis file"].model.values
-    for name in ("F_C", "F_S", "F_v"):
-        assert values[f"{name}_pos"] > values[f"{name}_neg"]
-    assert values["F_S_neg"] > values["F_C_pos"]
-    assert values["offset"] == 1.5
-    cogging = example_requests()["lugre, rotational, on a motor that cogs"].plant.values
-    assert cogging["motor_turn"] == pytest.approx(2.0 * math.pi)
-
-
-def test_no_number_of_an_example_is_the_same_without_being_written():
-    for request in example_requests().values():
-        assert all(value != 0.0 for name, value in request.model.values.items() if name not in ("offset", "sigma_1", "sigma_2", "v_d"))
-    assert example_requests()["coulomb_viscous without a speed"].model == example_requests()["coulomb_viscous"].model
+    assert targets.STEP == 1e-3
 
 
 def product(notes=(), **files):
@@ -75,7 +76,6 @@ def test_a_target_writes_the_same_bytes_twice():
     for again in ({}, {"a": product(x="1")}, {"a": product(x="1", y="3")}, {"a": product(("note",), x="1", y="2")}):
         with pytest.raises(UnmetError, match=r"of a differs in the second call"):
             same_bytes_twice(trial(first, again))
-    assert {request.dt for request in example_requests().values()} == {targets.STEP} == {1e-3}
 
 
 @pytest.mark.parametrize(
@@ -89,13 +89,3 @@ def test_a_note_is_a_line_of_words_of_400_letters_at_most(note, fits):
         with pytest.raises(UnmetError, match=r"a note is .*") as caught:
             notes_in_words(item)
         assert caught.value.advice == "Write each in one line of 400 letters at most, in words"
-
-
-def fed(factor, reads=True, of_cogging=False, name="coulomb_viscous without a speed"):
-    """A target whose drive feeds so many times the friction."""
-
-    def drive(x, dt):
-        return factor * response(example_requests()[name].model, x, dt, rest="held")
-
-    target = SimpleNamespace(reads=(lambda files, request: drive) if reads else None, rest="held", of_cogging=of_cogging)
-    return SimpleNamespace(target=target, first={name: product(x="1")})
