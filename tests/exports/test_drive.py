@@ -4,111 +4,111 @@ import re
 
 import numpy as np
 import pytest
+from tests.exports.drives import ARM, LINEAR, SCREW, STRIBECK, TURNING, listed, product_of, rows_of
+from tests.identification.known_logs import log_of, sines
 
 import bristle as br
+from bristle.engine import force_along
 from bristle.engine.contact import steady_force
-from bristle.exports.drive import Side, reads, side_of, write
+from bristle.exports.drive import reads, side_of, write
 from bristle.exports.targets import Request
-from bristle.exports.tf5200 import merged
-from bristle.prediction.drive_units import DriveUnit
 
-AXIS = {
-    "schema": 1,
-    "kind": "rotational",
-    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "deg"}, "effort": {"column": "u", "unit": "%"}},
-    "effort": {"rated": "0.5 N*m"},
-}
 ONE_DEGREE = np.pi / 180.0
+SIDED = br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
+    kind="rotational", F_C_pos=0.1, F_C_neg=0.08, F_S_pos=0.15, F_S_neg=0.12, v_S=0.5, sigma_0=100.0, sigma_2_pos=0.02, sigma_2_neg=0.02
+)
+UNEVEN = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(
+    F_C_pos=90.0, F_C_neg=70.0, F_v_pos=100.0, F_v_neg=100.0, offset=-30.0
+)
+FINE = SCREW | {"effort": {"rated": f"{1.0 / (40.0 * np.pi)!r} N*m"}, "transmission": {"lead": "50 mm"}}
 
 
-@pytest.fixture(scope="module")
-def model():
-    return br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
-        kind="rotational", F_C_pos=0.1, F_C_neg=0.08, F_S_pos=0.15, F_S_neg=0.12, v_S=0.5, sigma_0=100.0, sigma_2_pos=0.02, sigma_2_neg=0.02
-    )
+def numbers_of(product, end="axis_x.csv"):
+    head, *rows = rows_of(product, end)
+    return head, np.array(rows, dtype=float)
 
 
-def exported(model, folder, to, **options):
-    return br.export(model, to, folder / to, speed=20.0, **options)
+# --- curves -------------------------------------------------------------------------------------------------------
 
 
-def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_path):
-    result = exported(model, tmp_path, "table", axis=br.read_axis(AXIS), points=6)
-    lines = (tmp_path / "table" / "axis_x.csv").read_text().splitlines()
-    head, *rows = [line for line in lines if not line.startswith("#")]
-    assert head == "velocity [deg/s],effort [%]"
-    table = np.array([row.split(",") for row in rows], dtype=float)
+def test_the_table_is_the_steady_friction_in_the_units_of_the_log():
+    product = product_of("table", SIDED, TURNING, points=6, speed=20.0)
+    head, table = numbers_of(product)
+    assert head == ["velocity [deg/s]", "effort [%]"]
     assert len(table) <= 12
     assert np.all(np.diff(table[:, 0]) >= 0.0)
     for velocity, effort in table[table[:, 0] != 0.0]:
-        assert effort * 0.005 == pytest.approx(steady_force(model, velocity * ONE_DEGREE), rel=1e-6)
-    largest = float(re.search(r"by at most ([\d.e-]+) %", " ".join(result.notes))[1])
+        assert effort * 0.005 == pytest.approx(steady_force(SIDED, velocity * ONE_DEGREE), rel=1e-6)
+    largest = float(re.search(r"by at most ([\d.e-]+) %", " ".join(product.notes))[1])
     speeds = np.linspace(0.01, 20.0, 300)
     forward = table[np.signbit(table[:, 0]) == 0]
     between = np.interp(speeds, forward[:, 0] * ONE_DEGREE, forward[:, 1] * 0.005)
-    off = max(abs(between - [steady_force(model, v) for v in speeds])) / 0.005
+    off = max(abs(between - [steady_force(SIDED, v) for v in speeds])) / 0.005
     assert off <= 1.3 * largest + 1e-6
 
 
-def test_without_an_axis_units_are_si(model, tmp_path):
-    exported(model, tmp_path, "table")
-    assert "\nvelocity [rad/s],effort [N*m]\n" in (tmp_path / "table" / "axis_x.csv").read_text()
+def test_without_an_axis_units_are_si():
+    assert rows_of(product_of("table", SIDED, speed=20.0))[0] == ["velocity [rad/s]", "effort [N*m]"]
 
 
-def listed(path):
-    lines = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {key.removeprefix("frict_comp."): float(value) for key, value in lines}
+def test_a_second_file_is_in_the_units_of_the_drive():
+    product = product_of("table", axis=SCREW, points=8)
+    heads, rows = numbers_of(product, "axis_x_drive.csv")
+    assert heads == ["velocity [rpm of the motor]", "effort [% of rated]"]
+    assert "axis_x_drive.csv: % of rated over rpm of the motor" in product.notes
+    for rpm, percent in rows[rows[:, 0] != 0.0]:
+        assert percent / 100.0 * 2.0 / ARM == pytest.approx(steady_force(STRIBECK, rpm / 60.0 / 2.0 * 0.01), rel=1e-6)
 
 
-def test_the_list_of_the_cnc_reads_back(model, tmp_path):
-    result = exported(model, tmp_path, "tf5200", axis=br.read_axis(AXIS), points=5)
-    path = tmp_path / "tf5200" / "axis_x.txt"
-    values = listed(path)
+@pytest.mark.parametrize(("points", "rows"), [(4, 4), (5, 4), (20, 20)])
+def test_points_count_both_directions(points, rows):
+    assert len(numbers_of(product_of("table", points=points))[1]) == rows
+
+
+@pytest.mark.parametrize(
+    ("axis", "words"),
+    [(LINEAR, "no rated effort: efforts are in A"), (None, "no axis file was given, so the units are SI at the axis"), (SCREW, "")],
+)
+def test_a_missing_rated_effort_is_reported(axis, words):
+    notes = " ".join(product_of("table", axis=axis).notes)
+    assert words in notes
+    assert words or "rated effort" not in notes
+
+
+@pytest.mark.parametrize("axis", [LINEAR, None])
+def test_a_list_of_integers_requires_the_rated_effort(axis):
+    with pytest.raises(br.core.InputError, match=r"needs the rated effort.*rated = "):
+        product_of("tf5200", axis=axis)
+
+
+def test_the_list_of_the_cnc_is_the_mean_of_both_directions():
+    product = product_of("tf5200", SIDED, TURNING, points=5, speed=20.0)
+    values = listed(product)
     count = int(values["table_entries"])
-    assert values["mode"] == 3.0
     assert 2 <= count <= 5
     speeds = [values[f"table[{i}].in"] for i in range(count)]
-    assert speeds[0] == 0.0
     assert speeds == sorted(speeds)
     for i in range(1, count):
         speed = speeds[i] * 1e-3 * ONE_DEGREE
-        mean = 0.5 * (steady_force(model, speed) - steady_force(model, -speed))
+        mean = 0.5 * (steady_force(SIDED, speed) - steady_force(SIDED, -speed))
         assert values[f"table[{i}].out"] * 0.0005 == pytest.approx(mean, abs=0.0003)
-    text = " ".join(result.notes)
+    text = " ".join(product.notes)
     assert "the memory of the model is lost" in text
-    wrong = 0.5 * (0.15 - 0.12) / 0.005
-    assert float(re.search(r"wrong by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
-    assert all(note in path.read_text() for note in result.notes)
+    assert float(re.search(r"wrong by up to ([\d.]+) %", text)[1]) == pytest.approx(0.5 * (0.15 - 0.12) / 0.005, rel=0.02)
+    assert all(note in product.files["axis_x.txt"] for note in product.notes)
 
 
-def test_an_entry_is_omitted_only_if_it_equals_both_neighbours():
-    entries = np.column_stack([1e-3 * np.arange(6), [10.0, 10.0, 10.0, 20.0, 20.0, 30.0]])
-    kept = merged(Side(entries, entries), DriveUnit("0.1 % of rated", 1.0), "translational").entries
-    assert kept[:, 0].tolist() == entries[[0, 2, 3, 4, 5], 0].tolist()
-    assert np.interp(entries[:, 0], *kept.T).tolist() == entries[:, 1].tolist()
-
-
-def test_the_distance_of_a_reversal_is_that_of_the_contact(tmp_path):
-    stiff, soft = (br.friction.lugre(F_C=10.0, F_S=10.0, v_S=1e-3, sigma_0=stiffness) for stiffness in (1e8, 1e6))
+def test_the_distance_of_a_reversal_is_that_of_the_contact():
     distances = []
-    for name, model in (("stiff", stiff), ("soft", soft)):
-        text = " ".join(br.export(model, "table", tmp_path / name, speed=0.1).notes)
+    for stiffness in (1e8, 1e6):
+        text = " ".join(product_of("table", br.friction.lugre(F_C=10.0, F_S=10.0, v_S=1e-3, sigma_0=stiffness)).notes)
         distances.append(float(re.search(r"over ([\d.e-]+) m", text)[1]))
     # Of the change of a bristle that slips exponentially, exp(-x sigma_0 / F_C) is left: 5 % after ln 20.
-    assert distances[1] == pytest.approx(np.log(20.0) * 1e-5, rel=0.1)
-    assert distances[1] / distances[0] == pytest.approx(100.0, rel=0.1)
+    assert distances == pytest.approx([np.log(20.0) * 1e-7, np.log(20.0) * 1e-5], rel=0.1)
 
 
-def test_coulomb_friction_loses_no_memory(tmp_path):
-    notes = br.export(br.friction.coulomb(F_C=2.0), "table", tmp_path / "out", speed=0.1).notes
-    assert not any("memory" in note for note in notes)
-
-
-def test_a_table_requires_a_speed(model, tmp_path):
-    with pytest.raises(br.core.InputError, match="speed"):
-        br.export(model, "table", tmp_path / "out")
-    with pytest.raises(br.core.InputError, match="change at run time"):
-        br.export(model, "table", tmp_path / "out", speed=1.0, tunable=True)
+def test_coulomb_friction_loses_no_memory():
+    assert not any("memory" in note for note in product_of("table", br.friction.coulomb(F_C=2.0)).notes)
 
 
 @pytest.mark.slow
@@ -138,29 +138,119 @@ def test_a_table_is_read_back_for_any_signs_of_the_columns(against):
     assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.05 + 0.05, 0.35, 0.35, -0.15, -0.15])
     reported = any("counts effort and position in opposite directions" in note for note in product.notes)
     assert reported == (len(against) == 1)
-    rows = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if not line.startswith("#")][1:]
-    velocities = [float(velocity) for velocity, _ in rows]
-    assert velocities == sorted(velocities)
+    velocities = numbers_of(product)[1][:, 0]
+    assert np.all(np.diff(velocities) >= 0.0)
 
 
-@pytest.mark.parametrize(("points", "taken"), [(2, False), (4, True), (2000, True), (2001, False)])
-def test_a_table_has_two_to_a_thousand_entries_for_each_direction(points, taken):
-    request = Request(br.friction.coulomb(F_C=2.0), "axis_x", 1e-3, speed=0.1, points=points, rest="held")
-    if taken:
-        assert "axis_x.csv" in write(request).files
-        assert len(side_of(request.model, 1.0, 0.1, points // 2).entries) == 2
-    else:
-        with pytest.raises(br.core.InputError, match=r"points: out of range; found '?\d+'?, allowed 3 to 2000"):
-            write(request)
+@pytest.mark.parametrize("points", [4, 2000])
+def test_a_table_has_two_to_a_thousand_entries_for_each_direction(points):
+    assert "axis_x.csv" in product_of("table", br.friction.coulomb(F_C=2.0), points=points).files
 
 
-@pytest.mark.parametrize("points", [1, 1001])
-def test_a_direction_has_two_to_a_thousand_entries(points):
-    with pytest.raises(br.core.InputError, match="allowed 2 to 1000"):
-        side_of(br.friction.coulomb(F_C=2.0), 1.0, 0.1, points)
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda model: product_of("table", model, points=2), r"points: out of range; found '?2'?, allowed 3 to 2000"),
+        (lambda model: product_of("table", model, points=2001), r"points: out of range; found '?2001'?, allowed 3 to 2000"),
+        (lambda model: side_of(model, 1.0, 0.1, 1), "allowed 2 to 1000"),
+        (lambda model: side_of(model, 1.0, 0.1, 1001), "allowed 2 to 1000"),
+        *((lambda model, speed=speed: side_of(model, 1.0, speed, 4), "the largest speed of the axis") for speed in (0.0, -1.0, np.inf)),
+    ],
+)
+def test_counts_and_speeds_out_of_range_are_refused(call, words):
+    with pytest.raises(br.core.InputError, match=words):
+        call(br.friction.coulomb(F_C=2.0))
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, np.inf])
-def test_a_table_ends_at_a_speed_above_zero(speed):
-    with pytest.raises(br.core.InputError, match="the largest speed of the axis"):
-        side_of(br.friction.coulomb(F_C=2.0), 1.0, speed, 4)
+# --- three values -------------------------------------------------------------------------------------------------
+
+
+def values_of(product):
+    head, *rows = rows_of(product)
+    assert head == ["value", "amount", "unit", "meaning"]
+    assert any("gravity - F-" in meaning for name, _, _, meaning in rows if name == "F-")
+    return {(name, unit): float(amount) for name, amount, unit, _ in rows}
+
+
+def test_three_values_give_the_friction_back_in_each_unit():
+    product = product_of("table", UNEVEN, SCREW, points=3, plant=br.plants.inertia(M=40.0))
+    values = values_of(product)
+    newton = {name: values[name, "N"] for name in ("gravity", "F+", "F-")}
+    for speed in (1e-6, 0.1, 0.2):
+        forward, backward = (values[name, "N*s/m"] * speed for name in ("D+", "D-"))
+        assert newton["gravity"] + newton["F+"] + forward == pytest.approx(steady_force(UNEVEN, speed), rel=1e-6)
+        assert newton["gravity"] - newton["F-"] - backward == pytest.approx(steady_force(UNEVEN, -speed), rel=1e-6)
+    for name, force in newton.items():
+        assert values[name, "N*m at the motor"] == pytest.approx(force * ARM, rel=1e-8)
+        assert values[name, "% of rated"] == pytest.approx(100.0 * force * ARM / 2.0, rel=1e-8)
+    assert values["inertia", "kg"] == 40.0
+    assert values["inertia", "kg*m^2 at the motor"] == pytest.approx(40.0 * ARM**2, rel=1e-8)
+    (text,) = [note for note in product.notes if "below the steady friction of the model, and never above it" in note]
+    assert float(re.search(r"the level alone is at most ([\d.]+) N", text)[1]) == pytest.approx(20.0)
+
+
+def test_without_a_plant_a_note_says_that_the_inertia_is_unknown():
+    product = product_of("table", points=3)
+    assert not any(name == "inertia" for name, _ in values_of(product))
+    assert any("inertia is unknown" in note for note in product.notes)
+
+
+# --- along a log --------------------------------------------------------------------------------------------------
+
+MOTION = sines(duration=1.5)
+
+
+def log_along(model):
+    return log_of(MOTION, 12.0 * MOTION.acceleration + force_along(model, MOTION.velocity, 1e-3))
+
+
+def error_told(target, model, **options):
+    """Return the largest and the mean error along the log of a model, and what was written."""
+    product = product_of(target, model, **{"speed": 0.15, "log": log_along(model)} | options)
+    message = next(note for note in product.notes if "largest error" in note)
+    return *map(float, re.search(r"([\d.e+-]+) \S+, rms ([\d.e+-]+)", message).groups()), product
+
+
+def test_the_largest_error_of_a_table_on_a_log_is_that_of_its_lines():
+    largest, rms, product = error_told("table", STRIBECK, points=4)
+    _, table = numbers_of(product)
+    velocity = MOTION.velocity
+    speeds = np.abs(velocity)
+    side = np.interp(speeds, table[2:, 0], table[2:, 1]), np.interp(speeds, *(-table[1::-1]).T)
+    friction = [steady_force(STRIBECK, v) if v > 0 else -steady_force(STRIBECK, v) for v in velocity.tolist()]
+    gap = np.abs(np.where(velocity > 0.0, *side) - friction)
+    assert largest == pytest.approx(np.max(gap), rel=0.02)
+    assert rms == pytest.approx(np.sqrt(np.mean(gap**2)), rel=0.05)
+
+
+def test_the_memory_loss_of_a_table_is_its_jump():
+    (largest, soft, _), (_, stiff, _) = (
+        error_told("tf5200", br.friction.lugre(F_C=8.0, F_S=8.0, v_S=4e-3, sigma_0=stiffness), axis=FINE) for stiffness in (1e5, 1e6)
+    )
+    assert largest == pytest.approx(16.0, rel=0.1)
+    assert stiff < 0.7 * soft
+
+
+def test_the_error_of_levels_on_a_log_is_their_distance_from_the_curve():
+    fastest = float(np.max(np.abs(MOTION.velocity)))
+    straight = br.friction.find("coulomb_viscous")(F_C=8.0, F_v=30.0, offset=1.5)
+    assert error_told("table", straight, speed=fastest, points=3)[0] < 1e-6
+    curved = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=0.05, F_v=30.0)
+    largest, _, product = error_told("table", curved, speed=fastest, points=3)
+    speeds, values = np.linspace(0.0, fastest, 500), values_of(product)
+    line = values["F+", "N"] + values["D+", "N*s/m"] * speeds
+    short = np.array([steady_force(curved, max(v, 1e-9)) for v in speeds]) - line
+    assert np.min(short) > -1e-4
+    assert largest == pytest.approx(np.max(short), rel=0.05)
+
+
+def test_the_constant_force_does_not_count_as_an_error_of_a_symmetric_table():
+    largest, _, product = error_told("tf5200", br.friction.find("coulomb")(F_C=8.0, offset=40.0), axis=FINE)
+    assert largest < 0.5e-3  # half a step of the list, in N
+    assert not any("same for both directions" in note for note in product.notes)
+
+
+@pytest.mark.parametrize("target", ["c", "mjcf", "sinumerik"])
+def test_only_tables_accept_a_log(tmp_path, target):
+    with pytest.raises(br.core.InputError, match="is not a table"):
+        br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out", log=log_along(STRIBECK))

@@ -2,13 +2,12 @@
 
 import ctypes
 import shutil
-import subprocess
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, RUN_LAW, WARNINGS, differing, library_of_laws, selected_cases
+from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws, selected_cases
 
 import bristle as br
 from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
@@ -211,23 +210,16 @@ def test_structured_text_repeats_the_last_effort(blocks):
     assert result[5] == alone[0]
 
 
-def built(folder, main, *flags):
-    command = [COMPILER, "-O2", *FLAGS, *WARNINGS, *flags, f"{folder.name}.c", main, "-o", "program", "-lm"]
-    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr[:4000]
-    return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("fed", FED | CARRYING)
 def test_the_self_test_passes_and_the_example_runs(exported, fed):
-    folder = exported[0] / f"cascade_{fed}"
+    folder, name = exported[0] / f"cascade_{fed}", f"cascade_{fed}"
     watching = ("-fsanitize=undefined",) if builds(COMPILER, "-fsanitize=undefined") else ()
-    ran = built(folder, f"cascade_{fed}_selftest.c", *watching)
+    ran = built(folder, f"{name}_selftest.c", *watching, name=name)
     assert ran.returncode == 0, ran.stdout
     assert "identical to bristle" in ran.stdout
     assert ran.stderr == ""
-    assert built(folder, "example_main.c").returncode == 0
+    assert built(folder, "example_main.c", name=name).returncode == 0
 
 
 def test_a_sample_that_is_not_a_number_is_skipped_and_the_effort_repeated(exported):
@@ -373,11 +365,11 @@ def test_the_deviation_of_single_precision_stays_within_the_stated_bound(otherwi
 def test_both_pass_their_self_tests(otherwise, kind, said):
     name = f"cascade_toothed_{kind}"
     watching = ("-fsanitize=undefined",) if builds(COMPILER, "-fsanitize=undefined") else ()
-    ran = built(otherwise[0] / name, f"{name}_selftest.c", *watching)
+    ran = built(otherwise[0] / name, f"{name}_selftest.c", *watching, name=name)
     assert ran.returncode == 0, ran.stdout
     assert said in ran.stdout
     assert ran.stderr == ""
-    assert built(otherwise[0] / name, "example_main.c").returncode == 0
+    assert built(otherwise[0] / name, "example_main.c", name=name).returncode == 0
 
 
 def test_the_single_precision_self_test_detects_a_wrong_gain(otherwise, tmp_path):
@@ -388,7 +380,7 @@ def test_the_single_precision_self_test_detects_a_wrong_gain(otherwise, tmp_path
     wrong = text.replace("axis->parameters.controller_k_v = 80000.0f;", "axis->parameters.controller_k_v = 80500.0f;")
     assert wrong != text
     (folder / f"{name}.c").write_text(wrong)
-    ran = built(folder, f"{name}_selftest.c")
+    ran = built(folder, f"{name}_selftest.c", name=name)
     assert (ran.returncode, "exceeds the error of single precision" in ran.stdout) == (1, True)
 
 

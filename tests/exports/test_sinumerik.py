@@ -2,42 +2,52 @@
 
 import numpy as np
 import pytest
+from tests.exports.drives import LINEAR, TURNING, product_of, rows_of
 
 import bristle as br
 from bristle.exports.sinumerik import reads, write
 from bristle.exports.targets import Request
 
 COULOMB = br.friction.coulomb(F_C=8.0)
-AXIS = {
-    "schema": 1,
-    "kind": "translational",
-    "columns": {name: {"column": name[0], "unit": unit} for name, unit in (("time", "s"), ("position", "mm"), ("effort", "N"))},
-}
 LOOP = {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "T_n": "20 ms"}
+ROTARY = TURNING | {"controller": LOOP | {"k_v": "0.4 N*m*s/rad"}}
 
 
 def request_for(loop, model=COULOMB):
-    axis = br.read_axis(AXIS | ({"controller": loop} if loop else {}))
+    axis = br.read_axis(LINEAR | ({"controller": loop} if loop else {}))
     return Request(model, "axis_x", 1e-3, speed=0.2, axis=axis, plant=br.plants.inertia(M=20.0))
 
 
 def data_of(product):
-    lines = [line.split() for line in product.files["axis_x.txt"].splitlines() if not line.startswith(";")]
-    return {name: value for _, name, value, *_ in lines}
+    return {name.removeprefix("$MA_"): (number, float(value), *unit) for number, name, value, *unit in rows_of(product, "axis_x.txt", None)}
 
 
-def test_the_pulse_is_the_change_of_friction_divided_by_the_gain():
-    data = data_of(write(request_for(LOOP)))
-    assert float(data["$MA_FRICT_COMP_CONST_MAX"]) == pytest.approx(16.0 / 4000.0 * 1e3 * 60.0, rel=1e-5)  # [mm/min]
-    assert float(data["$MA_FRICT_COMP_TIME"]) == pytest.approx(0.02)
+@pytest.mark.parametrize(
+    ("model", "axis", "pulse", "unit"),
+    [
+        (COULOMB, LINEAR | {"controller": LOOP}, 16.0 / 4000.0 * 1e3 * 60.0, "mm/min"),
+        (br.friction.coulomb(kind="rotational", F_C=0.2), ROTARY, 0.4 / 0.4 * 60.0 / (2.0 * np.pi), "rev/min"),
+    ],
+)
+def test_the_pulse_is_the_change_of_friction_divided_by_the_gain(model, axis, pulse, unit):
+    product = product_of("sinumerik", model, axis)
+    assert data_of(product) == {
+        "FRICT_COMP_MODE": ("MD32490", 1.0),
+        "FRICT_COMP_ENABLE": ("MD32500", 1.0),
+        "FRICT_COMP_ADAPT_ENABLE": ("MD32510", 0.0),
+        "FRICT_COMP_CONST_MAX": ("MD32520", pytest.approx(pulse, rel=1e-5), unit),
+        "FRICT_COMP_TIME": ("MD32540", pytest.approx(0.02), "s"),
+    }
+    for words in ("START VALUES: tune them with the circularity test", "6FC5397-1BP40-3BA1"):
+        assert words in product.files["axis_x.txt"]
+    assert any("start values" in note for note in product.notes)
 
 
 def test_a_pulse_with_the_time_of_the_integral_is_a_step_of_effort_at_each_reversal():
     request = request_for(LOOP)
     product = write(request)
-    drive = reads(product.files, request)
     x = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 0.0, 1.0, 2.0])
-    assert drive(x, 1e-3) == pytest.approx([0.0, 0.0, 0.0, -16.0, -16.0, -16.0, 0.0, 0.0], abs=1e-4)
+    assert reads(product.files, request)(x, 1e-3) == pytest.approx([0.0, 0.0, 0.0, -16.0, -16.0, -16.0, 0.0, 0.0], abs=1e-4)
     longer = {"axis_x.txt": product.files["axis_x.txt"].replace("0.02 ", "0.04 ")}
     assert longer != product.files
     # What fades of it, k_v over T_n integrates: after one time constant 16 N times (1 / e + 2 (1 - 1 / e)).
@@ -46,16 +56,15 @@ def test_a_pulse_with_the_time_of_the_integral_is_a_step_of_effort_at_each_rever
 
 
 def test_without_a_loop_or_a_time_constant_no_drive_is_read_back():
-    request = request_for(LOOP)
-    files = write(request).files
-    assert reads(files, request_for({})) is None
+    assert reads(write(request_for(LOOP)).files, request_for({})) is None
     without = request_for({key: value for key, value in LOOP.items() if key != "T_n"})
     product = write(without)
-    assert "$MA_FRICT_COMP_TIME" not in data_of(product)
+    assert "FRICT_COMP_TIME" not in data_of(product)
+    assert "MD32540" in product.files["axis_x.txt"]
     assert reads(product.files, without) is None
 
 
-@pytest.mark.parametrize("loop", [{}, {"model": "cascade", "k_p": "30 1/s", "k_v": "0 N*s/mm"}])
-def test_the_gain_of_the_velocity_loop_is_required(loop):
+@pytest.mark.parametrize("axis", [None, LINEAR, LINEAR | {"controller": LOOP | {"k_v": "0 N*s/mm"}}])
+def test_the_gain_of_the_velocity_loop_is_required(axis):
     with pytest.raises(br.core.InputError, match="needs the gain of the velocity loop"):
-        write(request_for(loop))
+        product_of("sinumerik", COULOMB, axis)
