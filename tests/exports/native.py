@@ -119,4 +119,4 @@ def walk(count, seed=20260):
 
 def differing(first, second):
     """Return how many numbers have other bits."""
-    return int(np.count_nonzero(np.asarray(first).view(np.int64) != np.asarray(second).view(np.int64)))
+    return int(np.count_nonzero(np.ascontiguousarray(first).view(np.int64) != np.ascontiguousarray(second).view(np.int64)))

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from tests.exports import drives
+from tests.exports.drives import ARM
 
 import bristle as br
 from bristle.exports import ax8000
@@ -12,19 +14,7 @@ from bristle.prediction.drive_table import LevelValues
 
 RISING = br.friction.coulomb_viscous(F_C=8.0, F_v=30.0)
 SOFT = br.friction.dahl(F_C=8.0, sigma_0=4e5)
-SCREW = br.read_axis(
-    {
-        "schema": 1,
-        "kind": "translational",
-        "columns": {
-            "time": {"column": "t", "unit": "s"},
-            "position": {"column": "q", "unit": "mm"},
-            "effort": {"column": "u", "unit": "N"},
-        },
-        "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-    }
-)
-ARM = 0.01 / (2.0 * np.pi * 2.0)  # [m/rad]
+SCREW = br.read_axis(drives.SCREW)
 
 
 def request_for(model, axis=None):

@@ -277,94 +277,119 @@ def effect_along(*along, kind="translational", distance=1e-5, assumed=False, loo
     return Effect(along, kind, distance, assumed, loops, 1)
 
 
-def test_errors_within_five_per_cent_count_as_equal():
-    assert [moved(1e-5, 1.0, size).is_worse for size in (0.5, 1.0, 1.04, 1.06, np.inf, np.nan)] == [False, False, False, True, True, True]
-    assert [moved(1e-5, 1.0, size).is_no_better for size in (0.5, 0.94, 0.96, 1.0, np.nan)] == [False, False, True, True, True]
-    # A gain of less than half counts where a tenth more friction leaves the most of it.
-    assert [moved(1e-5, 1.0, size, too_much=0.97).is_no_better for size in (0.45, 0.55)] == [False, True]
-    assert not moved(1e-5, 1.0, 0.55, too_much=0.9).is_no_better
-    assert moved(1e-5, 4.0, 1.0).ratio == 0.25
+@pytest.mark.parametrize(
+    ("size", "too_much", "is_worse", "is_no_better"),
+    [
+        (0.5, math.nan, False, False),
+        (0.94, math.nan, False, False),
+        (0.96, math.nan, False, True),
+        (1.0, math.nan, False, True),
+        (1.04, math.nan, False, True),
+        (1.06, math.nan, True, True),
+        (math.inf, math.nan, True, True),
+        (math.nan, math.nan, True, True),
+        # A gain of less than half counts where a tenth more friction leaves the most of it.
+        (0.45, 0.97, False, False),
+        (0.55, 0.97, False, True),
+        (0.55, 0.9, False, False),
+    ],
+)
+def test_errors_within_five_per_cent_count_as_equal(size, too_much, is_worse, is_no_better):
+    along = moved(1e-5, 1.0, size, too_much=too_much)
+    assert (along.is_worse, along.is_no_better) == (is_worse, is_no_better)
 
 
-def test_an_export_is_harmful_if_long_moves_or_the_log_motion_become_worse():
-    better, worse = moved(1e-5, 1.0, 0.2), moved(9e-5, 1.0, 2.0)
-    assert not effect_along(better, worse).is_harmful
-    assert effect_along(better, moved(1e-4, 1.0, 2.0)).is_harmful
-    assert effect_along(better, Along("log", 0.0, 1.0, 2.0)).is_harmful
-    assert not effect_along(better, moved(1e-4, 1.0, 2.0), loops=(10.0, 50.0)).is_harmful
+SHORT, LONG, LONGER = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4), moved(3e-3, 1.0, 0.1)
+BETTER, MILD = moved(1e-5, 1.0, 0.2), moved(1e-5, 1.0, 0.2, too_much=0.4)
 
 
-def test_the_ratio_of_an_effect_is_the_geometric_mean():
-    assert effect_along(moved(1e-5, 1.0, 0.5), moved(3e-5, 1.0, 0.125)).ratio == pytest.approx(0.25)
-    assert effect_along(moved(1e-5, 1.0, np.inf)).ratio == np.inf
+@pytest.mark.parametrize(
+    ("effect", "name", "expected"),
+    [
+        # An export is harmful if long moves or the motion of the log become worse, in a loop that is known.
+        (effect_along(BETTER, moved(9e-5, 1.0, 2.0)), "is_harmful", False),
+        (effect_along(BETTER, moved(1e-4, 1.0, 2.0)), "is_harmful", True),
+        (effect_along(BETTER, Along("log", 0.0, 1.0, 2.0)), "is_harmful", True),
+        (effect_along(BETTER, moved(1e-4, 1.0, 2.0), loops=(10.0, 50.0)), "is_harmful", False),
+        # The ratio is the geometric mean.
+        (effect_along(moved(1e-5, 4.0, 2.0), moved(3e-5, 1.0, 0.125)), "ratio", pytest.approx(0.25)),
+        (effect_along(moved(1e-5, 1.0, np.inf)), "ratio", np.inf),
+        (effect_along(SHORT, LONG, LONGER), "least_distance", 3e-4),
+        (effect_along(LONG, LONGER), "least_distance", 0.0),
+        (effect_along(SHORT), "least_distance", np.inf),
+    ],
+)
+def test_numbers_of_an_effect_follow_from_its_motions(effect, name, expected):
+    assert getattr(effect, name) == expected
 
 
-def test_the_least_distance_is_the_limit_for_switching_off():
-    short, long, longer = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4), moved(3e-3, 1.0, 0.1)
-    effect = effect_along(short, long, longer)
-    assert effect.least_distance == 3e-4
-    assert effect.lines()[:2] == (
-        "the compensation helps moves of 300 um or more; shorter moves get worse: switch it off there",
-        "simulated following error, peak to peak, without -> with compensation: "
-        "1000 mm -> 100 mm in moves of 3.00 mm; 1000 mm -> 1500 mm in moves of 10.0 um",
-    )
-    assert effect_along(long, longer).least_distance == 0.0
-    assert effect_along(long, longer).lines()[0] == "the compensation helps moves of 300 um or more"
-    none = effect_along(short)
-    assert none.least_distance == np.inf
-    assert none.lines()[0] == "the compensation harms moves up to 10.0 um: switch it off there"
-    assert effect_along(moved(1e-5, 1.0, 1.0)).lines()[0].startswith("the compensation does not help moves up to 10.0 um")
-    text = "\n".join(effect_along(short, long, assumed=True).lines())
-    assert "moves of 300 um or more, and of 30 times the true pre-sliding distance if this exceeds the assumed 10.0 um; shorter" in text
-    assert "the pre-sliding distance is unknown, and bristle assumes 10.0 um" in text
+SLOW, SLOWER, SLOWEST = (Along("slow moves", far, 1.0, with_it) for far, with_it in ((1e-5, 2.0), (3e-4, 1.2), (3e-3, 0.5)))
+UNKNOWN = effect_along(SHORT, LONG, SLOW, SLOWER, SLOWEST, loops=(10.0, 50.0))
+MEND = ": switch it off there, or export a model with pre-sliding (--to c)"
+OVER = moved(2e-5, 1.0, 0.3, too_much=1.2)
+SIZES = "simulated following error, peak to peak, without -> with compensation: "
 
 
-def test_an_unknown_controller_is_a_slow_loop_with_quick_moves_and_a_stiff_loop_with_slow_moves():
-    quick = moved(1e-5, 1.0, 1.5), moved(3e-4, 1.0, 0.4)
-    slow = [Along("slow moves", far, 1.0, with_it) for far, with_it in ((1e-5, 2.0), (3e-4, 1.2), (3e-3, 0.5))]
-    mend = ": switch it off there, or export a model with pre-sliding (--to c)"
-    lines = effect_along(*quick, *slow, loops=(10.0, 50.0)).lines()
-    said = "the compensation helps quick moves of 300 um or more; shorter moves can get worse"
-    assert lines[0] == f"{said}; slow moves up to 300 um can get worse in a stiff loop{mend}"
-    assert lines[1].endswith("1000 mm -> 1500 mm in moves of 10.0 um (loop of 10 Hz, moves of 0.1 s)")
-    assert lines[2].startswith("slow moves: 1000 mm -> 500 mm in moves of 3.00 mm; 1000 mm -> 2000 mm in moves of 10.0 um")
-    assert lines[2].endswith("(loop of 50 Hz, moves of 1 s)")
-    assert "the controller is unknown" in lines[-1]
-    # Slow moves that get worse, but are shorter than the limit of quick ones, need no limit of their own.
-    lines = effect_along(*quick, slow[0], slow[2], loops=(10.0, 50.0)).lines()
-    assert lines[0] == f"the compensation helps moves of 300 um or more; shorter moves can get worse{mend}"
+@pytest.mark.parametrize(
+    ("effect", "place", "words"),
+    [
+        (
+            effect_along(SHORT, LONG, LONGER),
+            0,
+            "^the compensation helps moves of 300 um or more; shorter moves get worse: switch it off there$",
+        ),
+        (effect_along(SHORT, LONG, LONGER), 1, f"^{SIZES}1000 mm -> 100 mm in moves of 3.00 mm; 1000 mm -> 1500 mm in moves of 10.0 um$"),
+        (effect_along(LONG, LONGER), 0, "^the compensation helps moves of 300 um or more$"),
+        (effect_along(SHORT), 0, "^the compensation harms moves up to 10.0 um: switch it off there$"),
+        (effect_along(moved(1e-5, 1.0, 1.0)), 0, "^the compensation does not help moves up to 10.0 um"),
+        (
+            effect_along(SHORT, LONG, assumed=True),
+            0,
+            "moves of 300 um or more, and of 30 times the true pre-sliding distance if this exceeds the assumed 10.0 um; shorter",
+        ),
+        (effect_along(SHORT, LONG, assumed=True), -1, "the pre-sliding distance is unknown, and bristle assumes 10.0 um"),
+        # An unknown controller is a slow loop with quick moves, and a stiff one with slow moves.
+        (
+            UNKNOWN,
+            0,
+            f"^the compensation helps quick moves of 300 um or more; shorter moves can get worse; slow moves up to 300 um can get "
+            f"worse in a stiff loop{re.escape(MEND)}$",
+        ),
+        (UNKNOWN, 1, r"1000 mm -> 1500 mm in moves of 10.0 um \(loop of 10 Hz, moves of 0.1 s\)$"),
+        (UNKNOWN, 2, r"^slow moves: 1000 mm -> 500 mm in moves of 3.00 mm; 1000 mm -> 2000 mm in moves of 10.0 um"),
+        (UNKNOWN, 2, r"\(loop of 50 Hz, moves of 1 s\)$"),
+        (UNKNOWN, -1, "the controller is unknown"),
+        # Slow moves that get worse, but are shorter than the limit of quick ones, need no limit of their own.
+        (
+            effect_along(SHORT, LONG, SLOW, SLOWEST, loops=(10.0, 50.0)),
+            0,
+            f"^the compensation helps moves of 300 um or more; shorter moves can get worse{re.escape(MEND)}$",
+        ),
+        (effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational"), 1, f"^{SIZES}10.0 urad -> diverges in moves of 200 urad"),
+        # Of too much friction the worst move is told, of the log what is lost without the lead.
+        (
+            effect_along(MILD, moved(2e-5, 1.0, 0.3, too_much=0.9)),
+            2,
+            "^with a tenth too much friction fed forward: 1000 mm -> 900 mm in moves of 20.0 um$",
+        ),
+        (effect_along(MILD, OVER), 2, "in moves of 20.0 um: worse than no compensation, so feed forward only 90 % of the friction$"),
+        (
+            effect_along(MILD, Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)),
+            2,
+            "^along the motion of the log: 500 mm -> 100 mm, 300 mm if the motion is not fed ahead$",
+        ),
+        (effect_along(MILD, Along("log", 0.0, 0.5, 0.1)), 2, "^along the motion of the log: 500 mm -> 100 mm$"),
+    ],
+)
+def test_lines_state_where_to_switch_off_and_the_sizes_in_units_of_the_axis(effect, place, words):
+    assert re.search(words, effect.lines()[place])
 
 
-def test_sizes_have_the_unit_of_the_axis():
-    turning = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational")
-    assert turning.lines()[1].startswith(
-        "simulated following error, peak to peak, without -> with compensation: 10.0 urad -> diverges in moves of 200 urad"
-    )
-    data = turning.as_data()
+def test_data_of_an_effect_are_in_si():
+    data = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational").as_data()
     assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, None)
-    assert data["along"] == [
-        {
-            "motion": "moves",
-            "distance": 2e-4,
-            "without": 1e-5,
-            "with": None,
-            "worse": True,
-            "not_fed_ahead": None,
-            "with_a_tenth_more": None,
-        }
-    ]
-
-
-def test_overcompensation_is_reported_for_the_worst_move():
-    mild = moved(1e-5, 1.0, 0.2, too_much=0.4)
-    lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=0.9)).lines()
-    assert "with a tenth too much friction fed forward: 1000 mm -> 900 mm in moves of 20.0 um" in lines
-    lines = effect_along(mild, moved(2e-5, 1.0, 0.3, too_much=1.2), Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)).lines()
-    assert any(
-        line.endswith("in moves of 20.0 um: worse than no compensation, so feed forward only 90 % of the friction") for line in lines
-    )
-    assert "along the motion of the log: 500 mm -> 100 mm, 300 mm if the motion is not fed ahead" in lines
-    assert not any("not fed ahead" in line for line in effect_along(mild, Along("log", 0.0, 0.5, 0.1)).lines())
+    numbers = {"distance": 2e-4, "without": 1e-5, "with": None, "not_fed_ahead": None, "with_a_tenth_more": None}
+    assert data["along"] == [{"motion": "moves", "worse": True} | numbers]
 
 
 def test_the_turning_distance_comes_from_the_model_the_axis_or_an_assumption():

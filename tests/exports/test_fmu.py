@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.importing import PLANT, STEP, WRITTEN, example, needs_compiler, needs_fmpy
-from tests.exports.native import COMPILER, WARNINGS, differing
+from tests.exports.importing import PLANT, STEP, WRITTEN, described_by, example, needs_compiler, needs_fmpy
+from tests.exports.native import FLAGS, WARNINGS, compiled, differing
 
 import bristle as br
 from bristle.cli.main import main
@@ -73,14 +73,12 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
     v, model = velocities(), example(name)
     x = np.cumsum(v) * STEP
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
-    unit, forces = opened(name).start(), []
-    for k in range(COUNT):
-        unit.step(k * STEP, STEP, v=v[k], x=x[k], **{key: values[k] for key, values in load.items()})
-        forces += unit.get("force")
+    inputs = [{"v": v[k], "x": x[k]} | {key: values[k] for key, values in load.items()} for k in range(COUNT)]
+    forces = opened(name).start().along(STEP, inputs, "force")[:, 0]
     with interpreted():
         expected = force_along(with_rest(model, "middle"), v, STEP, x, **load)
     assert np.ptp(expected) > 0.0
-    assert differing(np.array(forces), expected) == 0
+    assert differing(forces, expected) == 0
 
 
 @needs_compiler
@@ -88,17 +86,13 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
     u = efforts()
-    unit, seen = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02), []
-    for k in range(COUNT):
-        before = unit.get("x", "v")
-        unit.step(0.25 + k * STEP, STEP, effort=u[k])
-        seen.append([*before, *unit.get("force")])
+    unit = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02)
+    seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x", "v"), start=0.25)
     with interpreted():
         trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
-    for result, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
-        assert differing(np.ascontiguousarray(result), expected) == 0
+    assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
 
 
 @needs_compiler
@@ -119,8 +113,7 @@ def test_a_second_importer_computes_identical_results(ecos, fmus, name):
                 seen.append([*before, simulation.get_real("axis::force")])
     with interpreted():
         trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
-    for result, expected in zip(np.array(seen).T, (trace.position, trace.velocity, trace.friction), strict=True):
-        assert differing(np.ascontiguousarray(result), expected) == 0
+    assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
 
 
 @needs_compiler
@@ -131,14 +124,11 @@ def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, 
     plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
     result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("cannot change during a simulation" in note for note in result.notes)
-    u, seen = efforts()[:300], []
-    unit = opened("termed", mass=True).start()
-    for k in range(300):
-        seen += unit.get("x")
-        unit.step(k * STEP, STEP, effort=u[k])
+    u, unit = efforts()[:300], opened("termed", mass=True).start()
+    seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x",))[:, 0]
     with interpreted():
         trace = run_open_loop(plant, example("coulomb_3"), u, STEP)
-    assert differing(np.array(seen), trace.position) == 0
+    assert differing(seen, trace.position) == 0
     with pytest.raises(Exception, match="SetReal failed"):
         unit.set(M=3.0)
 
@@ -172,38 +162,22 @@ def test_a_saved_state_continues_identically_and_damaged_bytes_are_refused(opene
     outputs = ("x", "v", "force") if mass else ("force",)
 
     def walked(each, first):
-        seen = []
-        for k in range(first, first + 200):
-            each.step(k * STEP, STEP, **inputs[k])
-            seen += each.get(*outputs)
-        return seen
+        return each.along(STEP, inputs[first : first + 200], *outputs, first=first).tolist()
 
-    for k in range(at):
-        unit.step(k * STEP, STEP, **inputs[k])
-    restore = getattr(unit.unit, "deSerializeFMUstate" if unit.fmi == 2 else "deserializeFMUState")
-    take = getattr(unit.unit, "getFMUstate" if unit.fmi == 2 else "getFMUState")
-    give = getattr(unit.unit, "setFMUstate" if unit.fmi == 2 else "setFMUState")
-    serialize = getattr(unit.unit, "serializeFMUstate" if unit.fmi == 2 else "serializeFMUState")
-    release = getattr(unit.unit, "freeFMUstate" if unit.fmi == 2 else "freeFMUState")
-    state = take()
-    saved = bytes(serialize(state))
+    unit.along(STEP, inputs[:at], *outputs)
+    saved = unit.saved()
     expected = walked(unit, at)
     assert np.ptp(expected) > 0.0
-    give(state)
-    assert walked(unit, at) == expected
-    other = opened(name, mass).start()
-    again = getattr(other.unit, restore.__name__)(saved)
-    getattr(other.unit, give.__name__)(again)
-    assert walked(other, at) == expected
+    for each in (unit, opened(name, mass).start()):
+        each.restore(saved)
+        assert walked(each, at) == expected
     for place in [0, 8, 16, *generator.integers(24, len(saved), 8)]:
         damaged = bytearray(saved)
         damaged[place] ^= 4
         with pytest.raises(Exception, match=r"erialize.* failed"):
-            restore(bytes(damaged))
+            unit.restore(bytes(damaged))
     with pytest.raises(Exception, match=r"erialize.* failed"):
-        restore(saved[:-8])
-    for each in (unit, other):
-        getattr(each.unit, release.__name__)(state if each is unit else again)
+        unit.restore(saved[:-8])
 
 
 def digest(content):
@@ -217,34 +191,31 @@ def digest(content):
 def test_a_depth_beyond_the_memory_is_refused_even_with_a_correct_checksum(opened):
     unit = opened("preisach_lugre_2").start()
     unit.step(0.0, STEP, v=1e-3)
-    saved = bytearray(bytes(unit.unit.serializeFMUstate(unit.unit.getFMUstate())))
+    saved = bytearray(unit.saved())
     lasting = 8 * (4 + len(unit.places))
     depth = lasting + 8 * list(example("preisach_lugre_2").component.State._fields).index("depth")
     for value, fine in ((3.0, True), (1e6, False), (-1.0, False), (1.5, False)):
         saved[depth : depth + 8] = np.array(value).tobytes()
         saved[-8:] = digest(bytes(saved[:-8])).to_bytes(8, "little")
         if fine:
-            unit.unit.deSerializeFMUstate(bytes(saved))
+            unit.restore(bytes(saved))
         else:
             with pytest.raises(Exception, match=r"erialize.* failed"):
-                unit.unit.deSerializeFMUstate(bytes(saved))
+                unit.restore(bytes(saved))
 
 
 @needs_compiler
 @needs_fmpy
 def test_parameters_are_tunable_within_their_ranges(opened):
     v = velocities(400)
-    unit, forces = opened("gms_2").start(), []
-    for k in range(400):
-        if k == 200:
-            unit.set(**{"k_i[2]": 2e6, "F_S_neg": 26.5})
-        unit.step(k * STEP, STEP, v=v[k], x=0.0)
-        forces += unit.get("force")
+    unit, inputs = opened("gms_2").start(), [{"v": value, "x": 0.0} for value in v]
+    inputs[200] |= {"k_i[2]": 2e6, "F_S_neg": 26.5}
+    forces = unit.along(STEP, inputs, "force")[:, 0]
     model = example("gms_2")
     with interpreted():
         expected = force_along(model, v, STEP, np.zeros(400))
-    assert forces[:200] == expected[:200].tolist()
-    assert forces[200:] != expected[200:].tolist()
+    assert forces[:200].tolist() == expected[:200].tolist()
+    assert forces[200:].tolist() != expected[200:].tolist()
     for values in ({"F_S_neg": -1.0}, {"v": np.nan}, {"force": 1.0}):
         with pytest.raises(Exception, match="SetReal failed"):
             unit.set(**values)
@@ -257,14 +228,12 @@ def test_parameters_are_tunable_within_their_ranges(opened):
 @needs_fmpy
 def test_parameters_set_before_the_start_give_the_changed_model(opened):
     v = velocities(400)
-    unit, forces = opened("lugre_2").start(sigma_0=2e6, F_C=11.0), []
-    for k in range(400):
-        unit.step(k * STEP, STEP, v=v[k], x=0.0)
-        forces += unit.get("force")
+    unit = opened("lugre_2").start(sigma_0=2e6, F_C=11.0)
+    forces = unit.along(STEP, [{"v": value, "x": 0.0} for value in v], "force")[:, 0]
     model = example("lugre_2").with_values(sigma_0=2e6, F_C=11.0)
     with interpreted():
         expected = force_along(model, v, STEP, np.zeros(400))
-    assert differing(np.array(forces), expected) == 0
+    assert differing(forces, expected) == 0
 
 
 def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, monkeypatch):
@@ -286,16 +255,12 @@ def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, mon
 
 @needs_compiler
 def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fmus, tmp_path, monkeypatch):
-    import subprocess
-
     monkeypatch.setattr(fmu, "zig", list)
     written = [(name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")]
     for name, unit in (*written, ("coulomb_3", "axis_x")):
         with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
             archive.extractall(tmp_path / name)
-        line = [COMPILER, "-std=c99", "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c"]
-        ran = subprocess.run(line, cwd=tmp_path / name / "sources", capture_output=True, text=True, check=False)
-        assert ran.returncode == 0, ran.stderr[:2000]
+        compiled(tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c")
     first, second = [br.export(example_of(MODELS["dahl"]), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
@@ -326,8 +291,7 @@ def test_the_description_states_title_author_and_licence(tmp_path, monkeypatch, 
         variables = {port.get("name"): port for port in described.find("ModelVariables")}
         assert variables["F_S"].get("description").endswith("(95 % interval 24 to 31.5)")
     br.export(model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5))
-    with zipfile.ZipFile(tmp_path / "heavier" / "axis_x_mass.fmu") as archive:
-        hashes.append(ElementTree.fromstring(archive.read("modelDescription.xml")).find(".//Model[@sha256]").get("sha256"))
+    hashes.append(described_by(tmp_path / "heavier" / "axis_x_mass.fmu").find(".//Model[@sha256]").get("sha256"))
     assert hashes[0] == hash_of_model(model)
     assert len(set(hashes)) == 3
 
@@ -339,8 +303,7 @@ def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, c
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
     assert "contains its source only" in capsys.readouterr().out
-    with zipfile.ZipFile(out / "axis_x_mass.fmu") as archive:
-        described = ElementTree.fromstring(archive.read("modelDescription.xml"))
+    described = described_by(out / "axis_x_mass.fmu")
     assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"
     mass = next(variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M")
     assert (mass.attrib["start"], mass.attrib["unit"]) == ("2.0", "kg")

@@ -1,7 +1,6 @@
 """Model exchange: an importer that integrates an FMU finds the forces, the motion and the events of bristle."""
 
 import ctypes
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -236,19 +235,6 @@ def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatc
         at = np.searchsorted(seen["time"], times[1:-1] - 1e-9)
         assert np.max(np.abs(seen["x"][at] - exact.position[1:])) <= 50.0 * tolerance * np.max(np.abs(exact.position))
         assert events.size <= 300
-
-
-def test_models_without_continuous_time_support_co_simulation_only_with_reason(tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu, "compiler", lambda: None)
-    monkeypatch.setattr(fmu, "zig", list)
-    result = br.export(example("coulomb_3"), "fmu2", tmp_path / "out", plant=PLANT)
-    assert any(note.startswith("co-simulation alone: the force of coulomb jumps") for note in result.notes)
-    with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
-        described = archive.read("modelDescription.xml").decode()
-    assert "<CoSimulation" in described
-    assert "<ModelExchange" not in described
-    result = br.export(example("lugre_2"), "fmu3", tmp_path / "other", plant=PLANT)
-    assert not any("alone" in note for note in result.notes)
 
 
 def test_the_guide_lists_every_model_in_its_group():

@@ -45,18 +45,13 @@ def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor)
     assert validate_fmu(str(tmp_path / "out" / "axis_x_mass.fmu")) == []
     unit = Importer(tmp_path / "out" / "axis_x_mass.fmu", tmp_path / "unpacked").start(x=0.02, x_table=0.02)
     effort = 0.9 * np.sin(np.arange(COUNT) * 0.012) * np.repeat(np.random.default_rng(6).uniform(0, 1, COUNT // 50), 50)
-    seen = []
-    for k in range(COUNT):
-        before = unit.get("x", "v", "x_table", "v_table")
-        unit.step(k * STEP, STEP, effort=effort[k])
-        seen.append([*before, *unit.get("force")])
+    seen = unit.along(STEP, [{"effort": value} for value in effort], "force", before=("x", "v", "x_table", "v_table"))
     unit.close()
     with interpreted():
         trace = run_open_loop(SCREW, motor, effort, STEP, table=table, x=0.02)
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     signals = (trace.motor_position, trace.motor_velocity, trace.position, trace.velocity, trace.friction)
-    for result, expected in zip(np.array(seen).T, signals, strict=True):
-        assert differing(np.ascontiguousarray(result), expected) == 0
+    assert differing(seen, np.transpose(signals)) == 0
 
 
 def test_parameters_of_both_sides_have_their_units():

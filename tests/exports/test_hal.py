@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.exports.importing import needs_compiler
 from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
 from tests.exports.native import COMPILER, differing
 from tests.exports.test_laws import CASES, variant_of
@@ -49,17 +50,15 @@ def played(files):
     return np.array([[float(word) for word in line.split()] for line in lines]).T
 
 
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 AT_ONCE = {"gain": 1.0, "slew": 1e9}
 
 
 @pytest.fixture(scope="module")
 def component(tmp_path_factory):
-    """Return a function that gives a new component of a model with cogging."""
+    """The component of a model with cogging."""
     if COMPILER is None:
         pytest.skip("no C compiler")
-    files = written(plant=COGS)
-    return lambda: Component(files, tmp_path_factory.mktemp("component"))
+    return Component(written(plant=COGS), tmp_path_factory.mktemp("component"))
 
 
 def moving(count=600, reach=2.0):
@@ -157,7 +156,7 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["lugre", "stribeck", "preisach_lugre"])
+@pytest.mark.parametrize("name", ["lugre", "stribeck", "preisach_contact"])
 def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
     files = written(example_of(with_slots(MODELS[name], ("asymmetry",))), plant=COGS, axis=axis_from(AXIS))
     references, expected = played(files)
@@ -177,7 +176,7 @@ def test_the_expected_lines_are_those_of_halsampler():
 
 def test_the_feed_is_friction_constant_force_and_cogging_at_the_reference(component):
     mm = moving()
-    fed = component().feed(mm, **AT_ONCE, lead=0.0)
+    fed = component.fresh().feed(mm, **AT_ONCE, lead=0.0)
     friction = br.response(LUGRE, 1e-3 * mm, 1e-3)
     assert friction[200:].mean() == pytest.approx(3.0, abs=0.5)  # the constant force
     assert fed[1:] == pytest.approx((friction + effort_of_place(1e-3 * mm, terms_of(COGS)))[1:], rel=1e-9)
@@ -194,17 +193,16 @@ def test_the_feed_contains_a_spring(tmp_path_factory):
 
 def test_the_lead_takes_the_feed_of_a_later_cycle(component):
     mm = moving()
-    later = component().feed(mm, **AT_ONCE, lead=0.0)[3:]
-    led = component().feed(mm, **AT_ONCE, lead=3e-3)[:-3]
-    late = component().feed(mm, **AT_ONCE, lead=0.0)[:-3]
+    later = component.fresh().feed(mm, **AT_ONCE, lead=0.0)[3:]
+    led = component.fresh().feed(mm, **AT_ONCE, lead=3e-3)[:-3]
+    late = component.fresh().feed(mm, **AT_ONCE, lead=0.0)[:-3]
     assert np.std((led - later)[20:]) < 0.05 * np.std((late - later)[20:])
-    bounded = [component().feed(mm, **AT_ONCE, lead=lead) for lead in (hal.LEAD_MAX, 1.0)]
-    assert differing(*bounded) == 0
-    assert differing(component().feed(mm, **AT_ONCE, lead=-1.0), component().feed(mm, **AT_ONCE, lead=0.0)) == 0
+    assert differing(*(component.fresh().feed(mm, **AT_ONCE, lead=lead) for lead in (hal.LEAD_MAX, 1.0))) == 0
+    assert differing(component.fresh().feed(mm, **AT_ONCE, lead=-1.0), component.fresh().feed(mm, **AT_ONCE, lead=0.0)) == 0
 
 
 def test_the_gain_begins_at_0_and_follows_at_slew(component):
-    one = component()
+    one = component.fresh()
     assert not one.feed(moving()).any()
     one.feed(moving(100), gain=1.0, slew=2.0)
     assert one.pins.gain_now == pytest.approx(0.2)
@@ -216,14 +214,14 @@ def test_the_gain_begins_at_0_and_follows_at_slew(component):
 
 def test_the_feed_stays_within_the_limit_and_scales_with_units_and_clock(component):
     mm = moving()
-    whole = component().feed(mm, **AT_ONCE, lead=0.0)
-    assert np.abs(component().feed(mm, **AT_ONCE, lead=0.0, limit=2.0)) == pytest.approx(np.minimum(np.abs(whole), 2.0))
-    assert component().feed(1e-3 * mm, **AT_ONCE, lead=0.0, scale=1.0, effort_scale=-50.0) == pytest.approx(-whole / 50.0, rel=1e-6)
-    assert component().feed(mm, PERIOD // 10, **AT_ONCE, lead=0.0, clock=10.0) == pytest.approx(whole, rel=1e-9)
+    whole = component.fresh().feed(mm, **AT_ONCE, lead=0.0)
+    assert np.abs(component.fresh().feed(mm, **AT_ONCE, lead=0.0, limit=2.0)) == pytest.approx(np.minimum(np.abs(whole), 2.0))
+    assert component.fresh().feed(1e-3 * mm, **AT_ONCE, lead=0.0, scale=1.0, effort_scale=-50.0) == pytest.approx(-whole / 50.0, rel=1e-6)
+    assert component.fresh().feed(mm, PERIOD // 10, **AT_ONCE, lead=0.0, clock=10.0) == pytest.approx(whole, rel=1e-9)
 
 
 def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(component):
-    one = component()
+    one = component.fresh()
     one.feed(moving(200), gain=1.0, slew=100.0)
     fed = one.feed([0.1, float("nan"), 0.1, 0.1], slew=250.0)
     assert one.pins.fault

@@ -2,14 +2,15 @@
 
 import ctypes
 import math
-import subprocess
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from tests.exports.importing import Importer, needs_fmpy
-from tests.exports.native import COMPILER, FLAGS, RUN_LAW, WARNINGS, differing, library_of_laws
+from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws
+from tests.exports.test_fmu_law import stepped
+from tests.exports.test_laws import recorded, replayed, told
 
 import bristle as br
 from bristle.core.errors import InputError
@@ -60,25 +61,13 @@ def law(case):
     return law_of(variant_of(case))
 
 
-def windows(law, x, v, a, measured):
-    """Return the inputs of a law in rows, for all samples with a complete window."""
-    given = {"position": x, "velocity": v, "acceleration": a, "measured": measured}
-    for name, signal in (("place_ahead", x), ("acceleration_ahead", a)):
-        given[name] = np.lib.stride_tricks.sliding_window_view(signal[1:], law.samples_ahead)
-    count = min(len(given["place_ahead"]), len(measured))
-    return np.column_stack([given[name][:count] for name in law.inputs])
-
-
 @cache
-def recorded(case):
+def record_of(case):
     """Return the inputs of a law during its simulated loop, and the simulated efforts."""
-    variant = variant_of(case)
-    outcome = simulate(Experiment("loops", "rotational", (variant,))).variants["base"]
-    t = DT * np.arange(outcome.time.size)
-    return windows(law(case), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured), outcome.command
+    return recorded(variant_of(case))
 
 
-def library(folder, laws, calls=RUN_LAW):
+def exported_laws(folder, laws, calls=RUN_LAW):
     texts = {name: law_files(each, name, Source()) for name, each in laws.items()}
     return library_of_laws(folder, texts, {name: calls.format(name=name) for name in laws})
 
@@ -86,23 +75,16 @@ def library(folder, laws, calls=RUN_LAW):
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory):
     folder = tmp_path_factory.mktemp("laws")
-    return folder, library(folder, {case: law(case) for case in CASES})
-
-
-def replayed(laws, name, inputs):
-    pointer, efforts = ctypes.POINTER(ctypes.c_double), np.empty(len(inputs))
-    inputs = np.ascontiguousarray(inputs)
-    getattr(laws, f"run_{name}")(inputs.ctypes.data_as(pointer), len(inputs), efforts.ctypes.data_as(pointer))
-    return efforts
+    return folder, exported_laws(folder, {case: law(case) for case in CASES})
 
 
 @needs_c
 @pytest.mark.parametrize("case", CASES)
 def test_the_efforts_are_those_of_the_simulation(exported, case):
-    inputs, efforts = recorded(case)
+    inputs, efforts = record_of(case)
     assert len(inputs) > 1800
     assert np.ptp(efforts) > 0.5
-    assert differing(replayed(exported[1], case, inputs), efforts[: len(inputs)]) == 0
+    assert differing(replayed(exported[1], case, inputs), efforts) == 0
 
 
 # --- a loop that shares no code with bristle ----------------------------------------------------------------------------
@@ -158,9 +140,9 @@ def test_a_table_of_another_simulator_follows_with_a_twelfth_of_the_error(tmp_pa
     variant = replace(variant_of("both"), reference=moved, run=replace(variant_of("both").run, duration=1.8))
     rigid = replace(variant, feedforward=Feedforward(mass=J + M * ARM**2, friction=summed))
     laws = {"law_two": law_of(variant), "law_one": law_of(rigid)}
-    compiled, errors = library(tmp_path, laws, STEP), {}
+    compiled, errors = exported_laws(tmp_path, laws, STEP), {}
     for name, each in laws.items():
-        rows = windows(each, x, v, a, np.zeros(x.size))
+        rows = told(each, x, v, a, np.zeros(x.size))
         missed = ARM * x[: len(rows)] - table_of(compiled, name, rows, each.variant.run.delay)
         errors[name] = float(np.sqrt(np.mean(missed[700:1750] ** 2)))
     assert errors["law_one"] > 40e-6
@@ -173,11 +155,7 @@ def test_a_table_of_another_simulator_follows_with_a_twelfth_of_the_error(tmp_pa
 @needs_c
 @pytest.mark.parametrize("case", ["memories", pytest.param("measured", marks=pytest.mark.slow)])
 def test_the_self_test_in_c_passes(exported, case):
-    folder = exported[0] / case
-    command = [COMPILER, "-O2", *FLAGS, *WARNINGS, f"{case}.c", f"{case}_selftest.c", "-o", "program", "-lm"]
-    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
-    ran = subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
+    ran = built(exported[0] / case, f"{case}_selftest.c", name=case)
     assert (ran.returncode, "identical to bristle" in ran.stdout) == (0, True)
 
 
@@ -188,9 +166,9 @@ def test_structured_text_gives_the_efforts_of_the_simulation(tmp_path, case):
 
     files = st_law_files(law(case), "led", Source())
     block = StructuredText({"led": [files["led.st"], files["led_selftest.st"]]}, tmp_path)
-    inputs, efforts = recorded(case)
+    inputs, efforts = record_of(case)
     result, flags = block.replay("led", inputs)
-    assert differing(result, efforts[: len(inputs)]) == 0
+    assert differing(result, efforts) == 0
     assert not flags.any()
     assert block.selftest("led") == (True, True)
 
@@ -202,14 +180,9 @@ def test_an_fmu_gives_the_efforts_of_the_simulation(tmp_path, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     (tmp_path / "led.fmu").write_bytes(fmu.write_law(law("memories"), "led", Source(), fmi=2).files["led.fmu"])
     unit = Importer(tmp_path / "led.fmu", tmp_path / "unpacked").start()
-    names = [variable.name for variable in unit.described.modelVariables if variable.causality == "input"]
-    inputs, efforts = recorded("memories")
-    result = []
-    for k, row in enumerate(inputs):
-        unit.step(k * DT, DT, **dict(zip(names, row.tolist(), strict=True)))
-        result += unit.get("effort")
+    inputs, efforts = record_of("memories")
+    assert differing(stepped(unit, inputs, dt=DT), efforts) == 0
     unit.close()
-    assert differing(result, efforts[: len(result)]) == 0
 
 
 @needs_c
@@ -248,9 +221,9 @@ def test_parameters_of_both_sides_can_change():
 @needs_c
 def test_single_precision_stays_close(tmp_path):
     single = law_of(variant_of("both"), single=True, tunable=True)
-    inputs, efforts = recorded("both")
-    result = replayed(library(tmp_path, {"law_single": single}), "law_single", inputs)
-    off = np.max(np.abs(result - efforts[: len(inputs)])) / np.max(np.abs(efforts))
+    inputs, efforts = record_of("both")
+    result = replayed(exported_laws(tmp_path, {"law_single": single}), "law_single", inputs)
+    off = np.max(np.abs(result - efforts)) / np.max(np.abs(efforts))
     assert 0.0 < off < 1e-3
 
 

@@ -125,18 +125,21 @@ def exported(request, tmp_path_factory):
     return folder, library_of_laws(folder, texts, {name: RUN_LAW.format(name=name) for name in texts})
 
 
+def told(law, x, v, a, measured):
+    """Return the inputs of a law in rows, for all samples that have a complete window ahead."""
+    message = {"position": x, "velocity": v, "acceleration": a, "measured": measured}
+    for name, signal in (("place_ahead", x), ("acceleration_ahead", a)):
+        message[name] = np.lib.stride_tricks.sliding_window_view(signal[1:], law.samples_ahead)
+    used = min(len(message["place_ahead"]), len(measured))
+    return np.column_stack([message[name][:used] for name in law.inputs])
+
+
 def recorded(variant):
     """Return what the law was told at each sample but the last ones, whose next ones there are not, and its efforts."""
-    law, outcome = law_of(variant), simulate(Experiment("one", "translational", (variant,))).variants[variant.name]
-    ahead, count = law.samples_ahead, outcome.time.size
-    t = DT * np.arange(count + variant.run.delay)
-    x, v, a = variant.reference.component.sample(t, variant.reference.parameters)
-    message = {"position": x, "velocity": v, "acceleration": a, "measured": outcome.measured}
-    message |= {
-        f"{name}_ahead": np.lib.stride_tricks.sliding_window_view(signal[1:], ahead) for name, signal in (("place", x), ("acceleration", a))
-    }
-    used = count - 1
-    return np.column_stack([message[name][:used] for name in law.inputs]), outcome.command[:used]
+    outcome = simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
+    t = variant.run.sample_time * np.arange(outcome.time.size + variant.run.delay)
+    inputs = told(law_of(variant), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured)
+    return inputs, outcome.command[: len(inputs)]
 
 
 @cache
