@@ -45,66 +45,67 @@ def core(model=LUGRE, plant=None):
     return core_of(subject_of(model), plant, Builder())
 
 
+def described(model=LUGRE, plant=MASS, source=UNSURE, fmi=3):
+    """Return the content of an FMU and its description."""
+    content = content_of(subject_of(model), plant, source)
+    return content, ElementTree.fromstring(description_text(content, Setting("axis_x", source, 1e-4, fmi), "token"))
+
+
+TOLD = {
+    "F_C": {"causality": "parameter", "start": "22.0", "unit": "N", "min": "1e-12"},
+    "effort": {"causality": "input"},
+    "time": {},
+    "der(x)": {},
+    "der(v)": {},
+    "der(z)": {},
+}
+
+
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_a_description_names_each_variable_with_unit_range_and_start(fmi):
-    content = content_of(subject_of(LUGRE), MASS, UNSURE)
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", UNSURE, 1e-4, fmi), "token"))
+    _, root = described(fmi=fmi)
+    listed = root.find("ModelVariables")
+    variables = {item.attrib["name"]: item.attrib | (item.find("Real").attrib if fmi == 2 else {}) for item in listed}
+    assert [item.attrib["valueReference"] for item in listed] == [str(place) for place in range(len(listed))]
+    assert all(told.items() <= variables[name].items() for name, told in TOLD.items())
+    assert "start" not in variables["time"]
+    for name, ending in (("F_C", "(95 % interval 21 to 23)"), ("F_S", "(unidentifiable)")):
+        assert variables[name]["description"].endswith(ending)
+    derivatives = {name: int(told["derivative"]) - (fmi == 2) for name, told in variables.items() if name.startswith("der(")}
+    assert derivatives == {f"der({name})": list(variables).index(name) for name in ("x", "v", "z")}
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_description_has_its_version_author_units_and_default_experiment(fmi):
+    _, root = described(fmi=fmi)
     assert root.attrib["fmiVersion"] == f"{fmi}.0"
     assert root.attrib["author"].endswith(", from model.toml")
     assert root.attrib["guid" if fmi == 2 else "instantiationToken"] == "token"
     assert root.find("DefaultExperiment").attrib == {"startTime": "0", "stepSize": "0.0001", "tolerance": "1e-06"}
-    assert root.find("ModelExchange") is not None
     assert ("fixedInternalStepSize" in root.find("CoSimulation").attrib) == (fmi == 3)
-    listed = root.find("ModelVariables")
-    described = {item.attrib["name"]: item for item in listed}
-    assert [item.attrib["valueReference"] for item in listed] == [str(place) for place in range(len(listed))]
-
-    def number(name):
-        return described[name].find("Real").attrib if fmi == 2 else described[name].attrib
-
-    assert described["F_C"].attrib["description"].endswith("(95 % interval 21 to 23)")
-    assert described["F_S"].attrib["description"].endswith("(unidentifiable)")
-    assert (number("F_C")["start"], number("F_C")["unit"], number("F_C")["min"]) == ("22.0", "N", "1e-12")
-    assert "start" not in described["time"].attrib
-    assert described["F_C"].attrib["causality"] == "parameter"
-    assert described["effort"].attrib["causality"] == "input"
-    states = [place for place, item in enumerate(listed) if item.attrib["name"] in ("x", "v", "z")]
-    derivatives = {name: number(name)["derivative"] for name in described if name.startswith("der(")}
-    offset = 1 if fmi == 2 else 0
-    assert derivatives.keys() == {"der(x)", "der(v)", "der(z)"}
-    assert sorted(int(place) - offset for place in derivatives.values()) == states
-    base = root.find("UnitDefinitions/Unit[@name='N']/BaseUnit").attrib
-    assert base == {"kg": "1", "m": "1", "s": "-2"}
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_force_depends_on_states_and_rates_also_on_inputs(fmi):
-    content = content_of(subject_of(LUGRE), MASS, Source())
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, fmi), "token"))
-    names = [item.attrib["name"] for item in root.find("ModelVariables")]
-    offset = 1 if fmi == 2 else 0
-    key = "index" if fmi == 2 else "valueReference"
-    rates = f"ModelStructure/{'Derivatives/Unknown' if fmi == 2 else 'ContinuousStateDerivative'}"
-    for unknown in root.findall(rates):
-        assert names[int(unknown.attrib[key]) - offset].startswith("der(")
-        known = [names[int(place) - offset] for place in unknown.attrib["dependencies"].split()]
-        assert sorted(known) == sorted(["effort", "x", "v", "z"])
-    outputs = root.findall("ModelStructure/Outputs/Unknown" if fmi == 2 else "ModelStructure/Output")
+    _, root = described(fmi=fmi)
+    names = ["", *(item.attrib["name"] for item in root.find("ModelVariables"))][fmi == 3 :]
+    rates, outputs = ("Derivatives/Unknown", "Outputs/Unknown") if fmi == 2 else ("ContinuousStateDerivative", "Output")
 
-    def depends(row):
-        return {names[int(place) - offset] for place in row.attrib["dependencies"].split()}
+    def dependencies(rows):
+        return {
+            names[int(row.attrib["index" if fmi == 2 else "valueReference"])]: {names[int(k)] for k in row.attrib["dependencies"].split()}
+            for row in root.findall(f"ModelStructure/{rows}")
+        }
 
-    on = {names[int(row.attrib[key]) - offset]: depends(row) for row in outputs}
-    assert on == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
+    assert dependencies(outputs) == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
+    assert dependencies(rates) == {key: {"effort", "x", "v", "z"} for key in ("der(x)", "der(v)", "der(z)")}
 
 
 def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason():
-    content = content_of(subject_of(br.friction.coulomb(F_C=2.0)), None, Source())
-    assert content.exchange is None
+    content, root = described(br.friction.coulomb(F_C=2.0), None, fmi=2)
     (guidance, reason) = content.notes
     assert "exchange force and velocity in very short steps" in guidance
     assert reason == ("co-simulation alone: the force of coulomb jumps at reversals, and sticking is not a differential equation")
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 2), "token"))
     assert root.find("ModelExchange") is None
     assert "tolerance" not in root.find("DefaultExperiment").attrib
     assert why_not(LUGRE) == why_not(LUGRE, MASS) == ""
@@ -140,19 +141,6 @@ def test_states_rates_and_margins_come_last():
         assert all(ports.listed[place].variable.nominal > 0.0 for place in ports.states)
 
 
-def test_nominal_values_are_the_scales_of_presliding():
-    builder = Builder()
-    core = core_of(subject_of(LUGRE), MASS, builder)
-    varying = exchange_of(core, builder).varying
-    assert list(varying) == ["x", "v", "z"]
-    length = varying["x"].nominal
-    # Half of the largest force of a bristle that slips exponentially, on a grid of factors.
-    assert 0.3 < length / (math.log(2.0) * 29.0 / 2e6) < 3.0
-    force = subject_of(LUGRE).forces(np.array([0.0, 1.0]), 1e3)[1]
-    assert varying["v"].nominal == pytest.approx(math.sqrt(force / 2.5 * length), rel=0.4)
-    assert varying["z"].nominal == length
-
-
 def test_the_state_of_a_step_on_a_mass_is_body_contact_and_solver():
     alone, moved = core(), core(plant=MASS)
     assert alone.begin.size == 1
@@ -181,7 +169,7 @@ def test_the_source_of_an_fmu_is_built_as_c99():
 
 
 def test_states_are_local_to_an_fmu_without_a_mass():
-    content = content_of(subject_of(LUGRE), None, Source())
+    content, _ = described(plant=None)
     (state,) = (port for port in content.ports.listed if port.role == STATE)
     assert state.name == "z"
     assert [port.name for port in content.ports.listed[:4]] == ["time", "v", "x", "force"]
@@ -218,10 +206,8 @@ def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
 )
 def test_units_are_described_in_base_units(kind, units):
     model = br.friction.lugre(kind=kind, F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3)
-    content = content_of(subject_of(model), br.plants.inertia(kind=kind, M=2.5), Source())
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 3), "token"))
+    _, root = described(model, br.plants.inertia(kind=kind, M=2.5))
     reported = {unit.attrib["name"]: unit.find("BaseUnit").attrib for unit in root.findall("UnitDefinitions/Unit")}
     assert {name: " ".join(f"{base}{power}" for base, power in sorted(reported[name].items())) for name in units} == units
-    warm = content_of(subject_of(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0)), None, Source())
-    root = ElementTree.fromstring(description_text(warm, Setting("axis_x", Source(), 1e-4, 3), "token"))
+    _, root = described(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0), None)
     assert root.find("UnitDefinitions/Unit[@name='K']/BaseUnit").attrib == {"K": "1"}

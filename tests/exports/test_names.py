@@ -1,25 +1,23 @@
 """Names of a person's own model that are words, macros or twins elsewhere: valid text there, with the same bits."""
 
-import json
 import re
-import shutil
 import subprocess
 import zipfile
 
-import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
+from tests.exports.importing import needs_compiler
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, compiled
 
 import bristle as br
-from bristle.engine import interpreted
 from bristle.exports import fmu
 from bristle.exports.c import builds
 from bristle.exports.c_code import Names
+from bristle.exports.st import write
+from bristle.exports.targets import Request
 from bristle.files.user_model import load_code
 from bristle.testing import example_of
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
-DT = 1e-3
 TEXT = """
 from typing import Annotated, NamedTuple
 import numpy as np
@@ -87,7 +85,6 @@ MODEL = FrictionModel(
     },
 )
 """
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
@@ -97,35 +94,16 @@ def model(tmp_path_factory):
     return example_of(load_code(file))
 
 
-@pytest.fixture(scope="module")
-def forces(model):
-    x = walk(2000, seed=5)
-    with interpreted():
-        expected = br.response(model, x, DT)
-    assert len(np.unique(expected)) > 500
-    return x, expected
-
-
-@needs_compiler
-@pytest.mark.parametrize("tunable", [False, True])
-def test_c_compiles_with_identical_forces(model, forces, tmp_path, tunable):
-    native = Native({"axis_x": model}, tmp_path / "native", tunable=tunable)
-    assert differing(native.forces("axis_x", forces[0], DT), forces[1]) == 0
-
-
 @needs_compiler
 @pytest.mark.parametrize("standard", ["c99", "gnu17"])
 def test_tunable_c_compiles_as_c_and_as_cpp(model, tmp_path, standard):
     br.export(model, "c", tmp_path / "out", tunable=True, float32=True)
-    line = [COMPILER, f"-std={standard}", "-O1", "-ffp-contract=off", *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-lm"]
-    made = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr[:2000]
-    ran = subprocess.run(["./a.out"], cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stdout
+    main = ("axis_x.c", "axis_x_selftest.c")
+    compiled(tmp_path / "out", f"-std={standard}", "-ffp-contract=off", *WARNINGS, *main, "-o", "program", "-lm")
+    assert subprocess.run(["./program"], cwd=tmp_path / "out", check=False).returncode == 0
     if builds("c++"):
         (tmp_path / "out" / "use.cpp").write_text('#include "axis_x.h"\n')
-        line = ["c++", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp"]
-        assert subprocess.run(line, cwd=tmp_path / "out", check=False).returncode == 0
+        compiled(tmp_path / "out", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp", compiler="c++")
 
 
 @needs_compiler
@@ -135,40 +113,14 @@ def test_the_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
     br.export(model, "fmu3", tmp_path / "out", plant=br.plants.inertia(M=2.0))
     with zipfile.ZipFile(tmp_path / "out" / "axis_x_mass.fmu") as archive:
         archive.extractall(tmp_path / "fmu")
-    line = [COMPILER, "-O1", "-fsyntax-only", *FLAGS, *WARNINGS, "axis_x_mass.c"]
-    ran = subprocess.run(line, cwd=tmp_path / "fmu" / "sources", capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr[:2000]
+    compiled(tmp_path / "fmu" / "sources", "-fsyntax-only", *FLAGS, *WARNINGS, "axis_x_mass.c")
 
 
-@needs_compiler
-def test_structured_text_is_identical_with_each_parameter_as_an_input(model, forces, tmp_path):
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-    from tests.exports.structured_text import StructuredText
-
-    br.export(model, "st", tmp_path / "out", tunable=True)
-    texts = [(tmp_path / "out" / f"axis_x{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
-    block = StructuredText({"axis_x": texts}, tmp_path / "block")
-    assert block.selftest("axis_x") == (True, True)
-    inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", texts[0], flags=re.DOTALL)[1]
+def test_each_parameter_is_an_input_of_structured_text(model):
+    text = write(Request(model, "axis_x", 1e-3, tunable=True)).files["axis_x.st"]
+    inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", text, flags=re.DOTALL)[1]
     names = [line.split(" : ")[0].strip().lower() for line in inputs.splitlines()]
     assert len(set(names)) == len(names) == 2 + 12 + 4 + 2  # motion, numbers, two pairs, restart and clear
-
-
-@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_webassembly_is_identical_and_distinguishes_parameters(model, forces, tmp_path):
-    from tests.exports.test_wasm import RUN, node
-
-    x, expected = forces
-    x.tofile(tmp_path / "x.bin")
-    br.export(model, "wasm", tmp_path / "odd")
-    node(tmp_path, RUN.replace("5e-4", repr(DT)), "odd")
-    assert differing(np.fromfile(tmp_path / "odd.bin"), expected) == 0
-    script = (
-        'import { load } from "./odd/axis_x.mjs"; const axis = await load(); axis.set("Int", 0.125);'
-        "console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));"
-    )
-    values = json.loads(node(tmp_path, script))
-    assert values == {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items()} | {"Int": 0.125}
 
 
 @needs_compiler
@@ -200,10 +152,7 @@ LOCALS = ["axis", "x", "dt", "i", "state", "velocity", "position", "force", "has
 def test_the_name_of_an_export_may_be_that_of_a_variable(tmp_path, name):
     lugre = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
     br.export(lugre, "c", tmp_path / "out", name=name, tunable=True)
-    for main in (f"{name}_selftest.c", "example_main.c"):
-        line = [COMPILER, "-O1", *FLAGS, *WARNINGS, f"{name}.c", main, "-o", "program", "-lm"]
-        built = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr[:2000]
+    compiled(tmp_path / "out", "-fsyntax-only", *FLAGS, *WARNINGS, f"{name}.c", f"{name}_selftest.c", "example_main.c")
     header = (tmp_path / "out" / f"{name}.h").read_text()
     assert "    double position; /*" in header
     assert f"}} {name};" in header

@@ -1,10 +1,13 @@
 """A model of a person's own leaves as ours do; what cannot leave is refused by file, line and reason."""
 
+import json
 import shutil
 
 import numpy as np
 import pytest
+from tests.exports.importing import needs_compiler
 from tests.exports.native import COMPILER, Native, differing, walk
+from tests.exports.test_names import TEXT
 
 import bristle as br
 from bristle.engine import interpreted
@@ -14,6 +17,7 @@ from bristle.files.user_model import load_code
 from bristle.testing import example_of
 from bristle.translation.scope import NotExportableError
 
+DT = 1e-3
 HEAD = """
 import math
 from typing import Annotated, NamedTuple
@@ -89,55 +93,69 @@ def model_of(text, folder):
     return example_of(load_code(folder / "layers.py"))
 
 
-@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_every_allowed_construct_is_identical_in_c(tmp_path):
-    model = model_of(HEAD + TRIAL, tmp_path)
-    x = walk(3000, seed=5)
+# All that a kernel may, without a remainder of whole numbers, which WebAssembly lacks, and with names that are words elsewhere.
+OWN = {
+    "all": HEAD + TRIAL,
+    "most": HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"),
+    "twins": (HEAD + TRIAL).replace("spread", "force"),
+    "odd": TEXT,
+}
+
+
+@pytest.fixture
+def own(request, tmp_path):
+    """Return a model of a person's own, positions, and the forces of plain Python there."""
+    model, x = model_of(OWN[request.param], tmp_path), walk(2000, seed=5)
     with interpreted():
-        forces = br.response(model, x, 1e-3)
+        forces = br.response(model, x, DT)
     assert len(np.unique(forces)) > 500
+    return model, x, forces
+
+
+@needs_compiler
+@pytest.mark.parametrize(("own", "tunable"), [("all", False), ("twins", False), ("odd", False), ("odd", True)], indirect=["own"])
+def test_an_own_model_is_identical_in_c(own, tunable, tmp_path):
+    model, x, forces = own
     watching = ("-fsanitize=undefined", "-fno-sanitize-recover")
-    native = Native({"layers": model}, tmp_path / "native", more=watching if builds(COMPILER, *watching) else ())
-    assert differing(native.forces("layers", x, 1e-3), forces) == 0
+    native = Native({"own": model}, tmp_path / "c", more=watching if builds(COMPILER, *watching) else (), tunable=tunable)
+    assert differing(native.forces("own", x, DT), forces) == 0
 
 
-@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_kernels_of_a_user_have_distinct_names(tmp_path):
-    model = model_of((HEAD + TRIAL).replace("spread", "force"), tmp_path)
-    x = walk(100, seed=5)
-    with interpreted():
-        forces = br.response(model, x, 1e-3)
-    assert differing(Native({"own": model}, tmp_path / "native").forces("own", x, 1e-3), forces) == 0
+PARAMETERS = """
+import { load } from "./own/axis_x.mjs";
+const axis = await load();
+axis.set(process.argv[2], 0.125);
+console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));
+"""
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_every_allowed_construct_is_identical_in_webassembly(tmp_path):
+@pytest.mark.parametrize(("own", "changed"), [("most", "F_C"), ("odd", "Int")], indirect=["own"])
+def test_an_own_model_is_identical_in_webassembly_with_each_parameter(own, changed, tmp_path):
     from tests.exports.test_wasm import RUN, node
 
-    model = model_of(HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"), tmp_path)
-    x = walk(3000, seed=5)
+    model, x, forces = own
     x.tofile(tmp_path / "x.bin")
-    br.export(model, "wasm", tmp_path / "layers")
-    node(tmp_path, RUN.replace("5e-4", "1e-3"), "layers")
-    with interpreted():
-        forces = br.response(model, x, 1e-3)
-    assert differing(np.fromfile(tmp_path / "layers.bin"), forces) == 0
+    br.export(model, "wasm", tmp_path / "own")
+    node(tmp_path, RUN.replace("5e-4", repr(DT)), "own")
+    assert differing(np.fromfile(tmp_path / "own.bin"), forces) == 0
+    values = json.loads(node(tmp_path, PARAMETERS, changed))
+    numbers = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items() if name in values}
+    assert values == numbers | {changed: 0.125}
 
 
-@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
-def test_every_allowed_construct_is_identical_in_structured_text(tmp_path):
+@needs_compiler
+@pytest.mark.parametrize("own", ["all", "odd"], indirect=True)
+def test_an_own_model_is_identical_in_structured_text(own, tmp_path):
     pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
-    model = model_of(HEAD + TRIAL, tmp_path)
-    x = walk(3000, seed=5)
-    br.export(model, "st", tmp_path / "layers", name="layers")
-    texts = [(tmp_path / "layers" / f"layers{end}.st").read_text() for end in ("", "_selftest")]
-    block = StructuredText({"layers": texts}, tmp_path / "block")
-    with interpreted():
-        forces = br.response(model, x, 1e-3)
-    assert differing(block.run("layers", x, 1e-3)[0], forces) == 0
-    assert block.selftest("layers") == (True, True)
+    model, x, forces = own
+    br.export(model, "st", tmp_path / "own", name="own")
+    texts = [(tmp_path / "own" / f"own{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
+    block = StructuredText({"own": texts}, tmp_path / "block")
+    assert differing(block.run("own", x, DT)[0], forces) == 0
+    assert block.selftest("own") == (True, True)
 
 
 @pytest.mark.parametrize(
