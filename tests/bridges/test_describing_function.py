@@ -1,7 +1,5 @@
 """Describing functions against closed forms, and limit cycles that they predict against the simulated loop."""
 
-import sys
-
 import control as ct
 import numpy as np
 import pytest
@@ -10,7 +8,7 @@ from scipy.integrate import quad
 import bristle as br
 from bristle.bridges import DescribingFunction, to_control
 from bristle.core.contracts import example_of
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.errors import InputError
 
 AMPLITUDES = np.geomspace(2e-7, 1e-4, 9)
 
@@ -151,17 +149,10 @@ def test_the_describing_function_does_not_predict_hunting():
 # --- what is refused ----------------------------------------------------------------------------------------------
 
 
-def test_models_without_a_describing_function_are_refused():
-    with pytest.raises(InputError, match=r"A: must be positive; found 0\.0, allowed > 0 um"):
-        DescribingFunction(example_of(br.friction.dahl), 1.0, "um").describing_function(0.0)
-    with pytest.raises(InputError, match="frequency: must be positive"):
-        DescribingFunction(example_of(br.friction.dahl), 0.0)
-    with pytest.raises(InputError, match="unit: "):
-        DescribingFunction(example_of(br.friction.dahl), 1.0, "ms")
-
-
-def test_without_python_control_the_error_names_the_install_command(monkeypatch):
-    monkeypatch.setitem(sys.modules, "control", None)
-    monkeypatch.delitem(sys.modules, "bristle.bridges.system")
-    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):
-        from bristle.bridges import DescribingFunction  # noqa: F401
+@pytest.mark.parametrize(
+    ("frequency", "unit", "words"),
+    [(1.0, "um", r"A: must be positive; found 0\.0, allowed > 0 um"), (0.0, "m", "frequency: must be positive"), (1.0, "ms", "unit: ")],
+)
+def test_what_has_no_describing_function_is_refused(frequency, unit, words):
+    with pytest.raises(InputError, match=words):
+        DescribingFunction(example_of(br.friction.dahl), frequency, unit).describing_function(0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bristle as br
+from bristle import bridges
 from bristle.bridges import to_control
 from bristle.core.contracts import example_of
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
@@ -85,7 +86,7 @@ def test_calls_in_any_order_give_the_same_results(name):
 )
 def test_an_integrated_differential_equation_agrees_with_the_engine(name):
     friction = example_of(br.friction.MODELS[name])
-    t = 1e-3 * np.arange(60)
+    t = 1e-3 * np.arange(30)
     trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), 1e-3, steps=2000, hold="linear")
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-9, "atol": 1e-13}}
     result = run(to_control(friction, PLANT), t, effort_over(t), **options)
@@ -106,7 +107,7 @@ def test_friction_can_be_connected_to_a_user_mechanism():
         name="mass",
     )
     axis = ct.interconnect([mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"])
-    t = 1e-3 * np.arange(40)
+    t = 1e-3 * np.arange(20)
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-8, "atol": 1e-13}}
     result, alike = (run(system, t, effort_over(t), **options).outputs for system in (axis, to_control(lugre, PLANT)))
     np.testing.assert_allclose(result[0], alike[0], atol=1e-5 * np.ptp(alike[0]), rtol=0.0)
@@ -152,17 +153,21 @@ def test_models_without_a_differential_equation_are_refused_by_name(name, reason
         to_control(example_of(br.friction.MODELS[name]), plant)
 
 
-def test_invalid_arguments_are_refused():
-    lugre = example_of(br.friction.lugre)
-    with pytest.raises(InputError, match="plant: is for another kind"):
-        to_control(lugre, br.plants.inertia(M="1 kg*m^2"))
-    with pytest.raises(InputError, match="steps: needs a sampled axis"):
-        to_control(lugre, PLANT, steps=2)
-    with pytest.raises(InputError, match="dt: must be positive"):
-        to_control(lugre, PLANT, dt=0.0)
-    screw = br.plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm")
-    with pytest.raises(InputError, match="has a screw"):
-        to_control(br.friction.viscous(kind="rotational", F_v=1e-3), screw, dt=DT)
+ROTARY = br.friction.viscous(kind="rotational", F_v=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("friction", "plant", "options", "words"),
+    [
+        (example_of(br.friction.lugre), br.plants.inertia(M="1 kg*m^2"), {}, "plant: is for another kind"),
+        (example_of(br.friction.lugre), PLANT, {"steps": 2}, "steps: needs a sampled axis"),
+        (example_of(br.friction.lugre), PLANT, {"dt": 0.0}, "dt: must be positive"),
+        (ROTARY, br.plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm"), {"dt": DT}, "has a screw"),
+    ],
+)
+def test_invalid_arguments_are_refused(friction, plant, options, words):
+    with pytest.raises(InputError, match=words):
+        to_control(friction, plant, **options)
 
 
 def test_a_full_memory_is_reported():
@@ -172,8 +177,14 @@ def test_a_full_memory_is_reported():
         run(to_control(tight, dt=DT), DT * np.arange(x.size - 1), np.diff(x) / DT)
 
 
-def test_without_python_control_the_error_names_the_install_command(monkeypatch):
-    monkeypatch.setitem(sys.modules, "control", None)
-    monkeypatch.delitem(sys.modules, "bristle.bridges.system")
-    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[control\]"'):
-        from bristle.bridges import to_control  # noqa: F401
+@pytest.mark.parametrize(
+    ("name", "module", "library"),
+    [("to_control", "system", "control"), ("DescribingFunction", "system", "control"), ("FrictionRegressor", "regressor", "sklearn")],
+)
+def test_without_its_library_a_bridge_names_the_install_command(monkeypatch, name, module, library):
+    for part in [part for part in sys.modules if part.startswith(f"{library}.")]:
+        monkeypatch.delitem(sys.modules, part)
+    monkeypatch.setitem(sys.modules, library, None)
+    monkeypatch.delitem(sys.modules, f"bristle.bridges.{module}", raising=False)
+    with pytest.raises(MissingExtraError, match=rf'pip install "bristle\[{library}\]"'):
+        getattr(bridges, name)

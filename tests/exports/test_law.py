@@ -33,53 +33,54 @@ def variant(feedforward=None, delay=0, limit=math.inf, **changes):
     return Variant(**parts | changes)
 
 
-def samples(v=0.1, a=0.0, count=5, ahead=1, measured=None):
-    """Samples of a motion at a constant speed, measured without an error."""
-    x = v * DT * np.arange(count + ahead + 1)
-    read = x if measured is None else measured
-    return [Inputs(x[k], v, a, read[k], x[k + 1 : k + 1 + ahead], np.full(ahead, a)) for k in range(count)]
+def fed(reported, delay=0, **feedforward):
+    """Return the inputs of a law, and what its feedforward adds at each sample."""
+    law, plain = (law_of(variant(each, delay=delay)) for each in (Feedforward(**feedforward), None))
+    return law.inputs, law.efforts(reported) - plain.efforts(reported)
+
+
+def at_rest(ahead, a=0.0, a_ahead=0.0, measured=0.0):
+    """A sample at 0, with the positions and accelerations of the next ones."""
+    return Inputs(0.0, 0.0, a, measured, np.array(ahead), np.full(len(ahead), a_ahead))
 
 
 def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
-    law = law_of(variant(Feedforward(mass=M)))
-    assert law.inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
-    rising = [Inputs(0.0, 0.0, a, 0.0, np.zeros(1), np.array([a + 1.0])) for a in (0.0, 1.0, 2.0)]
-    without = law_of(variant()).efforts(rising)
-    assert law.efforts(rising) - without == pytest.approx([1.0, 3.0, 5.0])
+    inputs, efforts = fed([at_rest([0.0], a, a + 1.0) for a in (0.0, 1.0, 2.0)], mass=M)
+    assert inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
+    assert efforts == pytest.approx([1.0, 3.0, 5.0])
 
 
 @pytest.mark.parametrize("delay", [0, 2])
 def test_friction_along_the_desired_motion_leads_by_the_delay(delay):
-    law = law_of(variant(Feedforward(friction=COULOMB), delay=delay))
-    assert law.samples_ahead == delay + 1
     x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
-    reported = [Inputs(0.0, 0.0, 0.0, 0.0, x[k + 1 : k + 2 + delay], np.zeros(delay + 1)) for k in range(6)]
+    _, efforts = fed([at_rest(x[k + 1 : k + 2 + delay]) for k in range(6)], delay, friction=COULOMB)
     ways = np.sign(np.diff(x))[delay : delay + 6]
-    efforts = law.efforts(reported) - law_of(variant(delay=delay)).efforts(reported)
-    moving = ways != 0.0
-    assert efforts[moving] == pytest.approx(5.0 * ways[moving] + 0.5)
+    assert efforts[ways != 0.0] == pytest.approx(5.0 * ways[ways != 0.0] + 0.5)
 
 
 def test_friction_along_the_measured_motion_needs_no_samples_ahead():
-    law = law_of(variant(Feedforward(friction=COULOMB, along="measured"), delay=2))
-    assert law.inputs == ("position", "velocity", "acceleration", "measured")
-    measured = np.array([0.0, 1e-4, 2e-4, 1e-4])
-    reported = [Inputs(0.0, 0.0, 0.0, x, np.zeros(3), np.zeros(3)) for x in measured]
-    efforts = law.efforts(reported) - law_of(variant(delay=2)).efforts(reported)
+    reported = [at_rest(np.zeros(3), measured=x) for x in (0.0, 1e-4, 2e-4, 1e-4)]
+    inputs, efforts = fed(reported, 2, friction=COULOMB, along="measured")
+    assert inputs == ("position", "velocity", "acceleration", "measured")
     assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
 
 
-def test_gain_asymmetry_and_limit_shape_the_feedforward():
-    def fed(v, **shape):
-        reported = samples(v)
-        return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(reported) - law_of(variant()).efforts(reported))[-1]
-
-    assert fed(0.1) == pytest.approx(5.5)
-    assert fed(0.1, gain=0.5) == pytest.approx(2.75)
-    assert fed(0.1, gain=0.5, offset=1.0) == pytest.approx(3.75)
-    assert fed(0.1, limit=3.0) == pytest.approx(3.0)
-    assert fed(-0.1, limit=3.0) == pytest.approx(-3.0)
-    assert fed(0.1, asymmetry=0.2) > fed(0.1) > -fed(-0.1, asymmetry=0.2) - 1.0
+@pytest.mark.parametrize(
+    ("way", "shape", "force"),
+    [
+        (1.0, {}, 5.5),
+        (1.0, {"gain": 0.5}, 2.75),
+        (1.0, {"gain": 0.5, "offset": 1.0}, 3.75),
+        (1.0, {"limit": 3.0}, 3.0),
+        (-1.0, {"limit": 3.0}, -3.0),
+        (1.0, {"asymmetry": 0.2}, 5.5 * 1.2),
+        (-1.0, {"asymmetry": 0.2}, -4.5 * 0.8),
+    ],
+)
+def test_gain_asymmetry_and_limit_shape_the_feedforward(way, shape, force):
+    x = way * 1e-4 * np.arange(7)
+    reported = [Inputs(x[k], way * 0.1, 0.0, x[k], x[k + 1 : k + 2], np.zeros(1)) for k in range(5)]
+    assert fed(reported, friction=COULOMB, **shape)[1][-1] == pytest.approx(force)
 
 
 def test_a_drive_limits_the_effort():
@@ -88,14 +89,11 @@ def test_a_drive_limits_the_effort():
     assert law_of(variant()).efforts(far)[-1] > 100.0
 
 
-def test_gravity_and_cogging_act_at_the_middle_of_two_samples():
-    fed, carried = loads_of(Feedforward(plant=LINK))
-    assert fed is carried
-    assert fed.place == Gravity(4.0, 1.0)
-    assert fed.numbers == (0.0, 4.0, 1.0)
-    law = law_of(variant(Feedforward(plant=LINK)))
-    reported = [Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))]
-    gravity = law.efforts(reported) - law_of(variant()).efforts(reported)
+def test_gravity_acts_at_the_middle_of_two_samples():
+    load, carried = loads_of(Feedforward(plant=LINK))
+    assert load is carried
+    assert (load.place, load.numbers) == (Gravity(4.0, 1.0), (0.0, 4.0, 1.0))
+    _, gravity = fed([Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))], plant=LINK)
     assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
 
 
@@ -129,13 +127,16 @@ def test_leaves_are_all_numbers_of_the_state_in_order():
     assert law.dt == DT
 
 
-def test_variants_without_a_law_are_refused():
-    for changes, words in (
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
         ({"effort": Effort(np.zeros(100))}, "drives an open loop"),
         ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs repetitions of the whole motion"),
-    ):
-        with pytest.raises(InputError, match=words):
-            law_of(variant(**changes))
+    ],
+)
+def test_variants_without_a_law_are_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        law_of(variant(**changes))
 
 
 def test_facts_of_a_law_list_feedforward_and_samples_ahead():
@@ -150,13 +151,24 @@ def test_facts_of_a_law_list_feedforward_and_samples_ahead():
         ("place_ahead[3]", "m", True),
         ("acceleration_ahead[3]", "m/s^2", True),
     ]
-    nothing = law_facts(law_of(variant()), "axis_x", Source())
-    assert (nothing["fed"], nothing["limit"], nothing["frictions"]) == (["nothing"], "", {})
-    risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
-    assert risen["fed"][0].startswith("position-dependent effort of inertia+gravity")
-    assert risen["fed"][-1].endswith("that inertia+gravity transmits along the desired motion")
-    beside = law_facts(law_of(variant(Feedforward(mass=M, friction=RISEN))), "axis_x", Source())
-    assert beside["fed"][-1].endswith("that the rest of the feedforward transmits along the desired motion")
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "first", "last"),
+    [
+        ({}, "nothing", "nothing"),
+        (
+            {"friction": RISEN, "plant": LINK, "carries": LINK},
+            "position-dependent effort of inertia+gravity",
+            "that inertia+gravity transmits along the desired motion",
+        ),
+        ({"mass": M, "friction": RISEN}, "inertia", "that the rest of the feedforward transmits along the desired motion"),
+    ],
+)
+def test_facts_of_a_law_state_what_is_transmitted(feedforward, first, last):
+    lines = law_facts(law_of(variant(Feedforward(**feedforward))), "axis_x", Source())["fed"]
+    assert lines[0].startswith(first)
+    assert lines[-1].endswith(last)
 
 
 def test_the_self_test_measures_each_position_one_sample_late():

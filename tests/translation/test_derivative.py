@@ -319,7 +319,7 @@ def scaled_anew(step, rate):
         (SEARCH, 5.0, 5.0 ** (1.0 / 3.0), 1.0 / (3.0 * 5.0 ** (2.0 / 3.0))),
         # An argument that is assigned an active value has a tangent.
         ("return scaled_anew(2.0, a)", 3.0, 36.0, 24.0),
-        # Variables that are named as tangents are keep their names.
+        # Variables that are named as tangents keep their names.
         (NAMES, 2.0, 4.0 * 7.0 + 5.0 + 24.0, 3.0 * 4.0 + 10.0 * 2.0 + 4.0 * 8.0 + 3.0 * 4.0),
     ],
 )
