@@ -16,13 +16,17 @@ DT = 1e-3
 TRUTH = br.friction.coulomb_viscous(F_C=5.0, F_v=80.0)
 
 
-@pytest.fixture(scope="module")
-def log():
+def recorded(rows):
     """Time and position of an axis of 12 kg, and the effort that drove it, of which half a newton is noise."""
-    t = DT * np.arange(3600)
+    t = DT * np.arange(rows)
     effort = 30.0 * np.sin(6.0 * t) + 12.0 * np.sin(np.sqrt(3.0) * 10.0 * t) + 8.0 * np.sin(0.7 * t)
     trace = br.engine.run_open_loop(br.plants.inertia(M=12.0), TRUTH, effort, DT)
     return np.column_stack((t, trace.position)), effort + 0.5 * np.random.default_rng(2).standard_normal(t.size)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return recorded(3600)
 
 
 @pytest.fixture(scope="module")
@@ -152,14 +156,14 @@ def test_the_regressor_can_be_pickled(log, fitted):
 
 
 @pytest.mark.slow
-def test_the_regressor_works_in_pipelines_folds_and_searches(log):
+def test_the_regressor_works_in_pipelines_folds_and_searches():
     from sklearn.base import clone, is_regressor
     from sklearn.model_selection import GridSearchCV, KFold, TimeSeriesSplit, cross_val_score
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import FunctionTransformer
     from sklearn.utils.validation import check_is_fitted
 
-    X, y = log
+    X, y = recorded(9000)
     regressor = FrictionRegressor(cutoff=60.0, axis=br.Axis(name="stage"))
     assert is_regressor(regressor)
     assert clone(regressor.fit(X, y)).get_params() == regressor.get_params()

@@ -1,10 +1,8 @@
 """External functions of CasADi: along 200 steps of a graph, the force and derivatives of bristle."""
 
-import subprocess
-
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, walk
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, compiled, walk
 from tests.exports.test_c_derivatives import DT, SLOTS, example, in_python
 
 import bristle as br
@@ -22,9 +20,7 @@ STEPS = 200
 def functions(model, folder, name="axis_x"):
     """Return the functions of a step and of the initial state."""
     br.export(model, "casadi", folder, name=name)
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", f"{name}.c", f"{name}_casadi.c", "-o", f"{name}.so", "-lm"]
-    built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
+    compiled(folder, "-O0", *FLAGS, *WARNINGS, "-shared", "-fPIC", f"{name}.c", f"{name}_casadi.c", "-o", f"{name}.so", "-lm")
     return [casadi.external(f"{name}_{part}", str(folder / f"{name}.so")) for part in ("step", "initial")]
 
 

@@ -228,7 +228,7 @@ def test_a_scene_read_by_its_definition_is_friction_that_differs_by_direction(le
 def test_maxwell_slip_in_mujoco_equals_plain_elements(levels):
     k, share = np.array([6e6, 3e6, 1e6, 4e5, 2e5, 1e5, 5e4, 2e4, 1e6]), np.array([0.1, 0.1, 0.15, 0.15, 0.15, 0.1, 0.15, 0.1, 0.0])
     friction = br.friction.find("maxwell_slip+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1], k_i=k, nu_i=share)
-    x = walk(5000)
+    x = walk(2500)
     force, _ = along_in_mujoco(write(Request(friction, "axis_x", 5e-4)).files["axis_x.xml"], x, 1e-4)
     z, plain = np.zeros(k.size), np.zeros(x.size)
     for j, dx in enumerate(np.diff(x), start=1):
@@ -240,7 +240,7 @@ def test_maxwell_slip_in_mujoco_equals_plain_elements(levels):
 
 
 @needs_mujoco
-@pytest.mark.parametrize("name", ["dahl", "gms+asymmetry", "hardening"])
+@pytest.mark.parametrize("name", ["hardening", *(pytest.param(name, marks=pytest.mark.slow) for name in ("dahl", "gms+asymmetry"))])
 def test_the_stated_error_is_the_error_in_mujoco(name):
     if name == "hardening":
         request = Request(br.friction.bouc_wen_classic(alpha=5e4, beta=1e3, gamma=0.8, delta=-1.1), "axis_x", 5e-4, speed=0.5)

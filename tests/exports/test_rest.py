@@ -83,7 +83,7 @@ def test_models_with_a_unique_force_at_rest_have_no_rule():
 @needs_compiler
 @pytest.mark.parametrize("rule", RESTS)
 def test_c_follows_the_rule_at_rest(tmp_path, rule):
-    models = {name: model_of(name) for name in MEMORYLESS}
+    models = {name: model_of(name) for name in ("coulomb", "stribeck_free")}
     native = Native(models, tmp_path, rest=rule)
     for name, model in models.items():
         assert native.forces(name, PLACES, DT).tolist() == br.response(model, PLACES, DT, rest=rule).tolist()
