@@ -42,6 +42,13 @@ class Importer:
             "p": model.parameters,
         } | ({} if plant is None else {"q": plant.parameters})
 
+    @classmethod
+    def moving(cls, model, v=1e-3, plant=None):
+        """Return an importer behind the start of a motion."""
+        importer = cls(model, plant)
+        importer.call("begun", v=v, x=0.0)
+        return importer
+
     def __getitem__(self, name):
         return self.values[name]
 
@@ -93,8 +100,7 @@ def test_a_piece_begins_in_the_direction_of_the_motion_with_its_contact(v):
 
 
 def test_after_a_reversal_a_piece_continues_and_its_indicator_is_negative():
-    importer = Importer(LUGRE)
-    importer.call("begun", v=1e-3, x=0.0)
+    importer = Importer.moving(LUGRE)
     importer["varying"][0] = 1e-6  # far from the event
     importer.call("flowing", v=1e-3, x=0.0)
     rate, margin, reversal = importer["slope"]
@@ -109,8 +115,7 @@ def test_after_a_reversal_a_piece_continues_and_its_indicator_is_negative():
 
 
 def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
-    importer = Importer(LUGRE)
-    importer.call("begun", v=1e-3, x=0.0)
+    importer = Importer.moving(LUGRE)
     distance = importer.exchange.varying["z"].nominal
     lifted = []
     for moved in (0.0, 0.5e-6, 1e-6, 2e-6):  # of the distance before sliding
@@ -121,8 +126,7 @@ def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
 
 
 def test_margins_have_a_small_offset_beyond_their_events():
-    importer = Importer(NESTED)
-    importer.call("begun", v=1e-3, x=0.0)
+    importer = Importer.moving(NESTED)
     component = NESTED.component
     piece = component.piece(component.State(), importer["memory"], Motion(1e-3, 0.0), NESTED.parameters)
     _, _, margin = component.flow(*piece, Motion(1e-3, 0.0), NESTED.parameters)
@@ -141,8 +145,7 @@ def test_constant_whole_numbers_have_one_value_more_than_storable_turns():
 
 
 def test_an_event_commits_the_present_state_of_the_contact():
-    importer = Importer(NESTED)
-    importer.call("begun", v=1e-3, x=0.0)
+    importer = Importer.moving(NESTED)
     importer["varying"][0] = 2e-6
     importer.call("arrived")
     component, p = NESTED.component, NESTED.parameters

@@ -10,7 +10,7 @@ import pytest
 from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws, selected_cases
 
 import bristle as br
-from bristle.core.experiment import Experiment, Feedforward, Learning, Run, Start, Variant
+from bristle.core.experiment import Experiment, Feedforward, Run, Start, Variant
 from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
@@ -242,18 +242,6 @@ def test_a_variant_is_exported_from_python(tmp_path):
     assert "double place_ahead[4];" in header
     assert "limit      80 " in header  # the controller knows that of its drive
     assert all(len(line) <= 130 for line in header.splitlines())
-
-
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        ({"learning": Learning(trials=3, k_e=1e5, k_d=0.0, cutoff=50.0)}, "repetitions of the whole motion"),
-        ({"feedforward": Feedforward(friction=RISEN, carries=br.plants.oscillator(M=M, c=1.0, k=9.0))}, "besides inertia"),
-    ],
-)
-def test_variants_beyond_a_law_are_refused(tmp_path, changed, words):
-    with pytest.raises(br.core.InputError, match=words):
-        br.export(replace(variant_of("cascade", "nothing"), **changed), "c", tmp_path / "law")
 
 
 def test_the_start_of_a_simulated_loop_does_not_change_its_law(tmp_path):

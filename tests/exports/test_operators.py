@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing
+from tests.exports.native import COMPILER, Native, differing, selected_cases
 from tests.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
@@ -11,12 +11,13 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
-def native(tmp_path_factory):
-    models = {name.replace(" ", "_"): operator for name, operator in OPERATORS.items()}
+def native(request, tmp_path_factory):
+    names = {name for (name,) in selected_cases(request, "name")} | {"inverse_preisach"}
+    models = {name.replace(" ", "_"): OPERATORS[name] for name in names}
     return Native(models, tmp_path_factory.mktemp("operators"))
 
 
-@pytest.mark.fast_cases(14)
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize("name", OPERATORS)
 def test_outputs_are_identical_to_bristle(native, name):
     u = sized(OPERATORS[name], walk(7, count=4000))

@@ -1,6 +1,5 @@
 """What function blocks share: inputs that are parameters, how a structure is set, the walk and the sum of a self-test."""
 
-import math
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +9,7 @@ import bristle as br
 from bristle.exports.st_code import Printer
 from bristle.exports.st_parts import LREAL, Names, Pou, Record, Variable, part_text, used_of
 from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of, walk_facts
+from bristle.exports.st_project import Judged, Tuned, bounds, set_lines, total_of
 from bristle.exports.subject import Walk
 from bristle.exports.tunable import tunable_of
 from bristle.translation.tree import Unit, struct_type
@@ -60,28 +59,6 @@ def test_inputs_are_limited_so_that_squares_stay_in_range():
     assert bounds(single=False)["fastest"] == ""
 
 
-def test_the_walk_of_a_program_equals_that_of_the_self_test():
-    walk = Walk((1e-9, 1e-7), 1e-3)
-    facts = walk_facts(walk, printer(), "count")
-    lines = [line.strip() for line in facts["step"]]
-    # The lines as Python reads them.
-    python = (
-        "\n".join(
-            line.replace(":=", "=").replace(";", "").replace("<>", "!=").replace("MOD", "%").replace("IF ", "if ").replace(" THEN", ":")
-            for line in (*lines[:3], f"    {lines[3]}")
-        )
-        .replace("axis_floor(number =", "math.floor(")
-        .replace("DINT_TO_LREAL", "float")
-    )
-    names = {"math": math, "bits": float(facts["seed"]), "walked": 0.0, "scales": [float(scale) for scale in facts["scales"]]}
-    expected, program = walk.positions(300), compile(python.replace("count / 125", "count // 125"), "walk", "exec")
-    for count in range(1, 300):
-        names["count"] = count
-        exec(program, names)
-        assert names["walked"] == expected[count]
-    assert (facts["dt"], facts["per_cycle"], lines[4]) == ("0.001", 20, "END_IF;")
-
-
 def test_sum_and_rounding_error_add_up_to_the_exact_sum():
     numbers = [1e16, 1.0, -1e16, 3e-5, 0.1, -7.25e9]
     total, lost = total_of(numbers)
@@ -95,16 +72,24 @@ def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     facts = Judged("axis", outputs, single=True).facts()
     assert (facts["tolerance"], facts["count"], facts["last"], facts["every"]) == ("0.004", 51, "2.0", 25)
     assert [float(text) for text in facts["expected"]] == pytest.approx([-4.0, -1.0, 2.0])
-    walk = Walk((1.0, 2.0, 3.0), 1e-3)
-    arrays = {single: Judged("axis", outputs, single).arrays(walk, ArrayPart("more", 7, LREAL)) for single in (False, True)}
-    assert [(part.name, part.size) for part in arrays[True]] == [("axis_Scales", 3), ("more", 7), ("axis_Expected", 3)]
-    assert [part.name for part in arrays[False]] == ["axis_Scales", "more"]
-    names = {single: [variable.name for variable in Judged("axis", outputs, single).variables()] for single in (False, True)}
-    assert set(names[True]) - set(names[False]) == {"worst", "expected"}
-    assert set(names[False]) - set(names[True]) == {"total", "lost", "added"}
-    for single, gave in ((True, "within the error of single precision"), (False, "bit by bit")):
-        (passed,) = [variable for variable in Judged("axis", outputs, single).variables() if variable.name == "passed"]
-        assert passed.meaning.endswith(gave)
+
+
+WALK = Walk((1.0, 2.0, 3.0), 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("single", "arrays", "names", "gave"),
+    [
+        (True, [("axis_Scales", 3), ("more", 7), ("axis_Expected", 3)], {"worst", "expected"}, "within the error of single precision"),
+        (False, [("axis_Scales", 3), ("more", 7)], {"total", "lost", "added"}, "bit by bit"),
+    ],
+)
+def test_a_self_test_has_the_variables_of_its_precision(single, arrays, names, gave):
+    judged, other = (Judged("axis", np.linspace(-4.0, 2.0, 51), way) for way in (single, not single))
+    assert [(part.name, part.size) for part in judged.arrays(WALK, ArrayPart("more", 7, LREAL))] == arrays
+    meanings, others = ({variable.name: variable.meaning for variable in each.variables()} for each in (judged, other))
+    assert meanings.keys() - others.keys() == names
+    assert meanings["passed"].endswith(gave)
 
 
 def test_used_types_include_their_inner_types():

@@ -51,13 +51,11 @@ def along(friction, x, dtype=np.float64):
     return np.array([friction.force(warp.array(row.astype(dtype), dtype=kind, device="cpu"), DT).numpy() for row in x])
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_files_are_python(name):
-    files = write(Request(example_of(MODELS[name]), "knee", DT)).files
-    for file, text in files.items():
-        if file.endswith(".py"):
-            compile(text, file, "exec")
+def test_files_are_python():
+    files = write(Request(ELEMENTS, "knee", DT)).files
     assert set(files) == {"knee_warp.py", "knee_newton.py", "knee_isaaclab.py", "README.md"}
+    for file in set(files) - {"README.md"}:
+        compile(files[file], file, "exec")
 
 
 def constants_of(model, info):
