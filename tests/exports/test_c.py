@@ -277,21 +277,6 @@ def test_no_saved_bytes_cause_access_outside_the_memory(written):
     assert 200 < int(ran.stdout) < 3800
 
 
-@pytest.mark.parametrize(
-    ("options", "word"),
-    [
-        ({"to": "cobol"}, "no such target"),
-        ({"name": "int"}, "cannot name a function"),
-        ({"name": "Axis 1"}, "cannot name a function"),
-        ({"step": 0.0}, "step"),
-    ],
-)
-def test_unexportable_models_are_refused(options, word, tmp_path):
-    with pytest.raises(br.core.InputError, match=word):
-        br.export(example("coulomb"), out=tmp_path / "out", **{"to": "c"} | options)
-    assert not (tmp_path / "out").exists()
-
-
 def test_an_export_neither_compiles_nor_loads_a_compiler(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "numba", None)
     monkeypatch.setattr(compilation, "_compile", lambda *_: pytest.fail("compiles"))

@@ -4,13 +4,11 @@ import ctypes
 
 import numpy as np
 import pytest
-from tests.engine.test_derivatives import EXPONENTS, OFF, SLOTS
+from tests.engine.test_derivatives import SLOTS
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, built, compiled, differing, library, selected_cases, walk
 from tests.exports.test_names import TEXT
-from tests.translation.complex_step import force_by_complex_steps
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
@@ -100,15 +98,12 @@ def directions_of(model, x, count=3, seed=5):
     return parameters, np.cumsum(random.uniform(-1e-6, 1e-6, (x.size, count)), axis=0)
 
 
-def in_python(model, x, parameters, d_x, run=force_with_derivatives, around=None):
+def in_python(model, x, parameters, d_x, around=None):
     """Return force and derivatives of bristle after the first sample."""
     v, moved = np.diff(x) / DT, (np.diff(d_x, axis=0) / DT, d_x[1:])
     tail = {name: signal[1:] for name, signal in (around or {}).items()}
-    between = {"motion_tangents": moved, "around": tail}
-    if run is force_by_complex_steps:
-        return run(model, packed(model, parameters), v, DT, x[1:], **between)
     with np.errstate(invalid="ignore"):
-        return run(model, packed(model, parameters), v, DT, x[1:], **between)
+        return force_with_derivatives(model, packed(model, parameters), v, DT, x[1:], motion_tangents=moved, around=tail)
 
 
 def around_of(model, count):
@@ -223,41 +218,3 @@ def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
         _, before = in_python(model, x, parameters, d_x)
     assert differing(slopes[1:] + 0.0, expected + 0.0) == 0
     assert differing(before, expected) > 0
-
-
-@pytest.mark.parametrize(
-    ("model", "target", "options", "said"),
-    [
-        (example("lugre", ()), "c", {"float32": True}, "single precision"),
-        (example("lugre", ()), "st", {}, "does not support derivatives"),
-        (br.hysteresis.play(r=1.0), "c", {}, "of friction only"),
-    ],
-)
-def test_derivatives_are_refused_where_they_are_not_written(tmp_path, model, target, options, said):
-    with pytest.raises(InputError, match=said) as reported:
-        br.export(model, target, tmp_path / "out", derivatives=True, **options)
-    assert reported.value.mend
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", MODELS)
-def test_derivatives_along_a_long_walk_agree_with_python_and_complex_steps(name, tmp_path, capsys):
-    plain, x, first = example(name, SLOTS), walk(100_000, seed=31), slice(0, 500)
-    # Away from a shortcut of a power, complex steps see the exponent, too.
-    powers = {key: OFF * value for key, value in plain.values.items() if key.removesuffix("_pos").removesuffix("_neg") in EXPONENTS}
-    model = plain.with_values(**powers)
-    parameters, d_x = directions_of(model, x)
-    around = around_of(model, x.size)
-    force, slopes = Library({name: model}, tmp_path).along(name, x, parameters, d_x, around=around)
-    expected_force, expected = in_python(model, x, parameters, d_x, around=around)
-    assert np.isfinite(slopes).all()
-    assert differing(force[1:], expected_force) == 0
-    error = np.max(np.abs(slopes[1:] - expected) / np.abs(expected).max(axis=0))
-    begin = {key: signal[first] for key, signal in around.items()}
-    _, complex_steps = in_python(model, x[first], parameters, d_x[first], force_by_complex_steps, begin)
-    of_steps = np.abs(slopes[1:500] - complex_steps) / np.abs(complex_steps).max(axis=0)
-    in_motion = np.diff(x[first]) != 0.0  # at rest the derivative by the velocity is one-sided
-    with capsys.disabled():
-        print(f"{name}: {error:.1e} from Python, {of_steps[in_motion].max():.1e} from complex steps")
-    assert error <= 1e-12
-    assert of_steps[in_motion].max() <= 1e-8

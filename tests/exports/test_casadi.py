@@ -6,7 +6,6 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, compiled, walk
 from tests.exports.test_c_derivatives import DT, SLOTS, example, in_python
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.engine import interpreted
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
@@ -77,11 +76,6 @@ def test_an_invalid_input_stops_the_evaluation(tmp_path):
     state, p = initial.call([])
     with pytest.raises(RuntimeError):
         step(state, 1e-6, -1e-3, p)
-
-
-def test_an_operator_is_refused(tmp_path):
-    with pytest.raises(InputError, match="operators"):
-        br.export(br.hysteresis.play(r=1.0), "casadi", tmp_path / "out")
 
 
 def test_a_state_that_is_not_of_the_model_is_refused(tmp_path):

@@ -248,9 +248,3 @@ def test_the_constant_force_does_not_count_as_an_error_of_a_symmetric_table():
     largest, _, product = error_told("tf5200", br.friction.find("coulomb")(F_C=8.0, offset=40.0), axis=FINE)
     assert largest < 0.5e-3  # half a step of the list, in N
     assert not any("same for both directions" in note for note in product.notes)
-
-
-@pytest.mark.parametrize("target", ["c", "mjcf", "sinumerik"])
-def test_only_tables_accept_a_log(tmp_path, target):
-    with pytest.raises(br.core.InputError, match="is not a table"):
-        br.export(br.friction.coulomb(F_C=1.0), target, tmp_path / "out", log=log_along(STRIBECK))

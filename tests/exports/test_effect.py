@@ -226,11 +226,6 @@ def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
     assert "axis_x_command" not in without
 
 
-def test_a_value_beyond_single_precision_is_refused():
-    with pytest.raises(br.core.InputError, match=r"sigma_0: is too large for single precision.*float32"):
-        files_for("c", export_request(LUGRE.with_values(sigma_0=1e39), single=True))
-
-
 def test_the_command_line_prints_and_writes_the_effect(tmp_path, capsys):
     from bristle.files.model import write_model
 

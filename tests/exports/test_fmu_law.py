@@ -9,7 +9,6 @@ from tests.exports.importing import described_by, needs_compiler, needs_fmpy
 from tests.exports.native import FLAGS, WARNINGS, compiled, differing, library_of_laws
 from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, told, variant_of
 
-import bristle as br
 from bristle.exports import fmu
 from bristle.exports.c import law_files
 from bristle.exports.described import Source, hash_of_law
@@ -146,9 +145,3 @@ def test_the_description_lists_inputs_and_the_order_of_steps(fmus):
     assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == ("N", "tunable")
     assert described.find("CoSimulation").get("fixedInternalStepSize") == repr(DT)
     assert described.find("ModelExchange") is None
-
-
-def test_unsupported_options_are_refused_for_laws_as_for_models(tmp_path):
-    with pytest.raises(br.core.InputError, match="single precision"):
-        br.export(variant_of("cascade", "nothing"), "fmu3", tmp_path / "out", float32=True)
-    assert not (tmp_path / "out").exists()

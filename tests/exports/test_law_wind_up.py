@@ -1,21 +1,17 @@
 """Laws of a motor that moves a table by an elastic screw: the efforts of the simulation in every target, and the error of the table."""
 
-import ctypes
 import math
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.importing import Importer, needs_fmpy
 from tests.exports.native import COMPILER, RUN_LAW, built, differing, library_of_laws, selected_cases
-from tests.exports.test_fmu_law import stepped
-from tests.exports.test_laws import recorded, replayed, told
+from tests.exports.test_laws import recorded, replayed
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
-from bristle.exports import fmu
 from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.effect import effect_of_law
@@ -88,68 +84,6 @@ def test_the_efforts_are_those_of_the_simulation(exported, case):
     assert differing(replayed(exported[1], case, inputs), efforts) == 0
 
 
-# --- a loop that shares no code with bristle ----------------------------------------------------------------------------
-
-STEP = """
-#include "{name}.h"
-static {name} axis;
-void begin_{name}(void) {{ {name}_start(&axis); }}
-double step_{name}(const {name}_inputs *inputs) {{ return {name}_effort(&axis, inputs); }}
-"""
-
-
-def slowed(v, push, mass, level, h):
-    """Return the velocity of a mass with Coulomb friction after a time h."""
-    free, lost = v + h / mass * push, h / mass * level
-    return 0.0 if abs(free) <= lost else free - math.copysign(lost, free)
-
-
-def table_of(laws, name, rows, delay, gap=20e-6):
-    """Return the travel of the table [m] for the efforts of a compiled law; the motor has an encoder with steps of 10 urad."""
-    begin, step = getattr(laws, f"begin_{name}"), getattr(laws, f"step_{name}")
-    step.restype = ctypes.c_double
-    begin()
-    rows, inner = np.ascontiguousarray(rows), 8
-    h, x, v, y, w = DT / inner, 0.0, 0.0, 0.0, 0.0
-    queue, travel = [0.0] * delay, []
-    for row in rows:
-        row[3] = round(x / 1e-5) * 1e-5
-        queue.append(step(row.ctypes.data_as(ctypes.POINTER(ctypes.c_double))))
-        effort = queue.pop(0)
-        travel.append(y)
-        for _ in range(inner):
-            lost = ARM * x - y
-            spring = 0.0
-            if abs(lost) > 0.5 * gap:
-                side = math.copysign(1.0, lost)
-                spring = side * max(3e6 * (abs(lost) - 0.5 * gap) + side * 1500.0 * (ARM * v - w), 0.0)
-            v = slowed(v, effort - ARM * spring, J, 0.05, h)
-            w = slowed(w, spring, M, 200.0, h)
-            x, y = x + h * v, y + h * w
-    return np.array(travel)
-
-
-@needs_c
-def test_a_table_of_another_simulator_follows_with_a_twelfth_of_the_error(tmp_path):
-    t = DT * np.arange(1800)
-    begun = np.clip(t / 0.6, 0.0, 1.0)
-    x = 12.0 * begun**3 * (10.0 - 15.0 * begun + 6.0 * begun**2) * np.sin(2.0 * np.pi * 0.5 * t)
-    v = np.gradient(x, DT)
-    a = np.gradient(v, DT)
-    summed = br.friction.coulomb(kind="rotational", F_C=0.05 + 200.0 * ARM)
-    moved = br.references.recorded(kind="rotational", position=x, sample_time=DT)
-    variant = replace(variant_of("both"), reference=moved, run=replace(variant_of("both").run, duration=1.8))
-    rigid = replace(variant, feedforward=Feedforward(mass=J + M * ARM**2, friction=summed))
-    laws = {"law_two": law_of(variant), "law_one": law_of(rigid)}
-    compiled, errors = exported_laws(tmp_path, laws, STEP), {}
-    for name, each in laws.items():
-        rows = told(each, x, v, a, np.zeros(x.size))
-        missed = ARM * x[: len(rows)] - table_of(compiled, name, rows, each.variant.run.delay)
-        errors[name] = float(np.sqrt(np.mean(missed[700:1750] ** 2)))
-    assert errors["law_one"] > 40e-6
-    assert errors["law_two"] < errors["law_one"] / 12.0
-
-
 # --- other targets and options ----------------------------------------------------------------------------------------
 
 
@@ -172,18 +106,6 @@ def test_structured_text_gives_the_efforts_of_the_simulation(tmp_path, case):
     assert differing(result, efforts) == 0
     assert not flags.any()
     assert block.selftest("led") == (True, True)
-
-
-@pytest.mark.slow
-@needs_c
-@needs_fmpy
-def test_an_fmu_gives_the_efforts_of_the_simulation(tmp_path, monkeypatch):
-    monkeypatch.setattr(fmu, "zig", list)
-    (tmp_path / "led.fmu").write_bytes(fmu.write_law(law("memories"), "led", Source(), fmi=2).files["led.fmu"])
-    unit = Importer(tmp_path / "led.fmu", tmp_path / "unpacked").start()
-    inputs, efforts = record_of("memories")
-    assert differing(stepped(unit, inputs, dt=DT), efforts) == 0
-    unit.close()
 
 
 @needs_c

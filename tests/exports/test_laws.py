@@ -251,11 +251,6 @@ def test_the_start_of_a_simulated_loop_does_not_change_its_law(tmp_path):
     assert (tmp_path / "rest" / "law.c").read_text() == (tmp_path / "moves" / "law.c").read_text()
 
 
-def test_a_target_without_laws_refuses_a_law(tmp_path):
-    with pytest.raises(br.core.InputError, match="does not support control laws"):
-        br.export(variant_of("cascade", "nothing"), "wasm", tmp_path / "law")
-
-
 # --- parameters that may be changed, and single precision -------------------------------------------------------------
 
 # For each law what is changed, by the name of its field, and the loop with these values.

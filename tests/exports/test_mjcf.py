@@ -1,8 +1,6 @@
 """Scenes of MuJoCo: contents, stated errors and, if MuJoCo is installed, forces in MuJoCo."""
 
 import importlib.util
-import json
-import math
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -114,37 +112,6 @@ def test_stops_and_a_spring_are_written_without_error():
     written = [(part.get("stiffness"), part.get("springyield")) for part in root.iterfind("tendon/fixed")]
     assert written == [("3000000.0", "1e-06"), ("1000000.0", "4e-06"), ("100000.0", None)]
     assert "no error" in notes[0]
-
-
-def best_of_examples():
-    """Return an example of each model that identify ranks first for the log of an example, by the name of the model."""
-    found = {}
-    for place in sorted(GOLDEN.glob("*.json")):
-        golden = json.loads(place.read_text())
-        for fit in golden.get("fits", []):
-            if fit.get("rank") == 1 and "friction" in fit:
-                found[fit["name"]] = fit["friction"], golden["json"]["kind"], golden["json"]["treatment"]["velocity_max"]
-    return found
-
-
-BEST = best_of_examples()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", BEST)
-def test_the_best_model_of_each_example_is_written_with_its_error(name):
-    values, kind, fastest = BEST[name]
-    model = br.friction.find(name)(kind=kind, **{key: math.inf if value is None else value for key, value in values.items()})
-    product = write(Request(model, "axis_x", 5e-4, speed=fastest))
-    if name == "lugre":  # the equations of MuJoCo are those of the model
-        assert any("Euler" in note for note in product.notes)
-        return
-    assert 0.0 <= product.error["rms"] <= product.error["largest"] < 65.0
-    assert any("error along moves" in note for note in product.notes)
-
-
-def test_the_examples_have_models_with_and_without_memory_with_slots_and_without_bound():
-    assert {"lugre", "coulomb_viscous+asymmetry", "maxwell_slip+load", "bouc_wen_classic"} < set(BEST)
 
 
 def test_a_force_that_grows_without_bound_is_fitted_until_its_stiffness_has_doubled():

@@ -63,8 +63,3 @@ def test_structured_text_repeats_the_last_output_of_an_inverse(blocks):
     expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
     assert fixed.tolist() == [expected[0], expected[0], expected[1]]
     assert flags.tolist() == [0, 2, 2]
-
-
-def test_other_targets_refuse_operators(tmp_path):
-    with pytest.raises(br.core.InputError, match="does not support hysteresis operators"):
-        br.export(OPERATORS["play"], "wasm", tmp_path / "out")

@@ -444,11 +444,6 @@ def test_the_head_describes_the_model_and_ends_correctly(tmp_path):
     assert all(len(line) <= 130 for line in st[0].splitlines())
 
 
-def test_a_name_that_a_compiler_refuses_is_refused(tmp_path):
-    with pytest.raises(br.core.InputError, match="cannot name a function block"):
-        br.export(example("plain_coulomb"), "st", tmp_path / "out", name="limit")
-
-
 # --- the reader bites -------------------------------------------------------------------------------------------------
 
 FUNCTION = """
