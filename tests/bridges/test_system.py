@@ -122,18 +122,26 @@ def test_a_stuck_axis_has_the_poles_of_its_bristles():
     assert oscillating.real == pytest.approx(2 * [-0.5 * (1e4 + 200.0) / 28.0], rel=1e-3)
 
 
-def test_signals_have_names_and_units():
-    system = to_control(br.friction.dahl(F_C="30 mN*m", sigma_0="90 N*m/rad"), br.plants.inertia(M="4e-4 kg*m^2"))
-    assert system.input_labels == ["effort"]
-    assert system.output_labels == ["position", "velocity", "friction"]
-    assert system.state_labels == ["position", "velocity", "F"]
-    assert system.units == {"effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m"}
-    assert "F [N*m]" in str(system)
-    sampled = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name="table")
-    assert sampled.dt == 1e-3
-    assert sampled.name == "table"
-    assert sampled.state_labels[2:] == ["memory_0", "memory_1", "memory_2", "solver_slope", "solver_acceleration"]
-    assert sampled.units["solver_acceleration"] == "m/s^2"
+ROTATING = to_control(br.friction.dahl(F_C="30 mN*m", sigma_0="90 N*m/rad"), br.plants.inertia(M="4e-4 kg*m^2"))
+TABLE = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name="table")
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "expected"),
+    [
+        (ROTATING, "input_labels", ["effort"]),
+        (ROTATING, "output_labels", ["position", "velocity", "friction"]),
+        (ROTATING, "state_labels", ["position", "velocity", "F"]),
+        (ROTATING, "units", {"effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m"}),
+        (TABLE, "dt", 1e-3),
+        (TABLE, "name", "table"),
+        (TABLE, "state_labels", ["position", "velocity", "memory_0", "memory_1", "memory_2", "solver_slope", "solver_acceleration"]),
+    ],
+)
+def test_signals_have_names_and_units(system, name, expected):
+    assert getattr(system, name) == expected
+    assert "[N*m]" in str(ROTATING)
+    assert TABLE.units["solver_acceleration"] == "m/s^2"
 
 
 @pytest.mark.parametrize(

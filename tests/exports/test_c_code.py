@@ -122,38 +122,13 @@ def test_brackets_appear_where_precedence_requires_them(expression, c, st):
     assert st is None or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
 
 
-def test_a_choice_is_an_expression_in_c_and_a_statement_in_structured_text():
-    chosen = t.Select(REAL, P, A, t.Select(REAL, Q, B, C))
-    assert in_c(t.Return(binary("*", chosen, C))) == "return (open ? alpha : (closed ? beta : gamma)) * gamma;"
-    assert in_st(t.Return(binary("*", chosen, C))) == (
-        "IF open THEN aside_1 := alpha; ELSIF closed THEN aside_1 := beta; ELSE aside_1 := gamma; END_IF; axis_value := aside_1 * gamma;"
-    )
-    late = t.Select(REAL, P, A, t.Select(REAL, DIVIDED, B, C))
-    assert "ELSE IF alpha / beta < gamma THEN alpha := beta; ELSE alpha := gamma; END_IF; END_IF;" in in_st(t.Assign(A, late))
-    assert in_st(t.Return(t.Convert(REAL, P))).startswith("IF open THEN aside_1 := 1.0; ELSE aside_1 := 0.0; END_IF;")
-    assert in_st(t.Return(t.Convert(INTEGER, P)), result=INTEGER).startswith("IF open THEN aside_1 := 1; ELSE aside_1 := 0; END_IF;")
+CHOSEN = binary("*", t.Select(REAL, P, A, t.Select(REAL, Q, B, C)), C)
+SWAPPED = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "first")])
 
 
-@pytest.mark.parametrize(("operator", "asked"), [("and", "aside_1"), ("or", "NOT aside_1")])
-def test_conditions_that_may_trap_are_short_circuited(operator, asked):
-    assert in_st(t.Return(t.Logic(TRUTH, operator, [P, DIVIDED, Q])), result=TRUTH) == (
-        f"aside_1 := open; IF {asked} THEN aside_1 := alpha / beta < gamma; "
-        f"IF {asked} THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;"
-    )
-    first = in_st(t.Return(t.Logic(TRUTH, operator, [DIVIDED, P])), result=TRUTH)
-    assert first == f"axis_value := (alpha / beta < gamma) {operator.upper()} open;"
-
-
-def test_a_tuple_is_written_in_place_unless_it_reads_itself():
-    swapped = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "first")])
-    assert in_c(t.Return(t.Field(REAL, swapped, "first"))) == "return (Pair){parts.second, parts.first}.first;"
-    assert in_st(t.Assign(PARTS, t.Make(PAIR, [A, B]))) == "parts.first := alpha; parts.second := beta;"
-    assert in_st(t.Assign(PARTS, swapped)) == "aside_1.first := parts.second; aside_1.second := parts.first; parts := aside_1;"
-    assert in_st(t.Assign(PARTS, t.Call(PAIR, MADE, [A]))) == "aside_1 := axis_made(alpha := alpha, given_back := parts);"
-    of_call = in_st(t.Return(t.Field(REAL, t.Call(PAIR, MADE, [A]), "first")))
-    assert of_call == "aside_2 := axis_made(alpha := alpha, given_back := aside_1); axis_value := aside_1.first;"
-    given_back = in_st(t.Return(t.Make(PAIR, [A, B])), result=PAIR)
-    assert given_back == "axis_value := TRUE; given_back.first := alpha; given_back.second := beta;"
+def test_a_choice_and_a_tuple_are_expressions_in_c():
+    assert in_c(t.Return(CHOSEN)) == "return (open ? alpha : (closed ? beta : gamma)) * gamma;"
+    assert in_c(t.Return(t.Field(REAL, SWAPPED, "first"))) == "return (Pair){parts.second, parts.first}.first;"
 
 
 STEP = t.Assign(A, B)
@@ -211,17 +186,75 @@ def test_statements_are_printed_in_their_blocks(statement, c, st):
     assert in_st(statement, parameters=[B, P, Q]) == st
 
 
-def test_an_assigned_argument_is_copied_in_structured_text():
-    assert in_st(STEP, t.Return(A), parameters=[A, B]) == "alpha := alpha_given; alpha := beta; axis_value := alpha;"
-    called = function_of(STEP, parameters=[A, B], name="inner")
-    assert in_st(t.Return(t.Call(REAL, called, [C, ONE]))) == "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);"
-    assert in_st(t.Return(None), result=VOID) == "axis_value := TRUE;"
+COPYING = function_of(STEP, parameters=[A, B], name="inner")
+WIDE = binary("//", binary(">>", N, THREE), K)
+EIGHTH = "axis_floor_divided(first := axis_floor_divided(first := place, second := 8), second := count)"
 
 
-def test_indices_stay_32_bit_with_wide_integers_and_shifts_are_constant():
-    wide = binary("//", binary(">>", N, THREE), K)
-    assert in_st(t.Return(t.Index(REAL, MEMORY, wide))).startswith("axis_value := memory[LINT_TO_DINT(axis_floor_divided(first := ")
-    assert in_st(t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(wide)).startswith("axis_value := memory[3];")
+@pytest.mark.parametrize(
+    ("statements", "options", "text"),
+    [
+        # A choice is a statement.
+        (
+            [t.Return(CHOSEN)],
+            {},
+            "IF open THEN aside_1 := alpha; ELSIF closed THEN aside_1 := beta; ELSE aside_1 := gamma; END_IF; "
+            "axis_value := aside_1 * gamma;",
+        ),
+        (
+            [t.Assign(A, t.Select(REAL, P, A, t.Select(REAL, DIVIDED, B, C)))],
+            {},
+            "IF open THEN alpha := alpha; ELSE IF alpha / beta < gamma THEN alpha := beta; ELSE alpha := gamma; END_IF; END_IF;",
+        ),
+        ([t.Return(t.Convert(REAL, P))], {}, "IF open THEN aside_1 := 1.0; ELSE aside_1 := 0.0; END_IF; axis_value := aside_1;"),
+        (
+            [t.Return(t.Convert(INTEGER, P))],
+            {"result": INTEGER},
+            "IF open THEN aside_1 := 1; ELSE aside_1 := 0; END_IF; axis_value := aside_1;",
+        ),
+        # A tuple is written in place unless it reads itself.
+        ([t.Assign(PARTS, t.Make(PAIR, [A, B]))], {}, "parts.first := alpha; parts.second := beta;"),
+        ([t.Assign(PARTS, SWAPPED)], {}, "aside_1.first := parts.second; aside_1.second := parts.first; parts := aside_1;"),
+        ([t.Assign(PARTS, t.Call(PAIR, MADE, [A]))], {}, "aside_1 := axis_made(alpha := alpha, given_back := parts);"),
+        (
+            [t.Return(t.Field(REAL, t.Call(PAIR, MADE, [A]), "first"))],
+            {},
+            "aside_2 := axis_made(alpha := alpha, given_back := aside_1); axis_value := aside_1.first;",
+        ),
+        ([t.Return(t.Make(PAIR, [A, B]))], {"result": PAIR}, "axis_value := TRUE; given_back.first := alpha; given_back.second := beta;"),
+        # Conditions that may trap are short-circuited.
+        (
+            [t.Return(t.Logic(TRUTH, "and", [P, DIVIDED, Q]))],
+            {"result": TRUTH},
+            "aside_1 := open; IF aside_1 THEN aside_1 := alpha / beta < gamma; "
+            "IF aside_1 THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;",
+        ),
+        (
+            [t.Return(t.Logic(TRUTH, "or", [P, DIVIDED, Q]))],
+            {"result": TRUTH},
+            "aside_1 := open; IF NOT aside_1 THEN aside_1 := alpha / beta < gamma; "
+            "IF NOT aside_1 THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;",
+        ),
+        ([t.Return(t.Logic(TRUTH, "or", [DIVIDED, P]))], {"result": TRUTH}, "axis_value := (alpha / beta < gamma) OR open;"),
+        # An argument that is assigned is copied.
+        ([STEP, t.Return(A)], {"parameters": [A, B]}, "alpha := alpha_given; alpha := beta; axis_value := alpha;"),
+        ([t.Return(t.Call(REAL, COPYING, [C, ONE]))], {}, "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);"),
+        ([t.Return(None)], {"result": VOID}, "axis_value := TRUE;"),
+        # Indices stay of 32 bits beside wide integers.
+        ([t.Return(t.Index(REAL, MEMORY, WIDE))], {}, f"axis_value := memory[LINT_TO_DINT({EIGHTH})];"),
+        ([t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(WIDE)], {}, f"axis_value := memory[3]; RETURN; axis_value := {EIGHTH};"),
+        (
+            [t.Return(t.Intrinsic(REAL, "min", [A, B]))],
+            {"scalar": "REAL"},
+            "axis_value := axis_single_min(first := alpha, second := beta);",
+        ),
+    ],
+)
+def test_what_is_no_expression_of_structured_text_is_a_statement(statements, options, text):
+    assert in_st(*statements, **options) == text
+
+
+def test_a_shift_by_a_variable_number_is_refused():
     with pytest.raises(NotExportableError, match="a shift by a variable number is not exportable"):
         in_st(t.Return(binary(">>", N, K)))
 
@@ -306,12 +339,19 @@ def test_expressions_that_may_trap_or_need_a_statement_are_unsafe(expression, sa
     assert is_safe(expression) is safe
 
 
-def test_minus_zero_is_just_below_zero_and_numbers_convert_to_single_precision():
-    double, single = st_code.Printer(t.Unit([]), "axis"), st_code.Printer(t.Unit([]), "axis", scalar="REAL")
-    assert double.real(0.0) == "0.0"
-    assert -1e-30 < math.prod(float(part) for part in double.real(-0.0).strip("()").split(" * ")) < 0.0
-    assert [printer.narrowed("x") for printer in (double, single)] == ["x", "LREAL_TO_REAL(x)"]
-    assert [printer.widened("x") for printer in (double, single)] == ["x", "REAL_TO_LREAL(x)"]
-    assert (double.array(3), single.array(3), single.array(3, "LREAL")) == ("axis_Numbers_3", "axis_Singles_3", "axis_Numbers_3")
-    in_single = in_st(t.Return(t.Intrinsic(REAL, "min", [A, B])), scalar="REAL")
-    assert in_single == "axis_value := axis_single_min(first := alpha, second := beta);"
+def test_minus_zero_is_just_below_zero():
+    printer = st_code.Printer(t.Unit([]), "axis")
+    assert printer.real(0.0) == "0.0"
+    assert -1e-30 < math.prod(float(part) for part in printer.real(-0.0).strip("()").split(" * ")) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("scalar", "texts"),
+    [
+        ("LREAL", ["x", "x", "axis_Numbers_3", "axis_Numbers_3"]),
+        ("REAL", ["LREAL_TO_REAL(x)", "REAL_TO_LREAL(x)", "axis_Singles_3", "axis_Numbers_3"]),
+    ],
+)
+def test_numbers_convert_to_single_precision(scalar, texts):
+    printer = st_code.Printer(t.Unit([]), "axis", scalar=scalar)
+    assert [printer.narrowed("x"), printer.widened("x"), printer.array(3), printer.array(3, "LREAL")] == texts

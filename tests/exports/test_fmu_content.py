@@ -176,25 +176,23 @@ def test_states_are_local_to_an_fmu_without_a_mass():
 
 
 def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
-    feedforward = Feedforward(friction=LUGRE)
-    law = law_of(variant(feedforward), tunable=True)
+    law = law_of(variant(Feedforward(friction=LUGRE)), tunable=True)
     content = content_of_law(law, "axis_x", Source())
-    *_, last = content.entry.body
-    assert isinstance(last, Return)
-    assert last.value.type == REAL
+    assert isinstance(content.entry.body[-1], Return)
+    assert content.entry.body[-1].value.type == REAL
     stored_at = [statement.at.value for statement in content.entry.body if isinstance(statement, Store)]
     assert stored_at == list(range(1 + len(law.leaves)))
-    assert content.begin.size == 1 + len(law.leaves)
-    assert content.begin[0] == 0.0
-    assert content.most[0] == 2
-    names = [port.name for port in content.ports.listed]
-    assert names[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
-    assert {"effort", "controller_k_p", "friction_sigma_0"} <= set(names)
-    (role,) = {port.role for port in content.ports.listed if port.name == "effort"}
-    assert role == OUTPUT
-    assert content.output == "effort"
-    assert len(content.notes) == 1
-    assert content.notes[0].startswith("step the law before the plant")
+    assert (content.begin.size, content.begin[0], content.most[0]) == (len(stored_at), 0.0, 2)
+
+
+def test_variables_of_a_law_are_its_inputs_its_effort_and_its_parameters():
+    content = content_of_law(law_of(variant(Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source())
+    roles = {port.name: port.role for port in content.ports.listed}
+    assert list(roles)[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
+    assert {"controller_k_p", "friction_sigma_0"} <= set(roles)
+    assert (content.output, roles["effort"]) == ("effort", OUTPUT)
+    (note,) = content.notes
+    assert note.startswith("step the law before the plant")
 
 
 @pytest.mark.parametrize(

@@ -98,18 +98,29 @@ def test_gravity_acts_at_the_middle_of_two_samples():
 
 
 def test_friction_transmits_the_feedforward_or_the_carried_plant():
-    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN))
-    assert fed is carried
     fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=LINK))
     assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", M, "carried_", 3.0)
-    same = br.plants.inertia(M=M)
-    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=same))
-    assert carried is fed
-    assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
-    assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
     with pytest.raises(InputError, match="has forces besides inertia, gravity, cogging and a spring"):
         loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
+
+
+SAME = br.plants.inertia(M=M)
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "apart", "prefix"),
+    [
+        ({"mass": M, "friction": RISEN}, False, ""),
+        ({"mass": M, "friction": RISEN, "carries": SAME}, False, ""),
+        ({"mass": M, "friction": RISEN, "carries": SAME}, True, "carried_"),
+        ({"mass": M, "friction": COULOMB, "carries": LINK}, False, ""),
+    ],
+)
+def test_a_carried_plant_is_that_of_the_feedforward_if_they_are_equal(feedforward, apart, prefix):
+    fed, carried = loads_of(Feedforward(**feedforward), apart=apart)
+    assert carried.prefix == prefix
+    assert (carried is fed) == (prefix == "")
 
 
 def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():

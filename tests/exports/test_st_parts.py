@@ -29,28 +29,34 @@ def test_infinity_and_nan_have_substitute_numbers():
     assert 1e37 < float(real_literal(math.nan)) < 1e38
 
 
-def test_a_literal_has_a_decimal_point_and_in_single_precision_its_type():
-    assert (real_literal(2.0), real_literal(1e20), real_literal(1.5e-7)) == ("2.0", "1.0E20", "1.5E-7")
-    assert (real_literal(0.1, "REAL"), real_literal(-0.5, "REAL")) == ("REAL#0.1", "-REAL#0.5")
-    assert np.float32(real_literal(1.0 / 3.0, "REAL").partition("#")[2]) == np.float32(1.0 / 3.0)
-    assert (whole_literal(2**31 - 1), whole_literal(2**31), whole_literal(-(2**31))) == (
-        "2147483647",
-        "LINT#2147483648",
-        "LINT#-2147483648",
-    )
+@pytest.mark.parametrize(
+    ("literal", "arguments", "text"),
+    [
+        (real_literal, (2.0,), "2.0"),
+        (real_literal, (1e20,), "1.0E20"),
+        (real_literal, (1.5e-7,), "1.5E-7"),
+        (real_literal, (0.1, "REAL"), "REAL#0.1"),
+        (real_literal, (-0.5, "REAL"), "-REAL#0.5"),
+        (real_literal, (1.0 / 3.0, "REAL"), "REAL#0.33333334"),
+        (whole_literal, (2**31 - 1,), "2147483647"),
+        (whole_literal, (2**31,), "LINT#2147483648"),
+        (whole_literal, (-(2**31),), "LINT#-2147483648"),
+    ],
+)
+def test_a_literal_has_a_decimal_point_and_in_single_precision_its_type(literal, arguments, text):
+    assert literal(*arguments) == text
 
 
 def test_names_are_unique_regardless_of_case():
     names = Names(["Used"], prefix="axis_")
-    first = names.of("key", "force")
-    assert first == names.of("key", "other") == "axis_force"
-    assert names.new("FORCE").lower() != first
-    plain = Names(["used"])
-    assert plain.new("Used").lower() != "used"
-    assert plain.new("x") == "v_x"
-    assert plain.new("limit") == "v_limit"
-    assert plain.new("a__b_") == "a_b"
-    assert plain.new("1st") == "part_1st"
+    assert names.of("key", "force") == names.of("key", "other") == "axis_force"
+    assert names.new("FORCE").lower() != "axis_force"
+    assert Names(["used"]).new("Used").lower() != "used"
+
+
+@pytest.mark.parametrize(("name", "new"), [("x", "v_x"), ("limit", "v_limit"), ("a__b_", "a_b"), ("1st", "part_1st")])
+def test_a_name_becomes_one_that_every_compiler_accepts(name, new):
+    assert Names([]).new(name) == new
 
 
 @pytest.mark.parametrize("name", ["if", "ab", "axis_", "a__b", "limit", "integral", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"])
