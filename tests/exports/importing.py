@@ -6,11 +6,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER
+from tests.exports.native import COMPILER, example_with
 
 import bristle as br
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -28,7 +26,7 @@ WRITTEN = {
 
 def example(written):
     """Return the model of an FMU that is written."""
-    return example_of(with_slots(MODELS[written[:-2]], WRITTEN[written]))
+    return example_with(written[:-2], WRITTEN[written])
 
 
 def described_by(path):

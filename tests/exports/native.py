@@ -49,6 +49,12 @@ void run_{name}(const {name}_inputs *inputs, int count, double *effort)
 """
 
 
+def example_with(name, slots=None):
+    """Return an example of a friction model, with slots if any are named: without one it may still push."""
+    component = br.friction.MODELS[name]
+    return br.testing.example_of(component if slots is None else br.friction.with_slots(component, slots))
+
+
 def compiled(folder, *arguments, compiler=COMPILER):
     """Let a compiler work in a folder, without a warning."""
     made = subprocess.run([compiler, *arguments], cwd=folder, capture_output=True, text=True, check=False)

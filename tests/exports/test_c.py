@@ -8,14 +8,13 @@ import sys
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import COMPILER, FLAGS, Native, built, compiled, differing, selected_cases, walk
+from tests.exports.native import COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
 
 import bristle as br
 from bristle.engine import compilation, force_along, interpreted
 from bristle.exports.c import builds, write
 from bristle.exports.targets import Request
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
+from bristle.friction import MODELS
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
@@ -24,7 +23,7 @@ ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 def example(name, slots=()):
-    return example_of(with_slots(MODELS[name], slots))
+    return example_with(name, slots)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.contract.models import with_fast
 from tests.exports.graphics import Device, ptx_of
-from tests.exports.native import differing, walk
+from tests.exports.native import differing, example_with, walk
 
 import bristle as br
 from bristle.engine.path import output_along
@@ -109,7 +109,7 @@ def expected(name):
 
 @pytest.mark.parametrize(("name", "numbers"), [("coulomb", 4 + 1), ("lugre", 4 + 1 + 7)])
 def test_a_lane_has_eight_bytes_per_number_of_head_state_and_parameters(name, numbers):
-    product = write(Request(example_of(MODELS[name]), "axis_x", DT))
+    product = write(Request(example_with(name), "axis_x", DT))
     size = int(re.search(r"static_assert\(sizeof\(\w+\) == (\d+)", product.files["axis_x.cu"])[1])
     assert size == 8 * numbers
     assert product.notes == ("compile with --fmad=false: fused multiply-add changes the last bits",)

@@ -3,13 +3,13 @@
 import re
 
 import pytest
+from tests.exports.native import example_with
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.exports import cuda
 from bristle.exports.cuda import write
 from bristle.exports.targets import Request
-from bristle.friction import MODELS
 from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
 
@@ -33,7 +33,7 @@ def size_of(body):
 
 @pytest.mark.parametrize(
     "model",
-    [LUGRE, br.friction.coulomb(F_C=2.0), example_of(MODELS["preisach_lugre"]), example_of(OPERATORS["prandtl_ishlinskii"])],
+    [LUGRE, br.friction.coulomb(F_C=2.0), example_with("preisach_lugre"), example_of(OPERATORS["prandtl_ishlinskii"])],
     ids=lambda model: model.name,
 )
 def test_a_lane_is_as_large_as_its_structure(model):

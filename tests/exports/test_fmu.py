@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, described_by, example, needs_compiler, needs_fmpy
-from tests.exports.native import FLAGS, WARNINGS, compiled, differing
+from tests.exports.native import FLAGS, WARNINGS, compiled, differing, example_with
 
 import bristle as br
 from bristle.cli.main import main
@@ -19,10 +19,8 @@ from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu
 from bristle.exports.described import Source, hash_of_model
 from bristle.files.model import write_model
-from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
 from bristle.plants.terms import with_terms
-from bristle.testing import example_of
 
 pytestmark = pytest.mark.slow
 
@@ -261,7 +259,7 @@ def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fm
         with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
             archive.extractall(tmp_path / name)
         compiled(tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c")
-    first, second = [br.export(example_of(MODELS["dahl"]), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
+    first, second = [br.export(example_with("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
 

@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.importing import PLANT, example, needs_compiler, needs_fmpy
+from tests.exports.native import example_with
 
 import bristle as br
 from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu
 from bristle.exports.fmu_exchange import why_not
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.slots import SLOTS
 from bristle.testing import example_of
 
@@ -208,7 +209,7 @@ def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatc
     from fmpy.validation import validate_fmu
 
     monkeypatch.setattr(fmu, "zig", list)
-    model, dt = example_of(with_slots(MODELS[name], slots)), 0.02
+    model, dt = example_with(name, slots), 0.02
     result = br.export(model, f"fmu{fmi}", tmp_path / "out", plant=plant)
     path = tmp_path / "out" / "axis_x_mass.fmu"
     assert [validate_fmu(str(tmp_path / "out" / file)) for file in result.files] == [[], []]
@@ -232,7 +233,7 @@ def test_the_guide_lists_every_model_in_its_group():
         assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
     of_all = unable.split("and Preisach–LuGre with")[0]
     for slot in SLOTS:
-        lugre, composite = (example_of(with_slots(MODELS[name], [slot])) for name in ("lugre", "preisach_lugre"))
+        lugre, composite = (example_with(name, [slot]) for name in ("lugre", "preisach_lugre"))
         assert (f"`+{slot}`" in of_all) == (why_not(lugre) != ""), slot
         assert (slot == "asymmetry") == (why_not(composite) == ""), slot
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.exports.native import example_with
 
 import bristle as br
 from bristle.core.contracts import Motion
@@ -11,12 +12,10 @@ from bristle.engine import interpreted
 from bristle.exports.cycle import core_of
 from bristle.exports.fmu_exchange import BEYOND, exchange_of
 from bristle.exports.subject import subject_of
-from bristle.friction import MODELS
-from bristle.testing import example_of
 from bristle.translation.build import Builder
 
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
-BOUC_WEN, NESTED = example_of(MODELS["bouc_wen"]), example_of(MODELS["preisach_lugre"])
+BOUC_WEN, NESTED = example_with("bouc_wen"), example_with("preisach_lugre")
 MASS = br.plants.inertia(M=2.5)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.exports.importing import needs_compiler
 from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
-from tests.exports.native import COMPILER, differing
+from tests.exports.native import COMPILER, differing, example_with
 from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
@@ -19,10 +19,9 @@ from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.plants import inertia
 from bristle.plants.terms import effort_of_place, terms_of, with_terms
-from bristle.testing import example_of
 
 LUGRE = br.friction.find("lugre")(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e6, sigma_2=80.0, offset=3.0)
 COGS = with_terms(inertia, cogging={"motor": [6]})(M=20.0, motor_turn=5e-3, motor_6_cos=1.0, motor_6_sin=2.0)
@@ -160,7 +159,7 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
 @needs_compiler
 @pytest.mark.parametrize("name", ["lugre", "stribeck", "maxwell_slip", pytest.param("preisach_lugre", marks=pytest.mark.slow)])
 def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
-    files = written(example_of(with_slots(MODELS[name], ("asymmetry",))), plant=COGS, axis=axis_from(AXIS))
+    files = written(example_with(name, ("asymmetry",)), plant=COGS, axis=axis_from(AXIS))
     references, expected = played(files)
     assert references.size >= 200
     fed = Component(files, tmp_path).feed(references, **AT_ONCE, limit=0.0)
@@ -289,7 +288,7 @@ def test_no_operation_is_fused(tmp_path):
 @pytest.mark.parametrize("slots", [(), SLOTS], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_hal_computes_identical_feeds(tmp_path, name, slots):
-    files = written(example_of(with_slots(MODELS[name], slots)), plant=COGS, speed=0.0)
+    files = written(example_with(name, slots), plant=COGS, speed=0.0)
     component_name = next(file for file in files if file.endswith(".comp")).removesuffix(".comp")
     measured = in_hal(files, tmp_path, f"{component_name}_selftest.hal")[f"{component_name}_selftest_measured.txt"]
     assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()

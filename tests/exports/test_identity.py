@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from tests.exports.native import example_with
 from tests.exports.test_laws import variant_of
 from tests.exports.test_own_model import HEAD, TRIAL, model_of
 
@@ -57,14 +58,14 @@ def test_all_files_have_the_hash_of_their_model_for_all_options(tmp_path):
 
 
 def test_moving_kernels_between_files_changes_neither_names_nor_hashes():
-    model = example_of(with_slots(MODELS["stribeck"], ("position", "load", "asymmetry")))
+    model = example_with("stribeck", ("position", "load", "asymmetry"))
     names = [function.name for function in subject_of(with_rest(model, "held")).unit.functions]
     assert names[0] == "surroundings_motion_on_side"
     assert names[8:10] == ["stribeck_trial", "variation_share_of"]
     assert names[-4:] == ["variation_trial", "slots_trial", "resting_trial", "resting_commit"]
     plant = br.plants.inertia(M=2.0)
     assert core_of(subject_of(model), plant, Builder()).entry.name == "fmu_core_stepped"
-    digests = {name: hash_of_model(example_of(MODELS[name]))[:12] for name in ("lugre", "stribeck", "gms")}
+    digests = {name: hash_of_model(example_with(name))[:12] for name in ("lugre", "stribeck", "gms")}
     assert digests == {"lugre": "0681e09f87ac", "stribeck": "2c9b5ee8b03c", "gms": "91dd668345f8"}
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, RUN_LAW, differing, library, library_of_laws, walk
+from tests.exports.native import COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
 from tests.exports.test_fmu_law import inputs_of
 from tests.exports.test_laws import CASES, replayed, variant_of
 
@@ -23,9 +23,8 @@ from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.st import st_law_files
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
-from bristle.testing import example_of
 
 FOLDER = os.environ.get("BRISTLE_MATIEC", "")
 pytestmark = [
@@ -135,7 +134,7 @@ SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in MODEL
 @pytest.mark.parametrize(("name", "slots"), SHAPES)
 def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
     one = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
-    model = one if slots is None else example_of(with_slots(MODELS[name], slots))
+    model = one if slots is None else example_with(name, slots)
     x, around, rows = motion(signals_of(model))
     result = outputs(model, tmp_path, rows, rest="held" if with_rest(model, "held") != model else None)
     with interpreted():
@@ -148,7 +147,7 @@ def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
-    model = example_of(with_slots(MODELS[name], slots))
+    model = example_with(name, slots)
     _, _, rows = motion(signals_of(model))
     result = outputs(model, tmp_path, rows, float32=True)
     br.export(model, "c", tmp_path / "out", float32=True)

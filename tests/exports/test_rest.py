@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native
+from tests.exports.native import COMPILER, Native, example_with
 from tests.exports.structured_text import StructuredText
 
 import bristle as br
@@ -10,10 +10,9 @@ from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.simulation import feedforward_effort
-from bristle.testing import example_of
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3
@@ -25,7 +24,7 @@ MOVING, RESTING = (2, 4), (3, 5, 6)
 
 def model_of(name):
     """Return a model with other forces forward than backward, and without a viscous part that rest would change."""
-    sided = example_of(with_slots(MODELS[name], ("asymmetry",)))
+    sided = example_with(name, ("asymmetry",))
     changed = {each: 0.0 for each in sided.values if each.startswith("F_v")}
     return sided.with_values(**changed, **{each: 0.0 for each in ("offset",) if each in sided.values})
 
@@ -77,7 +76,7 @@ def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
-    assert [name for name in MODELS if rest_rule(with_rest(example_of(MODELS[name]), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
+    assert [name for name in MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
 
 
 @needs_compiler
@@ -120,5 +119,5 @@ def test_a_note_warns_of_a_mass_outside_the_fmu():
     plant = br.plants.inertia(M=12.0)
     notes = files_for("fmu2", Request(model_of("coulomb"), "axis_x", DT, plant=plant)).notes
     assert any("creeps at rest" in note and "axis_x_mass.fmu" in note for note in notes)
-    lugre = example_of(MODELS["lugre"])
+    lugre = example_with("lugre")
     assert not any("rests" in note for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes)

@@ -7,15 +7,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing, selected_cases, walk
+from tests.exports.native import COMPILER, Native, differing, example_with, selected_cases, walk
 
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
 from bristle.exports.described import Source
 from bristle.exports.st_parts import RESERVED, helpers_of, part_text
 from bristle.exports.st_project import NAMESPACE
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
 
 pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
 from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
@@ -36,7 +34,7 @@ CHOSEN = {
 
 def example(name):
     base, slots = CHOSEN[name]
-    return example_of(with_slots(MODELS[base], slots))
+    return example_with(base, slots)
 
 
 def texts(model, folder, name="axis_x", **options):
@@ -157,7 +155,7 @@ def test_a_model_of_one_element_has_no_counting_loop(tmp_path):
 @pytest.mark.parametrize("name", ["stribeck", "stribeck_free"])
 def test_each_function_has_at_least_one_input(tmp_path, name):
     # Where the exponent of the fall is 2, nothing is left of the power but a number.
-    model = example_of(MODELS[name])
+    model = example_with(name)
     text, _ = texts(model, tmp_path, "axis_x")
     heads = re.findall(r"(?m)^FUNCTION \w+ : \w+\n(\w+)", text)
     assert len(heads) > 4

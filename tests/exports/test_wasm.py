@@ -8,16 +8,15 @@ import subprocess
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import COMPILER, differing, library, selected_cases, walk
+from tests.exports.native import COMPILER, differing, example_with, library, selected_cases, walk
 
 import bristle as br
 from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Request
 from bristle.exports.wasm import ALONE, module_of, write
 from bristle.exports.wasm_code import leb, signed_leb
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
-from bristle.testing import example_of
 
 NODE = shutil.which("node")
 DT = 5e-4
@@ -44,7 +43,7 @@ needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 def example(name):
     base, slots = MODELS_OF[name]
-    return example_of(with_slots(MODELS[base], slots))
+    return example_with(base, slots)
 
 
 def node(folder, script, *arguments):
@@ -263,5 +262,5 @@ def test_exported_functions_are_inlined():
 
 
 def test_layers_with_a_common_kernel_are_exported_together():
-    model = example_of(with_slots(MODELS["lugre"], ["ripple", "position"]))
+    model = example_with("lugre", ["ripple", "position"])
     assert len(module_of(subject_of(model)).binary) < 6_000
