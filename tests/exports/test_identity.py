@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from tests.exports.native import example_with
 from tests.exports.test_laws import variant_of
-from tests.exports.test_own_model import HEAD, TRIAL, model_of
+from tests.exports.test_names import HEAD, TRIAL, model_of
 
 import bristle as br
 from bristle.exports.cycle import core_of

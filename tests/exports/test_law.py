@@ -1,6 +1,7 @@
 """Laws of control in samples: what they are told, what is fed forward, and what they say of it."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -8,9 +9,13 @@ import pytest
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Feedforward, Learning, Run, Variant
+from bristle.exports.c import law_files
 from bristle.exports.described import Source
+from bristle.exports.fmu_content import content_of_law
 from bristle.exports.law import Inputs, law_facts, law_of, law_walk
 from bristle.exports.law_text import Gravity, Load, loads_of
+from bristle.exports.st import st_law_files
+from bristle.exports.tunable import settled_law
 
 M, DT = 2.0, 1e-3
 COULOMB = br.friction.with_slots(br.friction.coulomb, [])(F_C=5.0, offset=0.5)
@@ -192,3 +197,30 @@ def test_the_self_test_measures_each_position_one_sample_late():
     first = Inputs(x[0], v[0], 100.0 * v[0], x[0], x[1:2], 100.0 * v[1:2])
     second = Inputs(x[1], v[1], 100.0 * v[1], x[0], x[2:3], 100.0 * v[2:3])
     assert law.efforts([first, second]) == pytest.approx(efforts[:2])
+
+
+LAW, TUNABLE = (law_of(variant(Feedforward(mass=2.0)), tunable=tunable) for tunable in (False, True))
+
+
+def length(text) -> int:
+    return sum(map(len, text.values())) if isinstance(text, Mapping) else len(text)
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_folding_earlier_or_later_gives_the_same_law(write):
+    assert write(LAW, "axis_x", Source()) == write(settled_law(LAW), "axis_x", Source())
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_a_law_with_variable_parameters_is_longer(write):
+    assert length(write(TUNABLE, "axis_x", Source())) > length(write(LAW, "axis_x", Source()))
+
+
+def test_folding_earlier_or_later_gives_the_same_fmu_of_a_law():
+    texts = [printed(content_of_law(law, "axis_x", Source()).unit) for law in (TUNABLE, settled_law(TUNABLE))]
+    assert texts[0] == texts[1]
+
+
+def printed(unit) -> str:
+    """Every function of a unit, as its tree has it."""
+    return "\n".join(repr((function.name, function.parameters, function.body)) for function in unit.functions)
