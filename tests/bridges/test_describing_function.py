@@ -3,7 +3,6 @@
 import control as ct
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import bristle as br
 from bristle.bridges import DescribingFunction, to_control
@@ -38,24 +37,6 @@ def test_a_slipping_element_agrees_with_caugheys_bilinear_hysteresis():
     result = described(element)
     np.testing.assert_allclose(result, elastic + 1j * lost, rtol=2e-5, atol=1e-5 * stiffness)
     assert np.count_nonzero(reach > AMPLITUDES) >= 3
-
-
-def test_the_loop_of_dahl_agrees_with_its_quadrature():
-    level, stiffness = 12.0, 8e6
-    result = described(br.friction.dahl(F_C=level, sigma_0=stiffness))
-    for amplitude, value in zip(AMPLITUDES, result, strict=True):
-        # Forward from -A, where the loop has its lowest force, it nears the level exponentially; back it is the same.
-        lowest = -level * np.tanh(stiffness * amplitude / level)
-
-        def forward(theta, lowest=lowest, amplitude=amplitude):
-            passed = amplitude * (1.0 - np.cos(theta))
-            return level - (level - lowest) * np.exp(-stiffness * passed / level)
-
-        # x = -A cos(theta), so that a sine comes a quarter of a cycle later.
-        options = {"limit": 400, "epsabs": 0.0, "epsrel": 1e-10, "points": np.geomspace(1e-4, 1.0, 9)}
-        real = 2.0 / np.pi * quad(lambda theta: forward(theta) * -np.cos(theta), 0.0, np.pi, **options)[0]
-        imaginary = 2.0 / np.pi * quad(lambda theta: forward(theta) * np.sin(theta), 0.0, np.pi, **options)[0]
-        assert value * amplitude == pytest.approx(real + 1j * imaginary, rel=1.5e-5)
 
 
 @pytest.mark.parametrize("name", ["maxwell_slip", "preisach_lugre", "lugre"])

@@ -201,18 +201,6 @@ def test_the_force_read_back_is_the_friction_along_the_axis(name, points, turned
         assert abs(force) <= abs(exact) * (1.001 if points == 3 else 1.02)
 
 
-def test_a_wrong_unit_in_a_file_is_detected(written):
-    request = replace(export_request(), rest="held", points=20)
-    target = TARGETS["table"]
-    files = target.write(request).files
-    name = next(each for each in files if each.endswith("_drive.csv"))
-    head, *rows = [line for line in files[name].splitlines() if not line.startswith("#")]
-    tenfold = [f"{row.split(',')[0]},{10.0 * float(row.split(',')[1])}" for row in rows]
-    drive = target.reads(files | {name: "\n".join([head, *tenfold, ""])}, request)
-    assert effect_of_files(request, drive).is_harmful
-    assert not written["table"].effect.is_harmful
-
-
 def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
     header = text_of(files_for("c", export_request()), ".h")
     assert "double axis_x_command(axis_x *axis, double position, double dt);" in header

@@ -8,6 +8,7 @@ the imaginary parts of many runs side by side, one for each direction.
 """
 
 import math
+import operator
 from contextlib import contextmanager
 from unittest.mock import patch
 
@@ -68,24 +69,6 @@ class Complex:
     def __abs__(self):
         return -self if math.copysign(1.0, self.real) < 0.0 else self
 
-    def __lt__(self, other):
-        return self.real < real_of(other)
-
-    def __le__(self, other):
-        return self.real <= real_of(other)
-
-    def __gt__(self, other):
-        return self.real > real_of(other)
-
-    def __ge__(self, other):
-        return self.real >= real_of(other)
-
-    def __eq__(self, other):
-        return self.real == real_of(other)
-
-    def __ne__(self, other):
-        return self.real != real_of(other)
-
     def __bool__(self):
         return self.real != 0.0
 
@@ -97,6 +80,15 @@ class Complex:
 
     def __float__(self):
         raise TypeError("a conversion would lose the imaginary part")
+
+
+def compared(operation):
+    """Return a question, which looks at the real parts."""
+    return lambda one, other: operation(one.real, real_of(other))
+
+
+for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+    setattr(Complex, f"__{name}__", compared(getattr(operator, name)))
 
 
 def real_of(number):

@@ -333,12 +333,18 @@ def test_a_derived_function_has_the_slope_of_its_formula(body, at, value, slope)
 # --- tangents ---------------------------------------------------------------------------------------------------
 
 
-def test_tangents_compute_as_vectors_do():
-    assert still().tolist() == [0.0] * DIRECTIONS
-    assert tangent_sum(DX, DY).tolist() == (DX + DY).tolist()
-    assert tangent_difference(DX, DY).tolist() == [x - y for x, y in zip(DX, DY, strict=True)]
-    assert tangent_scaled(3.0, DX).tolist() == [3.0 * x for x in DX]
-    assert tangent_combined(2.0, DX, -3.0, DY).tolist() == [2.0 * x - 3.0 * y for x, y in zip(DX, DY, strict=True)]
+@pytest.mark.parametrize(
+    ("tangent", "expected"),
+    [
+        (still(), np.zeros(DIRECTIONS)),
+        (tangent_sum(DX, DY), DX + DY),
+        (tangent_difference(DX, DY), DX - DY),
+        (tangent_scaled(3.0, DX), 3.0 * DX),
+        (tangent_combined(2.0, DX, -3.0, DY), 2.0 * DX - 3.0 * DY),
+    ],
+)
+def test_tangents_compute_as_vectors_do(tangent, expected):
+    assert tangent.tolist() == expected.tolist()
 
 
 def test_storing_a_tangent_does_not_change_a_tangent_read_before():
