@@ -1,7 +1,6 @@
 """An axis with its friction in python-control: the same values, in whatever order it asks for them."""
 
 import sys
-from dataclasses import replace
 
 import control as ct
 import numpy as np
@@ -12,7 +11,6 @@ from bristle import bridges
 from bristle.bridges import to_control
 from bristle.core.contracts import example_of
 from bristle.core.errors import InputError, InputWarning, MissingExtraError
-from bristle.simulation.compensation import compensation_experiment
 
 DT = 5e-4
 PLANT = br.plants.inertia(M=28.0)
@@ -39,21 +37,6 @@ def test_a_sampled_axis_is_identical_to_the_engine(name):
     for signal, row in zip(("position", "velocity", "friction"), result.outputs, strict=True):
         np.testing.assert_array_equal(row, getattr(trace, signal), err_msg=signal)
     assert np.ptp(result.outputs[0]) > 1e-6
-
-
-def test_the_axis_of_a_simulated_loop_is_identical_in_python_control():
-    t = DT * np.arange(600)
-    friction = example_of(br.friction.preisach_lugre)
-    law = br.controllers.cascade(k_p=60.0, k_v=6700.0)
-    loop = compensation_experiment(PLANT, friction, friction, law, 1e-5 * (1.0 - np.cos(40.0 * t)), DT)
-    variants = [replace(variant, run=replace(variant.run, substeps=3)) for variant in loop.variants]
-    looped = br.simulate(replace(loop, variants=tuple(variants)))
-    system = to_control(friction, PLANT, dt=DT, steps=3)
-    for variant in (looped.variants["as_recorded"], looped.variants["compensated"]):
-        begun = [variant.position[0], variant.velocity[0], *np.zeros(len(system.state_labels) - 2)]
-        result = run(system, variant.time, variant.effort, X0=begun)
-        np.testing.assert_array_equal(result.outputs[0], variant.position)
-        np.testing.assert_array_equal(result.outputs[2], variant.friction)
 
 
 @pytest.mark.parametrize("name", SAMPLED)

@@ -127,12 +127,6 @@ def test_a_state_of_another_model_is_refused():
             run(compiled, function, 1, 5, [*wrong, *more], wrong)
 
 
-def test_a_library_is_compiled_once(monkeypatch):
-    first = CompiledWalk(LUGRE).library
-    monkeypatch.setattr("subprocess.run", lambda *_, **__: pytest.fail("compiles again"))
-    assert CompiledWalk(LUGRE).library == first
-
-
 def test_a_missing_compiler_and_a_failure_are_named():
     with pytest.raises(InputError, match="needs a compiler"):
         CompiledWalk.build({"a.c": "int a;"}, None, [])

@@ -153,9 +153,10 @@ def test_the_derivative_by_the_time_step_is_that_of_differences(quick):
     assert np.median(np.abs(slopes[1:, 0] - expected[1:])) <= 1e-6 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("tunable", [True, pytest.param(False, marks=pytest.mark.slow)])
-def test_the_self_test_compares_derivatives(tmp_path, tunable):
-    br.export(example("maxwell_slip", ("load",)), "c", tmp_path / "out", derivatives=True, tunable=tunable)
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("name", "slots", "tunable"), [("dahl", (), True), ("maxwell_slip", ("load",), False)])
+def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
+    br.export(example(name, slots), "c", tmp_path / "out", derivatives=True, tunable=tunable)
     assert "identical to bristle" in built(tmp_path / "out", "axis_x_selftest.c").stdout
     source = tmp_path / "out" / "axis_x.c"
     wrong = source.read_text().replace("d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position")

@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 from tests.contract.models import with_fast
 from tests.exports.graphics import Device, ptx_of
-from tests.exports.native import differing, example_with, walk
+from tests.exports.native import differing, walk
 
 import bristle as br
 from bristle.engine.path import output_along
-from bristle.exports.cuda import write
-from bristle.exports.targets import Request
 from bristle.friction import MODELS, with_slots
 from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
@@ -105,14 +103,6 @@ def expected(name):
         x /= np.max(np.abs(x))
         return x, values, np.transpose([output_along(model, x[:, lane]) for lane, model in enumerate(models)])
     return x, values, np.transpose([br.response(model, x[:, lane], DT) for lane, model in enumerate(models)])
-
-
-@pytest.mark.parametrize(("name", "numbers"), [("coulomb", 4 + 1), ("lugre", 4 + 1 + 7)])
-def test_a_lane_has_eight_bytes_per_number_of_head_state_and_parameters(name, numbers):
-    product = write(Request(example_with(name), "axis_x", DT))
-    size = int(re.search(r"static_assert\(sizeof\(\w+\) == (\d+)", product.files["axis_x.cu"])[1])
-    assert size == 8 * numbers
-    assert product.notes == ("compile with --fmad=false: fused multiply-add changes the last bits",)
 
 
 @pytest.mark.skipif(COMPILER is None, reason="needs a C++ compiler")

@@ -225,8 +225,7 @@ def test_parameters_are_tunable_within_their_ranges(opened):
 @needs_compiler
 @needs_fmpy
 def test_parameters_set_before_the_start_give_the_changed_model(opened):
-    v = velocities(400)
-    unit = opened("lugre_2").start(sigma_0=2e6, F_C=11.0)
+    v, unit = velocities(400), opened("lugre_2").start(sigma_0=2e6, F_C=11.0)
     forces = unit.along(STEP, [{"v": value, "x": 0.0} for value in v], "force")[:, 0]
     model = example("lugre_2").with_values(sigma_0=2e6, F_C=11.0)
     with interpreted():
@@ -234,9 +233,14 @@ def test_parameters_set_before_the_start_give_the_changed_model(opened):
     assert differing(forces, expected) == 0
 
 
-def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, monkeypatch):
+@pytest.fixture
+def uncompiled(monkeypatch):
+    """No compiler of any platform is found."""
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
+
+
+def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, uncompiled):
     result = br.export(example("coulomb_3"), "fmu3", tmp_path / "out")
     assert any("contains its source only" in note for note in result.notes)
     assert any("the mass is unknown" in note for note in result.notes)
@@ -265,9 +269,7 @@ def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fm
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_the_description_states_title_author_and_licence(tmp_path, monkeypatch, fmi):
-    monkeypatch.setattr(fmu, "zig", list)
-    monkeypatch.setattr(fmu, "compiler", lambda: None)
+def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, fmi):
     model = example("lugre_2")
     source = Source({"model": "a<b.toml", "command": "bristle export"}, {"F_S": {"interval": (24.0, 31.5)}})
     br.export(model, f"fmu{fmi}", tmp_path / "out", source=source, plant=PLANT)
@@ -289,9 +291,7 @@ def test_the_description_states_title_author_and_licence(tmp_path, monkeypatch, 
     assert len(set(hashes[1:])) == 3
 
 
-def test_the_command_takes_the_mass_from_the_model_file(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(fmu, "zig", list)
-    monkeypatch.setattr(fmu, "compiler", lambda: None)
+def test_the_command_takes_the_mass_from_the_model_file(tmp_path, uncompiled, capsys):
     write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0

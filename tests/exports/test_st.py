@@ -191,9 +191,10 @@ REALS = (
     1.7976931348623157e308,
     2.0**1023,
 )
+SINGLE_REALS = (1.0, 1.9999999, 2.0, 3.7, 0.3, 1.2e-38, 3.4e38, 2.0**-63, 2.0**64, 2.0**64 * 0.999, 2.0**-126, 2.0**127)
+SINGLE_CALL = "REAL_TO_LREAL({{0}}({} := LREAL_TO_REAL(position)))"
 HELPERS = {
-    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-1022, 1024, 5), "{0}(power := position)"),
-    "ends": (lambda k: math.ldexp(1.0, int(k)), (-1022, 1023, 512, -512), "{0}(power := position)"),
+    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), (*range(-1022, 1024, 5), 1023, 512, -512), "{0}(power := position)"),
     "mantissa": (mantissa, REALS, "{0}(number := position)"),
     "exponent": (exponent, REALS, "{0}(number := position)"),
     "floor": (math.floor, (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9), "DINT_TO_LREAL({0}(number := position))"),
@@ -202,24 +203,22 @@ HELPERS = {
     "floor_rest": (lambda x: x % -3, (-7, -6, -1, 0, 2, 7), "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))"),
     "abs": (abs, (-2.5, 0.0, 3.0), "1.0 * {0}(number := position)"),
     "copysign": (lambda x: math.copysign(-2.0, x), (-1e-300, 0.0, 3.0), "{0}(number := -2.0, sign_of := position)"),
+    "single_power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-126, 128), SINGLE_CALL.format("power")),
+    "single_mantissa": (lambda x: math.frexp(np.float32(x))[0] * 2.0, SINGLE_REALS, SINGLE_CALL.format("number")),
+    "single_exponent": (lambda x: math.frexp(np.float32(x))[1] - 1.0, SINGLE_REALS, SINGLE_CALL.format("number")),
 }
-
-
-def in_blocks(helpers, folder, scalar="LREAL", rounded="nearbyint"):
-    """Return each helper, with its call, in a block of its own: compiled at once."""
-    texts = {}
-    for name, call in helpers.items():
-        block, helper = f"of_{name}", "power_of_two" if name == "ends" else name
-        pous = helpers_of([helper], f"{block}_{{}}".format, "DINT", scalar)
-        body = f"force := {call.format(f'{block}_{helper}')};"
-        texts[block] = ["".join(part_text(pou) for pou in pous) + HELPED.format(block=block, body=body)]
-    return StructuredText(texts, folder, rounded=rounded)
 
 
 @pytest.fixture(scope="module", params=["nearbyint", pytest.param("trunc", marks=pytest.mark.slow)])
 def helpers(request, tmp_path_factory):
-    calls = {name: call for name, (_, _, call) in HELPERS.items()}
-    return in_blocks(calls, tmp_path_factory.mktemp("helpers"), rounded=request.param)
+    """Each helper, with its call, in a block of its own: compiled at once."""
+    texts = {}
+    for name, (_, _, call) in HELPERS.items():
+        block, helper = f"of_{name}", name.removeprefix("single_")
+        pous = helpers_of([helper], f"{block}_{{}}".format, "DINT", "LREAL" if helper == name else "REAL")
+        body = f"force := {call.format(f'{block}_{helper}')};"
+        texts[block] = ["".join(part_text(pou) for pou in pous) + HELPED.format(block=block, body=body)]
+    return StructuredText(texts, tmp_path_factory.mktemp("helpers"), rounded=request.param)
 
 
 @pytest.mark.parametrize("name", HELPERS)
@@ -328,22 +327,6 @@ def test_inputs_beyond_the_range_of_single_precision_are_refused(otherwise):
     assert flags.tolist() == [0, 0, 1, 1, 1]
     assert force.tolist() == [0.0, force[1], force[1], force[1], force[4]]
     assert force[4] != force[1]
-
-
-SINGLE_REALS = (1.0, 1.9999999, 2.0, 3.7, 0.3, 1.2e-38, 3.4e38, 2.0**-63, 2.0**64, 2.0**64 * 0.999, 2.0**-126, 2.0**127)
-SINGLE_HELPERS = {
-    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-126, 128), "power"),
-    "mantissa": (lambda x: math.frexp(np.float32(x))[0] * 2.0, SINGLE_REALS, "number"),
-    "exponent": (lambda x: math.frexp(np.float32(x))[1] - 1.0, SINGLE_REALS, "number"),
-}
-
-
-def test_bit_helpers_of_single_precision_are_exact(tmp_path):
-    calls = {name: f"REAL_TO_LREAL({{0}}({of} := LREAL_TO_REAL(position)))" for name, (_, _, of) in SINGLE_HELPERS.items()}
-    helpers = in_blocks(calls, tmp_path, "REAL")
-    for name, (expected, arguments, _) in SINGLE_HELPERS.items():
-        result, _ = helpers.run(f"of_{name}", [float(number) for number in arguments])
-        assert result.tolist() == [float(expected(number)) for number in arguments], name
 
 
 # --- XML --------------------------------------------------------------------------------------------------------------
