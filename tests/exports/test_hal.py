@@ -77,24 +77,42 @@ def test_pins_and_parameters_are_documented_and_begin_without_force():
     assert declared["clock"][1] == "1"
 
 
-def test_the_name_of_the_component_has_the_hash_of_the_model_file():
-    source = Source({"model": "model.toml", "model_sha256": "80d7ae7f" + 56 * "0"})
-    files = written(source=source)
-    assert {name.partition("_selftest")[0].partition(".")[0].removesuffix("_table") for name in files} == {"bristle_80d7ae7f", "README"}
-    assert "component bristle_80d7ae7f " in files["bristle_80d7ae7f.comp"]
-    assert "loadrt bristle_80d7ae7f\n" in files["bristle_80d7ae7f.hal"]
-    assert "net x-pos-cmd => bristle-80d7ae7f.reference" in files["bristle_80d7ae7f.hal"]
+HASHED = Source({"model": "model.toml", "model_sha256": "80d7ae7f" + 56 * "0"})
+
+
+@pytest.mark.parametrize(
+    ("options", "end", "words"),
+    [
+        # The component has the name of the hash of the model file.
+        ({}, ".comp", "component bristle_80d7ae7f "),
+        ({}, ".hal", "loadrt bristle_80d7ae7f\n"),
+        ({}, ".hal", "net x-pos-cmd => bristle-80d7ae7f.reference"),
+        # The machine file names both entries and the mode.
+        ({}, ".hal", "=> pid.x.bias\n"),
+        ({}, ".hal", "TORQUE MODE only"),
+        ({}, ".hal", "loadrt sum2 "),
+        ({}, ".hal", "before the function that writes the output"),
+        # Signs are those of the log.
+        ({"axis": axis_from(AXIS)}, ".hal", ".effort-scale -50.0\n"),
+        ({"axis": axis_from(AXIS)}, "_selftest.hal", ".effort-scale -50.0\n"),
+        ({}, "_table.hal", "loadrt lincurve count=1 personality=16"),
+        ({}, "_table.hal", "the memory of the model is lost"),
+    ],
+)
+def test_files_are_named_after_the_model_and_say_how_they_are_loaded(options, end, words):
+    text = written(source=HASHED, **options)[f"bristle_80d7ae7f{end}"]
+    assert words in text or words in text.replace("\n# ", " ")
+
+
+def test_another_name_is_that_of_the_component():
     assert "knee.comp" in hal.write(replace(request_of(), name="knee")).files
     with pytest.raises(br.core.InputError, match=r"name: is too long for a HAL component.*34 characters"):
         hal.write(replace(request_of(), name="a" * 35))
 
 
-def test_units_signs_and_limit_are_those_of_the_log():
-    files = written(axis=axis_from(AXIS))
-    declared = {name: value for _, _, name, value in DECLARED.findall(text_of(files, ".comp"))}
+def test_units_and_limit_are_those_of_the_log():
+    declared = {name: value for _, _, name, value in DECLARED.findall(text_of(written(axis=axis_from(AXIS)), ".comp"))}
     assert (float(declared["scale"]), float(declared["effort_scale"]), float(declared["limit"])) == (1e-3, -50.0, 8.0)
-    for end in (".hal", "_selftest.hal"):
-        assert ".effort-scale -50.0\n" in text_of({name: text for name, text in files.items() if "table" not in name}, end)
     turning = br.friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
     assert "1 deg" in hal.write(request_of(turning, speed=5.0)).notes[1]
 
@@ -124,15 +142,11 @@ def test_velocity_mode_is_refused_by_name(tmp_path, capsys, options, words):
     assert len(list(tmp_path.glob("out/bristle_????????.comp"))) == (not words)
 
 
-def test_the_machine_file_begins_at_gain_0_and_names_both_entries_and_the_mode():
-    text = text_of({name: text for name, text in written().items() if "table" not in name and "selftest" not in name}, ".hal")
+def test_the_machine_file_begins_at_gain_0():
+    text = written(source=HASHED)["bristle_80d7ae7f.hal"]
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     assert [line.split()[0] for line in lines] == ["loadrt", *["setp"] * 5, "addf", "net", "net"]
     assert any(line.endswith(".gain 0") for line in lines)
-    assert lines[-1].endswith("=> pid.x.bias")
-    assert "TORQUE MODE only" in text
-    assert "loadrt sum2 " in text
-    assert "before the function that writes the output" in text.replace("\n# ", " ")
 
 
 def test_the_table_for_lincurve_has_its_points_and_its_error():
@@ -140,14 +154,12 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
     rows = re.findall(r"^setp lincurve\.0\.([xy])-val-(\d\d) (\S+)$", text, re.MULTILINE)
     x, y = (np.array([float(value) for axis, _, value in rows if axis == wanted]) for wanted in "xy")
     assert x.size == y.size == 16
-    assert "loadrt lincurve count=1 personality=16" in text
     assert np.all(np.diff(x) > 0.0)
     stated = float(re.search(r"steady friction of the model by at most ([\d.e-]+) N", text.replace("\n# ", " "))[1])
     speeds = np.linspace(0.5, 200.0, 300)  # mm/s
     for v in (speeds, -speeds):
         error = np.abs(np.interp(v, x, y) - [steady_force(LUGRE, 1e-3 * each) for each in v])
         assert error.max() <= 1.1 * stated
-    assert "the memory of the model is lost" in text.replace("\n# ", " ")
     unknown = hal.write(request_of(speed=0.0))
     assert not any("table" in name for name in unknown.files)
     assert unknown.notes[-1].endswith("the largest speed is unknown: no table")
