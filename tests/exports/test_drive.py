@@ -197,7 +197,7 @@ def test_without_a_plant_a_note_says_that_the_inertia_is_unknown():
 
 # --- along a log --------------------------------------------------------------------------------------------------
 
-MOTION = sines(duration=1.5)
+MOTION = sines(duration=1.0)
 
 
 def log_along(model):

@@ -256,7 +256,7 @@ def law_files_of(controller, fed):
 
 
 @needs_compiler
-@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), ("sliding_mode", "desired")])
+@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), pytest.param("sliding_mode", "desired", marks=pytest.mark.slow)])
 def test_a_law_gives_the_bits_of_its_self_test(tmp_path, controller, fed):
     product = law_files_of(controller, fed)
     *columns, expected = played(product.files)

@@ -300,7 +300,7 @@ def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(otherwi
     assert flags[1:].all()
 
 
-@pytest.mark.fast_cases(3)
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("single", SINGLE)
 def test_single_precision_is_identical_to_c(otherwise, single):
     _, blocks, native = otherwise
