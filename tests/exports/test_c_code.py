@@ -1,17 +1,26 @@
-"""The tree as C and as Structured Text: brackets where the order differs, and statements before a value."""
+"""The tree as C and as Structured Text: brackets, statements before a value, and parts of a source in C."""
 
 import math
+import re
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
+import bristle as br
 from bristle.exports import c_code, st_code
-from bristle.exports.c_code import Names, number
+from bristle.exports.c import CFiles
+from bristle.exports.c_code import Names, Printer, number
+from bristle.exports.c_parts import array_text, constant_text, declared, helpers_text, literal, parameters_text, saved_facts, started
+from bristle.exports.printing import element, loops_of, needs_wide_integers, structures_of, types_in, wrapped
 from bristle.exports.st_code import is_safe
 from bristle.exports.st_parts import Record
+from bristle.exports.subject import subject_of
+from bristle.exports.targets import Request
+from bristle.exports.tunable import tunable_of
 from bristle.translation import tree as t
-from bristle.translation.scope import NotExportableError
-from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID
+from bristle.translation.scope import NotExportableError, free_name
+from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Unit, struct_type
 
 
 class Pair(NamedTuple):
@@ -355,3 +364,168 @@ def test_minus_zero_is_just_below_zero():
 def test_numbers_convert_to_single_precision(scalar, texts):
     printer = st_code.Printer(t.Unit([]), "axis", scalar=scalar)
     assert [printer.narrowed("x"), printer.widened("x"), printer.array(3), printer.array(3, "LREAL")] == texts
+
+
+SPEED, COUNT = t.Variable(REAL, "x"), t.Variable(INTEGER, "n")
+
+
+def whole(value):
+    return t.Constant(INTEGER, value)
+
+
+def void_of(*body, parameters=(SPEED, COUNT), result=VOID, name="f", description=""):
+    return t.Function(name, print, list(parameters), result, list(body), description)
+
+
+def test_integers_beyond_31_bits_and_bitwise_operations_are_64_bit():
+    narrow = [whole(2**31 - 1), whole(1 - 2**31), t.Constant(REAL, 1e12), *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in "+%")]
+    wide = [whole(2**31), whole(-(2**31)), *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in ("&", "^", ">>"))]
+    outcome = [[needs_wide_integers(t.Unit([void_of(), void_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
+    assert outcome == [[False] * 5, [True] * 5]
+
+
+class Held(NamedTuple):
+    a: float
+
+
+class Holder(NamedTuple):
+    inner: Held
+    b: float
+
+
+def test_a_tuple_is_listed_once_after_its_inner_tuples():
+    inner = t.Struct(Held, (("a", REAL),))
+    outer = t.Struct(Holder, (("inner", inner), ("b", REAL)))
+    assert structures_of([REAL, outer, inner, t.Array(3), outer]) == [inner, outer]
+    assert structures_of([inner, outer]) == [inner, outer]
+    assert structures_of([REAL, t.Array(2)]) == []
+
+
+def test_types_of_a_function_include_result_arguments_and_body():
+    kinds = types_in(void_of(t.Return(t.Compare(TRUTH, "<", SPEED, t.Constant(REAL, 0.0))), parameters=[COUNT], result=TRUTH))
+    assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
+
+
+@pytest.mark.parametrize(
+    ("line", "lines"),
+    [
+        ("x" * 110, ["x" * 110]),
+        ("a" * 50 + ", " + "b" * 58, ["a" * 50 + ", " + "b" * 58]),
+        ("a" * 50 + ", " + "b" * 59, ["a" * 50 + ",", "        " + "b" * 59]),
+        ("a" * 50 + " + " + "b" * 60, ["a" * 50, "        + " + "b" * 60]),
+        ("a" * 50 + ", " + "b" * 20 + " ? " + "c" * 60, ["a" * 50 + ", " + "b" * 20, "        ? " + "c" * 60]),
+        ("a" * 30 + ", " + "b" * 90, ["a" * 30 + ", " + "b" * 90]),  # in the first forty letters no line ends
+    ],
+)
+def test_a_line_of_more_than_110_letters_breaks_after_a_comma_or_before_an_operator(line, lines):
+    assert wrapped(line, "") == lines
+
+
+def test_a_used_name_gets_the_first_free_number_from_two():
+    assert free_name("f", {"g"}) == "f"
+    assert free_name("f", {"f"}) == "f_2"
+    assert free_name("f", {"f", "f_2", "f_4"}) == "f_3"
+
+
+def test_an_element_contains_text_and_then_further_elements():
+    made = element("a", "text", element("b"), " more", element("c", name="d"), size="3")
+    assert (made.tag, made.text, made.attrib) == ("a", "text more", {"size": "3"})
+    assert [(inner.tag, inner.attrib) for inner in made] == [("b", {}), ("c", {"name": "d"})]
+
+
+def test_rounds_of_bounded_loops_are_counted():
+    counted = t.For(COUNT, whole(2), whole(7), [t.Assign(SPEED, SPEED)])
+    open_end, open_start = t.For(COUNT, whole(0), COUNT, []), t.For(COUNT, COUNT, whole(7), [])
+    until = t.While(t.Compare(TRUTH, "<", SPEED, SPEED), [counted])
+    unit = t.Unit([void_of(name="none"), void_of(until, open_end, open_start, name="many", description="of `x`")])
+    assert loops_of(unit, 21) == [
+        {"function": "many", "description": "of x", "most": "5, half of the stored turning points"},
+        {"function": "many", "description": "of x", "most": "5"},
+        {"function": "many", "description": "of x", "most": "the number in its argument"},
+        {"function": "many", "description": "of x", "most": "the number in its argument"},
+    ]
+
+
+SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
+KIND = struct_type(SLIP.parameters)
+
+
+def printer(scalar="double"):
+    return Printer(Unit([]), scalar, [KIND])
+
+
+def test_only_used_helpers_and_bit_unions_are_written():
+    assert helpers_text(["min"], "double", "int32_t") == (
+        "static inline double least(double a, double b)\n{\n    return b < a ? b : a;\n}\n"
+    )
+    for name in ("copysign", "abs", "power_of_two", "mantissa", "exponent"):
+        assert helpers_text([name], "float", "int32_t").startswith("typedef union {\n    float number;\n    uint32_t bits;\n} Bits;\n")
+    assert "uint64_t bits" in helpers_text(["abs"], "double", "int32_t")
+    assert "int64_t next_below(float x)" in helpers_text(["floor"], "float", "int64_t")
+    assert helpers_text([], "double", "int32_t") == ""
+
+
+def test_masks_and_shifts_follow_from_the_format():
+    for scalar, kind, bits in (("double", np.float64, np.uint64), ("float", np.float32, np.uint32)):
+        text, info = helpers_text(["power_of_two", "mantissa", "exponent", "copysign"], scalar, "int32_t"), np.finfo(kind)
+        masks = {int(mask, 16) for mask in re.findall(r"_C\((0x[0-9A-F]+)\)", text)}
+        (place,) = re.findall(r"\{k \+ ([0-9.]+)", text)
+        # The sign, the fraction, the bits of 1, and those of the number whose last place is 1; k and the bias beside it.
+        rounder = kind(1.5 * 2.0**info.nmant)
+        assert masks == {1 << (info.bits - 1), (1 << info.nmant) - 1, int(kind(1.0).view(bits)), int(rounder.view(bits))}
+        assert float(place) == float(rounder) + 2.0 ** (info.bits - info.nmant - 2) - 1.0
+        assert set(re.findall(r"(?:<<=|>>) (\d+)U", text)) == {str(info.nmant)}
+
+
+def test_fixed_parameters_are_a_constant_with_separate_arrays():
+    text = constant_text("parameters", SLIP.parameters, KIND, printer())
+    assert "static const double fixed_nu_i[2] = {\n    0.25, 0.75\n};" in text
+    assert re.search(r"static const Parameters parameters = \{4\.0, .*fixed_nu_i, .*\};\n$", text)
+    assert parameters_text(SLIP.parameters, KIND, printer(), "axis_x", None) == text
+
+
+def test_seven_numbers_take_two_lines_and_an_empty_array_one_element():
+    assert array_text("table", np.arange(7.0), printer("float")) == (
+        "static const float table[7] = {\n    0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f,\n    6.0f\n};"
+    )
+    assert array_text("table", np.zeros(0), printer()) == "static const double table[1] = {\n    0\n};"
+    assert (literal(2.0, INTEGER, "double"), literal(2, REAL, "float"), literal(True, INTEGER, "float")) == ("2", "2.0f", "1")
+
+
+def test_variable_parameters_are_checked_against_their_ranges():
+    offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=-0.5)
+    tuned = tunable_of(offset)
+    text = parameters_text(
+        offset.parameters, struct_type(offset.parameters), Printer(Unit([]), "float", [struct_type(offset.parameters)]), "axis", tuned
+    )
+    assert "bool within_ranges(const axis_parameters *given)" in text
+    assert "given->offset >= -FLT_MAX && given->offset <= FLT_MAX" in text
+    low = offset.component.variables["F_C"].min
+    assert f"given->F_C >= {low!r}f" in text
+    assert "given->F_C <=" not in text
+    assert [line.partition(";")[0] for line in declared(tunable_of(SLIP), printer())][:2] == ["double F_C", "double k_i[2]"]
+    assert started(tunable_of(SLIP), printer())[1:3] == ["axis->parameters.k_i[0] = 100000.0;", "axis->parameters.k_i[1] = 200000.0;"]
+
+
+@pytest.mark.parametrize(("scalar", "widened", "narrowed"), [("double", "", ""), ("float", "(double)", "(float)")])
+def test_saved_numbers_have_eight_bytes_after_layout_and_marks(scalar, widened, narrowed):
+    fields = [("z", REAL, "", 0.0), ("depth", INTEGER, "", 0)]
+    facts = saved_facts(printer(scalar), ("position", "force"), fields, 20, "layout")
+    # The layout, position, force, marks, z, depth, twenty numbers and the checksum.
+    assert facts["heads"] == [{"name": "position", "at": 8}, {"name": "force", "at": 16}]
+    assert (facts["marks_at"], facts["memory_at"], facts["saved"]) == (24, 48, 8 * (4 + 2 + 20 + 1))
+    z, depth = facts["saved_state"]
+    assert z["put"] == f"put_real(at, {widened}axis->state.z)"
+    assert (z["got"], z["refused"]) == (f"axis->state.z = {narrowed}got_real(bytes + 32)", "!is_finite(got_real(bytes + 32))")
+    assert depth["put"] == "put(at, (uint64_t)axis->state.depth)"
+    assert (depth["got"], depth["refused"]) == ("axis->state.depth = (int32_t)got(bytes + 40)", "got(bytes + 40) >= 10U")
+    assert saved_facts(printer(), ("effort",), [], 0, "layout")["saved"] == 8 * (3 + 1)
+    assert facts["layout"] != saved_facts(printer(scalar), ("position", "force"), fields, 20, "other")["layout"]
+
+
+@pytest.mark.parametrize(("dt", "cycles", "period", "every"), [(1e-3, 1000, "1", 100), (0.4, 2, "0.8", 1), (3.0, 2, "6", 1)])
+def test_an_example_runs_a_second_and_prints_ten_numbers(dt, cycles, period, every):
+    coulomb = br.friction.coulomb(F_C=1.0)
+    facts = CFiles(subject_of(coulomb), Request(coulomb, "axis_x", dt)).facts()
+    assert (facts["cycles"], facts["period"], facts["every"], facts["drive"]) == (cycles, period, every, None)
+    assert facts["zero"] == "0.0"

@@ -1,4 +1,4 @@
-"""Tables for drives: the steady friction in the units of the drive, and what they lose in numbers."""
+"""Files for drives: the steady friction in the units of the drive, what a table loses, and what each drive makes of its file."""
 
 import re
 
@@ -10,8 +10,13 @@ from tests.identification.known_logs import log_of, sines
 import bristle as br
 from bristle.engine import force_along
 from bristle.engine.contact import steady_force
-from bristle.exports.drive import reads, side_of, write
+from bristle.exports import ax8000, cogging, sinumerik, tf5200
+from bristle.exports.drive import Side, levels_and_curves, reads, side_of, write
 from bristle.exports.targets import Request
+from bristle.exports.tf5200 import merged
+from bristle.plants.terms import with_terms
+from bristle.prediction.drive_table import LevelValues
+from bristle.prediction.drive_units import DriveUnit
 
 ONE_DEGREE = np.pi / 180.0
 SIDED = br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
@@ -248,3 +253,294 @@ def test_the_constant_force_does_not_count_as_an_error_of_a_symmetric_table():
     largest, _, product = error_told("tf5200", br.friction.find("coulomb")(F_C=8.0, offset=40.0), axis=FINE)
     assert largest < 0.5e-3  # half a step of the list, in N
     assert not any("same for both directions" in note for note in product.notes)
+
+
+STRAIGHT = br.friction.coulomb_viscous(F_C=8.0, F_v=30.0)
+SOFT = br.friction.dahl(F_C=8.0, sigma_0=4e5)
+GEARED = br.read_axis(SCREW)
+
+
+def ax8000_request(model, axis=None):
+    return Request(model, "axis_x", 1e-3, speed=0.2, axis=axis)
+
+
+def objects(model, axis=None):
+    product = ax8000.write(ax8000_request(model, axis))
+    lines = [line.split(",") for line in product.files["axis_x.csv"].splitlines() if line.startswith("0x")]
+    return {index: (float(value), unit) for index, value, unit, _ in lines}, product
+
+
+def test_a_model_without_presliding_has_level_and_slope_but_no_spring():
+    values, product = objects(STRAIGHT)
+    assert values == {"0x3144:02": (pytest.approx(8.0), "N"), "0x3144:03": (pytest.approx(30.0, rel=1e-6), "N*s/m")}
+    assert any("0x3144:01 is not written" in note for note in product.notes)
+
+
+def test_the_spring_turns_95_per_cent_over_the_presliding_distance():
+    values, product = objects(SOFT)
+    # Of a bristle that slips exponentially 5 % of the change are left after ln 20 of F_C over its stiffness.
+    distance = np.log(20.0) * 8.0 / 4e5
+    assert values["0x3144:01"] == (pytest.approx(0.95 * 2.0 * 8.0 / distance, rel=0.1), "N/m")
+    assert any("95 % of the friction reverses" in note for note in product.notes)
+
+
+def test_with_a_gear_the_objects_are_motor_torques():
+    for model in (STRAIGHT, SOFT):
+        plain, at_motor = objects(model)[0], objects(model, GEARED)[0]
+        for index, power in (("0x3144:02", 1), ("0x3144:03", 2), ("0x3144:01", 2)):
+            if index in plain:
+                assert at_motor[index][0] == pytest.approx(plain[index][0] * ARM**power, rel=1e-6)
+    assert [objects(SOFT, GEARED)[0][f"0x3144:0{k}"][1] for k in (1, 2, 3)] == ["N*m/rad", "N*m", "N*m*s/rad"]
+
+
+def test_objects_are_the_mean_of_both_directions_and_notes_state_the_difference():
+    pushing = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(
+        F_C_pos=9.0, F_C_neg=5.0, F_v_pos=3.0, F_v_neg=1.0, offset=2.0
+    )
+    values, product = objects(pushing)
+    assert values["0x3144:02"][0] == pytest.approx(7.0)
+    assert values["0x3144:03"][0] == pytest.approx(2.0, rel=1e-6)
+    text = " ".join(product.notes)
+    assert "wrong by 2 N in each" in text
+    assert "do not contain the constant force of 2 N" in text
+    assert "constant force" not in " ".join(objects(STRAIGHT)[1].notes)
+    assert "wrong by" not in " ".join(objects(STRAIGHT)[1].notes)
+
+
+@pytest.mark.parametrize("axis", [None, GEARED])
+def test_the_drive_turns_the_spring_between_both_levels(axis):
+    request = ax8000_request(SOFT, axis)
+    drive = ax8000.reads(ax8000.write(request).files, request)
+    dt, spring = 1e-3, 0.95 * 16.0 / (np.log(20.0) * 8.0 / 4e5)
+    x = np.concatenate([[0.0, 1e-5, 2e-5], np.linspace(2e-5, 1e-3, 50)[1:], [1e-3 - 1e-5]])
+    force = drive(x, dt)
+    assert force[0] == 0.0
+    assert force[1:3] == pytest.approx([spring * 1e-5, spring * 2e-5], rel=0.1)
+    assert force[-2] == pytest.approx(8.0, rel=1e-6)
+    assert force[-1] == pytest.approx(8.0 - spring * 1e-5, rel=0.1)
+    assert drive(-x, dt) == pytest.approx(-force)
+
+
+def test_without_a_spring_a_drive_follows_the_last_direction():
+    request = ax8000_request(STRAIGHT, GEARED)
+    drive = ax8000.reads(ax8000.write(request).files, request)
+    x, dt = np.array([0.0, 0.0, 1e-4, 2e-4, 2e-4, 1e-4]), 1e-3
+    assert drive(x, dt) == pytest.approx([0.0, 0.0, 11.0, 11.0, 8.0, -11.0], rel=1e-6)
+
+
+def test_a_line_with_negative_intercept_has_no_level(monkeypatch):
+    levels = LevelValues(0.0, 0.0, -0.5, -0.3, -2.0, -4.0, 0.0, 0.0)
+    monkeypatch.setattr(ax8000, "levels_and_curves", lambda request: (levels_and_curves(request)[0], levels))
+    values, _ = objects(SOFT)
+    assert values == {"0x3144:02": (0.0, "N"), "0x3144:03": (0.0, "N*s/m")}
+
+
+ROTARY_FRICTION = br.friction.coulomb(kind="rotational", F_C=0.1)
+
+
+def cogging_request(orders, axis=None, **values):
+    component = with_terms(br.plants.inertia, cogging={"motor": orders})
+    plant = component(kind="rotational", M=1e-3, motor_turn=4.0, **values)
+    return Request(ROTARY_FRICTION, "axis_x", 1e-3, plant=plant, axis=axis)
+
+
+@pytest.mark.parametrize(("axis", "unit", "size"), [(None, "N*m", 1.0), (br.read_axis(TURNING), "%", 0.005)])
+def test_amplitude_and_phase_are_those_of_cosine_and_sine(axis, unit, size):
+    request = cogging_request([2, 3], axis, motor_2_cos=0.0, motor_2_sin=-0.5, motor_3_cos=3.0, motor_3_sin=4.0)
+    product = cogging.write(request)
+    head, *rows = rows_of(product)
+    assert head == ["order", f"amplitude [{unit}]", "phase [deg]", "turn of"]
+    assert [(int(order), size * float(amplitude), float(phase), turner) for order, amplitude, phase, turner in rows] == [
+        (3, pytest.approx(5.0), pytest.approx(np.degrees(np.arctan(4.0 / 3.0)), abs=1e-3), "motor"),
+        (2, pytest.approx(0.5), pytest.approx(270.0), "motor"),
+    ]
+    x = np.array([0.0, 1.0, 2.5])  # of a turn of 4 rad
+    expected = 3.0 * np.cos(1.5 * np.pi * x) + 4.0 * np.sin(1.5 * np.pi * x) - 0.5 * np.sin(np.pi * x)
+    np.testing.assert_allclose(cogging.reads(product.files, request)(x, 1e-3), expected, atol=1e-4)
+
+
+def test_omitted_harmonics_are_reported_with_their_total_amplitude():
+    orders = list(range(1, 12))
+    request = cogging_request(orders, **{f"motor_{order}_{part}": 0.1 * order for order in orders for part in ("cos", "sin")})
+    product = cogging.write(request)
+    assert [int(order) for order, *_ in rows_of(product)[1:]] == [11, 10, 9, 8, 7, 6, 5, 4, 3]
+    assert f"the file has at most 9 harmonics: bristle omitted the orders 2, 1, in total {0.3 * 2.0**0.5:.2g} N*m" in product.notes
+    assert not any("at most" in note for note in cogging.write(cogging_request([1, 2], motor_1_cos=1.0, motor_2_cos=1.0)).notes)
+
+
+@pytest.mark.parametrize("plant", [None, br.plants.inertia(kind="rotational", M=1.0)])
+def test_missing_cogging_is_refused_and_not_read_back(plant):
+    request = Request(ROTARY_FRICTION, "axis_x", 1e-3, plant=plant)
+    assert plant is not None or cogging.reads({}, request) is None
+    with pytest.raises(br.core.InputError, match=r"cogging: was not identified"):
+        cogging.write(request)
+
+
+DRY = br.friction.coulomb(F_C=8.0)
+LOOP = {"model": "cascade", "k_p": "30 1/s", "k_v": "4 N*s/mm", "T_n": "20 ms"}
+ROTARY = TURNING | {"controller": LOOP | {"k_v": "0.4 N*m*s/rad"}}
+
+
+def sinumerik_request(loop, model=DRY):
+    axis = br.read_axis(LINEAR | ({"controller": loop} if loop else {}))
+    return Request(model, "axis_x", 1e-3, speed=0.2, axis=axis, plant=br.plants.inertia(M=20.0))
+
+
+def data_of(product):
+    return {name.removeprefix("$MA_"): (number, float(value), *unit) for number, name, value, *unit in rows_of(product, "axis_x.txt", None)}
+
+
+@pytest.mark.parametrize(
+    ("model", "axis", "pulse", "unit"),
+    [
+        (DRY, LINEAR | {"controller": LOOP}, 16.0 / 4000.0 * 1e3 * 60.0, "mm/min"),
+        (br.friction.coulomb(kind="rotational", F_C=0.2), ROTARY, 0.4 / 0.4 * 60.0 / (2.0 * np.pi), "rev/min"),
+    ],
+)
+def test_the_pulse_is_the_change_of_friction_divided_by_the_gain(model, axis, pulse, unit):
+    product = product_of("sinumerik", model, axis)
+    assert data_of(product) == {
+        "FRICT_COMP_MODE": ("MD32490", 1.0),
+        "FRICT_COMP_ENABLE": ("MD32500", 1.0),
+        "FRICT_COMP_ADAPT_ENABLE": ("MD32510", 0.0),
+        "FRICT_COMP_CONST_MAX": ("MD32520", pytest.approx(pulse, rel=1e-5), unit),
+        "FRICT_COMP_TIME": ("MD32540", pytest.approx(0.02), "s"),
+    }
+    for words in ("START VALUES: tune them with the circularity test", "6FC5397-1BP40-3BA1"):
+        assert words in product.files["axis_x.txt"]
+    assert any("start values" in note for note in product.notes)
+
+
+def test_a_pulse_with_the_time_of_the_integral_is_a_step_of_effort_at_each_reversal():
+    request = sinumerik_request(LOOP)
+    product = sinumerik.write(request)
+    x = np.array([0.0, 1.0, 2.0, 1.0, 0.0, 0.0, 1.0, 2.0])
+    assert sinumerik.reads(product.files, request)(x, 1e-3) == pytest.approx([0.0, 0.0, 0.0, -16.0, -16.0, -16.0, 0.0, 0.0], abs=1e-4)
+    longer = {"axis_x.txt": product.files["axis_x.txt"].replace("0.02 ", "0.04 ")}
+    assert longer != product.files
+    # What fades of it, k_v over T_n integrates: after one time constant 16 N times (1 / e + 2 (1 - 1 / e)).
+    late = sinumerik.reads(longer, request)(np.concatenate([[0.0, 1.0], np.arange(0.0, -0.5, -0.005)]), 1e-3)[2 + 40]
+    assert late == pytest.approx(-16.0 * (2.0 - np.exp(-1.0)), rel=1e-3)
+
+
+def test_without_a_loop_or_a_time_constant_no_drive_is_read_back():
+    assert sinumerik.reads(sinumerik.write(sinumerik_request(LOOP)).files, sinumerik_request({})) is None
+    without = sinumerik_request({key: value for key, value in LOOP.items() if key != "T_n"})
+    product = sinumerik.write(without)
+    assert "FRICT_COMP_TIME" not in data_of(product)
+    assert "MD32540" in product.files["axis_x.txt"]
+    assert sinumerik.reads(product.files, without) is None
+
+
+@pytest.mark.parametrize("axis", [None, LINEAR, LINEAR | {"controller": LOOP | {"k_v": "0 N*s/mm"}}])
+def test_the_gain_of_the_velocity_loop_is_required(axis):
+    with pytest.raises(br.core.InputError, match="needs the gain of the velocity loop"):
+        product_of("sinumerik", DRY, axis)
+
+
+# An arm of a millimetre: 0.2 N m are 200 N, and a per mille of that is 0.2 N.
+MILLIMETRE = br.read_axis(SCREW | {"effort": {"rated": "0.2 N*m"}, "transmission": {"lead": f"{2.0 * np.pi!r} mm"}})
+
+
+def tf5200_request(model, axis=MILLIMETRE, **changes):
+    return Request(model, "axis_x", 1e-3, axis=axis, **{"speed": 0.2, "points": 5} | changes)
+
+
+def test_the_list_is_in_micrometres_a_second_and_per_mille_of_rated():
+    rows = listed(tf5200.write(tf5200_request(br.friction.coulomb_viscous(F_C=8.0, F_v=20.0))))
+    assert rows == {
+        "mode": 3,
+        "table_entries": 2,
+        "position_delay": 0,
+        "reversal_lookahead": 1,
+        "scaling_factor": 1000,
+        "delay_cycles": 0,
+        "table[0].in": 0,
+        "table[0].out": 40,
+        "table[1].in": 200_000,
+        "table[1].out": 60,
+    }
+
+
+def test_the_list_of_a_rotary_axis_is_in_thousandths_of_a_degree_a_second():
+    viscous = br.friction.coulomb_viscous(kind="rotational", F_C=0.1, F_v=0.02)
+    rows = listed(tf5200.write(tf5200_request(viscous, br.read_axis(TURNING), speed=np.pi)))
+    assert [rows[f"table[1].{key}"] for key in ("in", "out")] == [180_000, round((0.1 + 0.02 * np.pi) / 0.0005)]
+
+
+@pytest.mark.parametrize(("microns", "written", "is_noted"), [(0.4, 4, False), (1.0, 10, False), (1.2, 10, True)])
+def test_a_delay_over_a_distance_is_limited_to_ten_tenths_of_a_micrometre(monkeypatch, microns, written, is_noted):
+    requested = []
+    monkeypatch.setattr(tf5200, "reversal_distance", lambda model, speed: requested.append(speed) or microns * 1e-6)
+    product = tf5200.write(tf5200_request(br.friction.coulomb(F_C=8.0)))
+    assert listed(product)["position_delay"] == written
+    reason = "position_delay has its largest value, 10, but the friction needs 12 x 0.1 um to reverse"
+    assert (reason in product.notes) is is_noted
+    assert requested == [pytest.approx(0.2)]
+
+
+@pytest.mark.parametrize(("ahead", "written"), [(1, 1), (4, 4), (5, 4)])
+def test_the_current_leads_a_reversal_by_four_cycles_at_most(monkeypatch, ahead, written):
+    monkeypatch.setattr(tf5200, "samples_ahead", lambda loop: ahead)
+    product = tf5200.write(tf5200_request(br.friction.coulomb(F_C=8.0)))
+    assert listed(product)["reversal_lookahead"] == written
+    assert f"leads a reversal; this axis needs {ahead}, the largest value is 4." in str(product.files["axis_x.txt"])
+
+
+@pytest.mark.parametrize(("count", "is_refused"), [(20, False), (21, True)])
+def test_the_list_has_at_most_twenty_entries(monkeypatch, count, is_refused):
+    entries = np.column_stack([0.01 * np.arange(count), 1.0 + np.arange(count) % 2])
+    monkeypatch.setattr(tf5200, "mean_side", lambda *passed: Side(entries, entries))
+    request = tf5200_request(br.friction.coulomb(F_C=8.0))
+    if is_refused:
+        with pytest.raises(
+            br.core.InputError, match="points: exceeds the length of the list of the CNC; found 21, allowed 20 entries or fewer"
+        ):
+            tf5200.write(request)
+    else:
+        assert listed(tf5200.write(request))["table_entries"] == count
+
+
+@pytest.mark.parametrize(
+    ("entries", "kept"),
+    [
+        # Of several entries at a rounded speed the first, and of equal ones both ends.
+        ([[0.0, 5.0], [4e-7, 7.0], [1e-6, 9.0], [2e-6, 9.0]], [0, 2, 3]),
+        ([[1e-3 * k, force] for k, force in enumerate([10.0, 10.0, 10.0, 20.0, 20.0, 30.0])], [0, 2, 3, 4, 5]),
+    ],
+)
+def test_an_entry_that_says_nothing_is_omitted(entries, kept):
+    entries = np.array(entries)
+    assert merged(Side(entries, entries), DriveUnit("0.1 % of rated", 1.0), "translational").entries.tolist() == entries[kept].tolist()
+
+
+def test_the_constant_force_does_not_count_as_an_error_of_a_direction():
+    lifting = br.friction.find("coulomb")(F_C=8.0, offset=4.0)
+    product = tf5200.write(tf5200_request(lifting))
+    assert [listed(product)[f"table[{i}].out"] for i in (0, 1)] == [40, 40]
+    assert any("does not contain the constant force of 4 N" in note for note in product.notes)
+
+
+GIVEN = {"table_entries": 2, "position_delay": 0, "reversal_lookahead": 0, "scaling_factor": 1000}
+GIVEN |= {"table[0].in": 0, "table[0].out": 10, "table[1].in": 100_000, "table[1].out": 30}  # 2 N, and 6 N at 100 mm/s
+
+
+@pytest.mark.parametrize(
+    ("steps", "dt", "changes", "forces"),
+    [
+        # Between entries: 25 um in a millisecond are 25 mm/s, 2 N and a quarter of 4 N more; beyond the last entry it stays.
+        ([25.0, 100.0, 200.0, -25.0], 1e-3, {}, [3.0, 6.0, 6.0, -3.0]),
+        ([25.0, 100.0], 1e-3, {"scaling_factor": 500}, [1.5, 3.0]),
+        # It stays through a stop without a reversal.
+        ([0.0, 25.0, 0.0, 25.0, 0.0, -25.0, 0.0], 1e-3, {}, [0.0, 3.0, 2.0, 3.0, 2.0, -3.0, -2.0]),
+        # Of 2 N with two cycles before a reversal: a third and two thirds of it are left before the turn.
+        ([1e-3] * 4 + [-1e-3] * 2, 1e-3, {"reversal_lookahead": 2}, [2.0, 2.0, 4.0 / 3.0, 2.0 / 3.0, -2.0, -2.0]),
+        # 0.4 um behind the turn, in steps of 0.1 um; a reversal before that begins anew.
+        ([-0.1] * 2 + [0.1] * 6, 10.0, {"position_delay": 4}, [-0.5, -1.0, 0.5, 1.0, 1.5, 2.0, 2.0, 2.0]),
+        ([-0.1, 0.1, 0.1], 10.0, {"position_delay": 4}, [-0.5, 0.5, 1.0]),
+    ],
+)
+def test_the_control_adds_the_force_of_the_list_along_a_motion(steps, dt, changes, forces):
+    text = "\n".join(f"frict_comp.{key} {value}" for key, value in (GIVEN | changes).items())
+    drive = tf5200.reads({"axis_x.txt": f"# a remark\n{text}"}, tf5200_request(br.friction.coulomb(F_C=8.0)))
+    assert drive(np.cumsum([0.0, *steps]) * 1e-6, dt)[1:] == pytest.approx(forces, abs=1e-3)

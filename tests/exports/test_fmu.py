@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.importing import PLANT, STEP, WRITTEN, described_by, example, needs_compiler, needs_fmpy
+from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, described_by, example, needs_compiler, needs_fmpy
 from tests.exports.native import FLAGS, WARNINGS, compiled, differing, example_with
 
 import bristle as br
@@ -300,3 +300,43 @@ def test_the_command_takes_the_mass_from_the_model_file(tmp_path, uncompiled, ca
     assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"
     mass = next(variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M")
     assert (mass.attrib["start"], mass.attrib["unit"]) == ("2.0", "kg")
+
+
+SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
+LUGRE = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
+COULOMB = br.friction.coulomb(kind="rotational", F_C=0.05)
+SLIPS = br.friction.maxwell_slip(kind="rotational", F_C=0.05, k_i=[60.0], nu_i=[1.0])
+TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
+TABLES = {
+    "preisach": br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0),
+    "lugre": br.friction.lugre(F_C=200.0, F_S=260.0, v_S=1e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=10.0),
+    "maxwell_slip": br.friction.maxwell_slip(F_C=200.0, k_i=[6e7, 3e7], nu_i=[0.5, 0.5]),
+    "coulomb": br.friction.coulomb(F_C=200.0),
+}
+CASES = [("lugre", 2, LUGRE), ("maxwell_slip", 3, LUGRE), ("coulomb", 2, COULOMB), ("maxwell_slip", 2, SLIPS), ("preisach", 3, TURNS)]
+SHORT, SAMPLES = 1e-4, 800
+
+
+def screwed(folder, table, motor=LUGRE, fmi=2):
+    return br.export(motor, f"fmu{fmi}", folder, plant=SCREW, table=table, step=SHORT)
+
+
+@needs_compiler
+@needs_fmpy
+@pytest.mark.parametrize(("name", "fmi", "motor"), CASES)
+def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor):
+    from fmpy.validation import validate_fmu
+
+    monkeypatch.setattr(fmu, "zig", list)
+    table = TABLES[name]
+    assert "axis_x_mass.fmu" in screwed(tmp_path / "out", table, motor, fmi).files
+    assert validate_fmu(str(tmp_path / "out" / "axis_x_mass.fmu")) == []
+    unit = Importer(tmp_path / "out" / "axis_x_mass.fmu", tmp_path / "unpacked").start(x=0.02, x_table=0.02)
+    effort = 0.9 * np.sin(np.arange(SAMPLES) * 0.012) * np.repeat(np.random.default_rng(6).uniform(0, 1, SAMPLES // 50), 50)
+    seen = unit.along(SHORT, [{"effort": value} for value in effort], "force", before=("x", "v", "x_table", "v_table"))
+    unit.close()
+    with interpreted():
+        trace = run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
+    assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
+    signals = (trace.motor_position, trace.motor_velocity, trace.position, trace.velocity, trace.friction)
+    assert differing(seen, np.transpose(signals)) == 0

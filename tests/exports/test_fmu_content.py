@@ -13,6 +13,7 @@ from bristle.core.contracts import Motion
 from bristle.core.experiment import Feedforward
 from bristle.core.variable import Variable
 from bristle.engine import interpreted
+from bristle.engine.screwed import through_screw
 from bristle.exports.cycle import LARGEST, SOLVER, core_of, loaded, stored
 from bristle.exports.described import Source
 from bristle.exports.fmu_content import (
@@ -365,3 +366,27 @@ def test_nominal_values_follow_from_half_the_largest_force_and_its_energy(model)
     assert force[-1] == pytest.approx(largest, rel=1e-3)
     assert 2.5 * speed**2 == pytest.approx(largest * length, rel=1e-3)
     assert varying["z"].nominal == length
+
+
+BALL_SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
+MOTOR = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
+TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
+SLIDES = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0)
+
+
+def test_parameters_of_both_sides_have_their_units():
+    component = through_screw(BALL_SCREW, MOTOR, LUGRE, exported=True).component
+    units = {name: variable.unit("rotational") for name, variable in component.variables.items()}
+    assert (units["motor_F_C"], units["table_F_C"]) == ("N*m", "N")
+    assert (units["motor_sigma_0"], units["table_sigma_0"]) == ("N*m/rad", "N/m")
+    assert (units["motor_v_S"], units["table_v_S"]) == ("rad/s", "m/s")
+
+
+def test_memories_of_both_sides_are_apart_with_the_bounds_of_each():
+    motor, table = TURNS.with_values(capacity=20), SLIDES.with_values(capacity=50)
+    content = content_of(subject_of(through_screw(BALL_SCREW, motor, table, exported=True)), BALL_SCREW, Source())
+    sizes = [model.component.memory_size(model.parameters) for model in (motor, table)]
+    assert sizes[0] != sizes[1]
+    assert content.memory_at == {"motor_memory": 0, "table_memory": sizes[0]}
+    assert content.memory.size == sum(sizes)
+    assert [bound for bound in content.most if 0 < bound < 2**31] == [size // 2 for size in sizes]
