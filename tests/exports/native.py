@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import numpy as np
+import pytest
 
 import bristle as br
 from bristle.exports.c import builds
@@ -87,6 +88,20 @@ def selected_cases(request, *keys):
     """Return the values of some parameters that tests of this file run with: what no test asks for is not compiled."""
     items = [item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")]
     return {tuple(item.callspec.params[key] for key in keys) for item in items if all(key in item.callspec.params for key in keys)}
+
+
+def in_structured_text(texts, folder, **options):
+    """Return blocks by their names, each the texts of its files."""
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    return StructuredText(texts, folder, **options)
+
+
+def texts_of(model, folder, name="axis_x", **options):
+    """Return a model in Structured Text: its block and its self-test."""
+    br.export(model, "st", folder / f"out_{name}", name=name, **options)
+    return [(folder / f"out_{name}" / f"{name}{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
 
 
 class Native:

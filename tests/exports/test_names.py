@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 from tests.exports.importing import needs_compiler
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, walk
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, in_structured_text, texts_of, walk
 
 import bristle as br
 from bristle.engine import interpreted
@@ -294,13 +294,8 @@ def test_an_own_model_is_identical_in_webassembly_with_each_parameter(own, chang
 @needs_compiler
 @pytest.mark.parametrize("own", ["all", "odd"], indirect=True)
 def test_an_own_model_is_identical_in_structured_text(own, tmp_path):
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-    from tests.exports.structured_text import StructuredText
-
     model, x, forces = own
-    br.export(model, "st", tmp_path / "own", name="own")
-    texts = [(tmp_path / "own" / f"own{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
-    block = StructuredText({"own": texts}, tmp_path / "block")
+    block = in_structured_text({"own": texts_of(model, tmp_path, "own")}, tmp_path / "block")
     assert differing(block.run("own", x, DT)[0], forces) == 0
     assert block.selftest("own") == (True, True)
 

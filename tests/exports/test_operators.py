@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing, selected_cases
+from tests.exports.native import COMPILER, Native, differing, in_structured_text, selected_cases, texts_of
 from tests.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
@@ -36,15 +36,9 @@ def test_an_inverse_without_an_output_repeats_the_last_output(native):
 
 @pytest.fixture(scope="module")
 def blocks(tmp_path_factory):
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-    from tests.exports.structured_text import StructuredText
-
-    folder, texts = tmp_path_factory.mktemp("blocks"), {}
-    for values, operator in OPERATORS.items():
-        name = f"op_{values}".replace(" ", "_")
-        br.export(operator, "st", folder / f"out_{name}", name=name)
-        texts[name] = [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-    return StructuredText(texts, folder)
+    folder = tmp_path_factory.mktemp("blocks")
+    names = {values: f"op_{values}".replace(" ", "_") for values in OPERATORS}
+    return in_structured_text({name: texts_of(OPERATORS[values], folder, name) for values, name in names.items()}, folder)
 
 
 @pytest.mark.slow

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, example_with
-from tests.exports.structured_text import StructuredText
+from tests.exports.native import COMPILER, Native, example_with, in_structured_text, texts_of
 
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
@@ -92,11 +91,7 @@ def test_c_follows_the_rule_at_rest(tmp_path, rule):
 @pytest.mark.parametrize("rule", RESTS)
 def test_structured_text_follows_the_rule_at_rest_without_minus_zero(tmp_path, rule):
     models = {name: model_of(name) for name in ("coulomb", "stribeck_free")}
-    written = {}
-    for name, model in models.items():
-        br.export(model, "st", tmp_path / name, name=name, rest=rule)
-        written[name] = [(tmp_path / name / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-    blocks = StructuredText(written, tmp_path)
+    blocks = in_structured_text({name: texts_of(model, tmp_path, name, rest=rule) for name, model in models.items()}, tmp_path)
     for name, model in models.items():
         force, _ = blocks.run(name, PLACES, DT)
         assert force.tolist() == br.response(model, PLACES, DT, rest=rule).tolist()

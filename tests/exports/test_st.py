@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing, example_with, selected_cases, walk
+from tests.exports.native import COMPILER, Native, differing, example_with, selected_cases, texts_of, walk
 
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
@@ -37,15 +37,10 @@ def example(name):
     return example_with(base, slots)
 
 
-def texts(model, folder, name="axis_x", **options):
-    br.export(model, "st", folder / f"out_{name}", name=name, **options)
-    return [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-
-
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("written")
-    return {name: texts(example(name), folder, name) for name in CHOSEN}
+    return {name: texts_of(example(name), folder, name) for name in CHOSEN}
 
 
 @pytest.fixture(scope="module")
@@ -149,14 +144,14 @@ def test_no_counting_loop_can_have_a_single_pass(written, name):
 
 def test_a_model_of_one_element_has_no_counting_loop(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
-    assert loops(texts(model, tmp_path)[0]) == []
+    assert loops(texts_of(model, tmp_path)[0]) == []
 
 
 @pytest.mark.parametrize("name", ["stribeck", "stribeck_free"])
 def test_each_function_has_at_least_one_input(tmp_path, name):
     # Where the exponent of the fall is 2, nothing is left of the power but a number.
     model = example_with(name)
-    text, _ = texts(model, tmp_path, "axis_x")
+    text, _ = texts_of(model, tmp_path, "axis_x")
     heads = re.findall(r"(?m)^FUNCTION \w+ : \w+\n(\w+)", text)
     assert len(heads) > 4
     assert set(heads) <= {"VAR_INPUT", "VAR_IN_OUT"}
@@ -253,7 +248,7 @@ def otherwise(request, tmp_path_factory):
     cases = (
         selected_cases(request, "name", "kind") | {("sided_lugre", kind) for kind in ARITHMETIC} | {(name, "single") for name in singles}
     )
-    written = {f"{kind}_{name}": texts(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind]) for name, kind in cases}
+    written = {f"{kind}_{name}": texts_of(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind]) for name, kind in cases}
     native = Native({name: example(name) for name in singles}, folder / "native", float32=True)
     return written, StructuredText(written, folder / "blocks"), native
 
@@ -361,7 +356,7 @@ def local(element):
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     folder = tmp_path_factory.mktemp("project")
-    return texts(example("varied_gms"), folder), ElementTree.parse(folder / "out_axis_x" / "axis_x_plcopen.xml").getroot()
+    return texts_of(example("varied_gms"), folder), ElementTree.parse(folder / "out_axis_x" / "axis_x_plcopen.xml").getroot()
 
 
 def test_the_xml_has_the_structure_of_its_schema(project):
@@ -414,7 +409,7 @@ def test_the_xml_contains_the_same_program(project):
 def test_the_head_describes_the_model_and_ends_correctly(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     source = Source({"log": "knee (*) run *) 3"}, {"F_S": {"interval": (0.039, 0.041)}})
-    st = texts(model, tmp_path, "knee", source=source)
+    st = texts_of(model, tmp_path, "knee", source=source)
     head = next(comment for comment in st[0].split("*)") if "SPDX" not in comment and "\n\n" in comment)
     assert "F_S" in head
     assert "0.039 to 0.041" in head
