@@ -270,48 +270,38 @@ def objects(model, axis=None):
     return {index: (float(value), unit) for index, value, unit, _ in lines}, product
 
 
-def test_a_model_without_presliding_has_level_and_slope_but_no_spring():
-    values, product = objects(STRAIGHT)
-    assert values == {"0x3144:02": (pytest.approx(8.0), "N"), "0x3144:03": (pytest.approx(30.0, rel=1e-6), "N*s/m")}
-    assert any("0x3144:01 is not written" in note for note in product.notes)
+PUSHING = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(F_C_pos=9.0, F_C_neg=5.0, F_v_pos=3.0, F_v_neg=1.0, offset=2.0)
+# Of a bristle that slips exponentially 5 % of the change are left after ln 20 of F_C over its stiffness.
+SPRING = 0.95 * 16.0 / (np.log(20.0) * 8.0 / 4e5)
 
 
-def test_the_spring_turns_95_per_cent_over_the_presliding_distance():
-    values, product = objects(SOFT)
-    # Of a bristle that slips exponentially 5 % of the change are left after ln 20 of F_C over its stiffness.
-    distance = np.log(20.0) * 8.0 / 4e5
-    assert values["0x3144:01"] == (pytest.approx(0.95 * 2.0 * 8.0 / distance, rel=0.1), "N/m")
-    assert any("95 % of the friction reverses" in note for note in product.notes)
-
-
-def test_with_a_gear_the_objects_are_motor_torques():
-    for model in (STRAIGHT, SOFT):
-        plain, at_motor = objects(model)[0], objects(model, GEARED)[0]
-        for index, power in (("0x3144:02", 1), ("0x3144:03", 2), ("0x3144:01", 2)):
-            if index in plain:
-                assert at_motor[index][0] == pytest.approx(plain[index][0] * ARM**power, rel=1e-6)
-    assert [objects(SOFT, GEARED)[0][f"0x3144:0{k}"][1] for k in (1, 2, 3)] == ["N*m/rad", "N*m", "N*m*s/rad"]
-
-
-def test_objects_are_the_mean_of_both_directions_and_notes_state_the_difference():
-    pushing = br.friction.with_slots(br.friction.coulomb_viscous, ["asymmetry"])(
-        F_C_pos=9.0, F_C_neg=5.0, F_v_pos=3.0, F_v_neg=1.0, offset=2.0
-    )
-    values, product = objects(pushing)
-    assert values["0x3144:02"][0] == pytest.approx(7.0)
-    assert values["0x3144:03"][0] == pytest.approx(2.0, rel=1e-6)
+@pytest.mark.parametrize(
+    ("model", "axis", "expected", "words", "absent"),
+    [
+        # Level and slope, but no spring; then a spring; both at the motor behind a gear; the mean of both directions.
+        (STRAIGHT, None, {2: (8.0, "N"), 3: (30.0, "N*s/m")}, "0x3144:01 is not written", "constant force"),
+        (SOFT, None, {1: (SPRING, "N/m"), 2: (8.0, "N")}, "95 % of the friction reverses", "wrong by"),
+        (STRAIGHT, GEARED, {2: (8.0 * ARM, "N*m"), 3: (30.0 * ARM**2, "N*m*s/rad")}, "", "wrong by"),
+        (SOFT, GEARED, {1: (SPRING * ARM**2, "N*m/rad"), 2: (8.0 * ARM, "N*m")}, "", "wrong by"),
+        (PUSHING, None, {2: (7.0, "N"), 3: (2.0, "N*s/m")}, "wrong by 2 N in each", "0x3144:01 is set"),
+        (PUSHING, None, {2: (7.0, "N")}, "do not contain the constant force of 2 N", "0x3144:01 is set"),
+    ],
+)
+def test_objects_are_spring_level_and_slope_in_units_of_the_motor(model, axis, expected, words, absent):
+    values, product = objects(model, axis)
+    assert ("0x3144:01" in values) == (model is SOFT)
+    for place, (value, unit) in expected.items():
+        assert values[f"0x3144:0{place}"] == (pytest.approx(value, rel=0.1 if place == 1 else 1e-6), unit)
     text = " ".join(product.notes)
-    assert "wrong by 2 N in each" in text
-    assert "do not contain the constant force of 2 N" in text
-    assert "constant force" not in " ".join(objects(STRAIGHT)[1].notes)
-    assert "wrong by" not in " ".join(objects(STRAIGHT)[1].notes)
+    assert words in text
+    assert absent not in text
 
 
 @pytest.mark.parametrize("axis", [None, GEARED])
 def test_the_drive_turns_the_spring_between_both_levels(axis):
     request = ax8000_request(SOFT, axis)
     drive = ax8000.reads(ax8000.write(request).files, request)
-    dt, spring = 1e-3, 0.95 * 16.0 / (np.log(20.0) * 8.0 / 4e5)
+    dt, spring = 1e-3, SPRING
     x = np.concatenate([[0.0, 1e-5, 2e-5], np.linspace(2e-5, 1e-3, 50)[1:], [1e-3 - 1e-5]])
     force = drive(x, dt)
     assert force[0] == 0.0
