@@ -13,6 +13,7 @@ from bristle.testing import example_of
 
 COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 FLAGS = ("-std=c99", "-ffp-contract=off")
 RUN_OPERATOR = """
 #include "{name}.h"

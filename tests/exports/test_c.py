@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
+from tests.exports.native import ALL, COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
 
 import bristle as br
 from bristle.engine import compilation, force_along, interpreted
@@ -19,7 +19,6 @@ from bristle.friction import MODELS
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
 WATCHED = "-fsanitize=address,undefined"
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 def example(name, slots=()):

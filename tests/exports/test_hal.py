@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.exports.importing import needs_compiler
 from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
-from tests.exports.native import COMPILER, differing, example_with
+from tests.exports.native import ALL, COMPILER, differing, example_with
 from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
@@ -32,7 +32,6 @@ AXIS = {
     "effort": {"force_constant": "50 N/A", "limit": "400 N"},
     "timing": {"sample_time": "1 ms"},
 }
-SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 def request_of(model=LUGRE, **options):
@@ -297,7 +296,7 @@ def test_no_operation_is_fused(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(bool(LACKING), reason=LACKING)
-@pytest.mark.parametrize("slots", [(), SLOTS], ids=["plain", "varied"])
+@pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_hal_computes_identical_feeds(tmp_path, name, slots):
     files = written(example_with(name, slots), plant=COGS, speed=0.0)

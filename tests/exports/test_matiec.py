@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
+from tests.exports.native import ALL, COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
 from tests.exports.test_fmu_law import inputs_of
 from tests.exports.test_laws import CASES, replayed, variant_of
 
@@ -32,7 +32,6 @@ pytestmark = [
     pytest.mark.skipif(not FOLDER or COMPILER is None, reason="BRISTLE_MATIEC names no MATIEC, or no C compiler"),
 ]
 DT, COUNT = 1e-3, 2000
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 SINGLE_LAWS = (("cascade", "measured"), ("sliding_mode", "desired"), ("cascade", "toothed"), ("observer", "all"))
 MAIN = """
 #include "iec_std_lib.h"

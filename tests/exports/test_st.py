@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing, example_with, selected_cases, texts_of, walk
+from tests.exports.native import ALL, COMPILER, Native, differing, example_with, selected_cases, texts_of, walk
 
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
@@ -21,7 +21,6 @@ from tests.exports.structured_text import StandardError, StructuredText, Transla
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
 DT = 5e-4
 SIGNALS = {"load": 1.0, "temperature": 293.15, "transmitted": 0.0}
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 CHOSEN = {
     "sided_lugre": ("lugre", ("asymmetry",)),
     "plain_coulomb": ("coulomb", ()),

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import COMPILER, differing, example_with, library, selected_cases, walk
+from tests.exports.native import ALL, COMPILER, differing, example_with, library, selected_cases, walk
 
 import bristle as br
 from bristle.exports.subject import digest_of, subject_of
@@ -20,7 +20,6 @@ from bristle.friction.resting import rest_rule, with_rest
 
 NODE = shutil.which("node")
 DT = 5e-4
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 MODELS_OF = {f"sided_{name}": (name, ("asymmetry",)) for name in MODELS} | {
     f"varied_{name}": (name, ALL) for name in ("lugre", "gms", "preisach_lugre")
 }
