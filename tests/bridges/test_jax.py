@@ -6,13 +6,11 @@ import re
 import numpy as np
 import pytest
 from tests.docs.conftest import blocks
-from tests.exports.native import COMPILER, walk
+from tests.exports.native import COMPILER, example_with, walk
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.engine import force_along
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
 
 jax = pytest.importorskip("jax")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -90,7 +88,7 @@ def test_lanes_by_vmap_and_by_shape_are_walks_of_their_own(friction):
 def test_signals_and_the_time_step_are_differentiable():
     from bristle.bridges.jax import Friction
 
-    model = Friction(example_of(with_slots(MODELS["lugre"], ("load", "temperature"))))
+    model = Friction(example_with("lugre", ("load", "temperature")))
     x, load = 1e-5 * np.sin(0.3 * np.arange(50)), np.linspace(0.8, 1.4, 50)
 
     def value(load, dt):

@@ -1,13 +1,14 @@
 """FMUs that several tests share: which ones are written, and an importer for both versions."""
 
 import importlib.util
+import zipfile
+from xml.etree import ElementTree
 
+import numpy as np
 import pytest
-from tests.exports.native import COMPILER
+from tests.exports.native import COMPILER, example_with
 
 import bristle as br
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="needs fmpy")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -25,7 +26,13 @@ WRITTEN = {
 
 def example(written):
     """Return the model of an FMU that is written."""
-    return example_of(with_slots(MODELS[written[:-2]], WRITTEN[written]))
+    return example_with(written[:-2], WRITTEN[written])
+
+
+def described_by(path):
+    """Return the description of an FMU."""
+    with zipfile.ZipFile(path) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
 
 
 class Importer:
@@ -72,6 +79,15 @@ class Importer:
     def step(self, time, length, **values):
         self.set(**values)
         self.unit.doStep(currentCommunicationPoint=time, communicationStepSize=length)
+
+    def along(self, step, inputs, *outputs, before=(), first=0, start=0.0):
+        """Return outputs after each step, shape (sample, output), behind those that are asked for before it."""
+        rows = []
+        for k, values in enumerate(inputs, first):
+            held = self.get(*before) if before else []
+            self.step(start + k * step, step, **values)
+            rows.append([*held, *self.get(*outputs)])
+        return np.array(rows)
 
     def close(self):
         self.unit.terminate()

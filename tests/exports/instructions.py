@@ -11,13 +11,12 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.exports.native import example_with
 from tests.exports.other_targets import FLAGS, TARGETS
 
 import bristle as br
 from bristle.core.contracts import Model
 from bristle.exports.subject import PART, RESTS, SEED, subject_of, walk_of
-from bristle.friction import MODELS
-from bristle.testing import example_of
 
 COUNTED = ("lugre", "maxwell_slip", "dahl", "preisach_lugre", "preisach_contact")
 STEPS, DT = 20_000, 5e-4
@@ -89,7 +88,7 @@ def main() -> int:
         print(f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps")
         for name in sys.argv[1:] or COUNTED:
             with tempfile.TemporaryDirectory() as place:
-                result = counted(example_of(MODELS[name]), core, Path(place) / "out")
+                result = counted(example_with(name), core, Path(place) / "out")
             print(
                 f"  {name}: mean {result.mean:.0f}, worst {result.worst:.0f} (step {result.step}), "
                 f"{result.code} B of code, {result.stack} B of stack"

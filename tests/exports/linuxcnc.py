@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, WARNINGS
+from tests.exports.native import WARNINGS, library
 
 LOCK = Path(tempfile.gettempdir()) / "linuxcnc-hal.lock"
 MODULES = Path("/usr/lib/linuxcnc/modules")
@@ -28,7 +28,7 @@ struct instance {{ {fields} }};
 #define FUNCTION(name) static __attribute__((noinline)) void step(struct instance *self, long period)
 """
 RUN = """
-void start(struct instance *self) {{ {defaults} }}
+void start(struct instance *self) {{ begun = 0; {defaults} }}
 size_t size(void) {{ return sizeof(struct instance); }}
 void run(struct instance *self, const double *inputs, int count, long period, double *fed)
 {{
@@ -115,14 +115,17 @@ class Component:
         facts = {"defaults": defaults, "played": " ".join(f"self->{name} = *inputs++;" for name in inputs), "output": output}
         source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(**facts)
         (folder / "component.c").write_text(source, encoding="ascii")
-        line = [COMPILER, "-Os", *more, *WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11", "-shared", "-fPIC"]
-        built = subprocess.run([*line, "component.c", "-o", "component.so"], cwd=folder, capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr[:4000]
-        self._library = ctypes.CDLL(str(folder / "component.so"))
+        flags = (*WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11")
+        self._library = library(folder, "-Os", *more, *flags, "component.c")
         kinds = {"float": ctypes.c_double, "bit": ctypes.c_ubyte}
         self.pins = type("Instance", (ctypes.Structure,), {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]})()
         assert ctypes.sizeof(self.pins) == self._library.size()
+        self.fresh()
+
+    def fresh(self):
+        """Return the component as it is before its first cycle."""
         self._library.start(ctypes.byref(self.pins))
+        return self
 
     def feed(self, references, period=PERIOD, **pins):
         """Return the feed along some references."""

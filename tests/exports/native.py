@@ -5,12 +5,15 @@ import shutil
 import subprocess
 
 import numpy as np
+import pytest
 
 import bristle as br
 from bristle.exports.c import builds
+from bristle.testing import example_of
 
 COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 FLAGS = ("-std=c99", "-ffp-contract=off")
 RUN_OPERATOR = """
 #include "{name}.h"
@@ -49,18 +52,37 @@ void run_{name}(const {name}_inputs *inputs, int count, double *effort)
 """
 
 
+def example_with(name, slots=None):
+    """Return an example of a friction model, with slots if any are named: without one it may still push."""
+    component = br.friction.MODELS[name]
+    return example_of(component if slots is None else br.friction.with_slots(component, slots))
+
+
+def compiled(folder, *arguments, compiler=COMPILER):
+    """Let a compiler work in a folder, without a warning."""
+    made = subprocess.run([compiler, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:4000]
+
+
+def built(folder, main, *flags, compiler=COMPILER, name="axis_x"):
+    """Return how a program of an export ran."""
+    compiled(folder, "-O0", *FLAGS, *WARNINGS, *flags, f"{name}.c", main, "-o", "program", "-lm", compiler=compiler)
+    return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def library(folder, *arguments, compiler=COMPILER):
+    """Return sources as a library in this process."""
+    compiled(folder, *FLAGS, *arguments, "-shared", "-fPIC", "-o", "library.so", "-lm", compiler=compiler)
+    return ctypes.CDLL(str(folder / "library.so"))
+
+
 def library_of_laws(folder, texts, callers):
     """Return exported laws, by name the text of each file, as one library; the caller of each is C."""
-    sources = []
     for name, files in texts.items():
         (folder / name).mkdir(exist_ok=True, parents=True)
         for file, text in {**files, "run.c": callers[name]}.items():
             (folder / name / file).write_text(text, encoding="ascii")
-        sources += [f"{name}/{name}.c", f"{name}/run.c"]
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", *sources, "-o", "laws.so", "-lm"]
-    built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
-    return ctypes.CDLL(str(folder / "laws.so"))
+    return library(folder, "-O0", *WARNINGS, *(f"{name}/{file}.c" for name in texts for file in (name, "run")))
 
 
 def selected_cases(request, *keys):
@@ -69,28 +91,31 @@ def selected_cases(request, *keys):
     return {tuple(item.callspec.params[key] for key in keys) for item in items if all(key in item.callspec.params for key in keys)}
 
 
+def in_structured_text(texts, folder, **options):
+    """Return blocks by their names, each the texts of its files."""
+    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
+    from tests.exports.structured_text import StructuredText
+
+    return StructuredText(texts, folder, **options)
+
+
+def texts_of(model, folder, name="axis_x", **options):
+    """Return a model in Structured Text: its block and its self-test."""
+    br.export(model, "st", folder / f"out_{name}", name=name, **options)
+    return [(folder / f"out_{name}" / f"{name}{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
+
+
 class Native:
     """Models, by a name that C can have, compiled into one library."""
 
-    def __init__(self, models, folder, *, optimise="-O1", more=(), compiler=COMPILER, **options):
+    def __init__(self, models, folder, *, optimise="-O0", more=(), compiler=COMPILER, **options):
         folder.mkdir(exist_ok=True)
-        sources = []
         for name, model in models.items():
             br.export(model, "c", folder / f"out_{name}", name=name, **options)
             run = RUN_OPERATOR if model.component.family == "hysteresis" else RUN
             (folder / f"run_{name}.c").write_text(run.format(name=name))
-            sources += [f"out_{name}/{name}.c", f"run_{name}.c"]
-        includes = [f"-Iout_{name}" for name in models]
-        library = folder / "models.so"
-        built = subprocess.run(
-            [compiler, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library), "-lm"],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert built.returncode == 0, built.stderr[:4000]
-        self._library = ctypes.CDLL(str(library))
+        sources = [file for name in models for file in (f"-Iout_{name}", f"out_{name}/{name}.c", f"run_{name}.c")]
+        self._library = library(folder, optimise, *WARNINGS, *more, *sources, compiler=compiler)
 
     def forces(self, name, x, dt):
         """Return what the model of this name gives along some positions."""
@@ -117,4 +142,4 @@ def walk(count, seed=20260):
 
 def differing(first, second):
     """Return how many numbers have other bits."""
-    return int(np.count_nonzero(np.asarray(first).view(np.int64) != np.asarray(second).view(np.int64)))
+    return int(np.count_nonzero(np.ascontiguousarray(first).view(np.int64) != np.ascontiguousarray(second).view(np.int64)))

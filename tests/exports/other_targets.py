@@ -14,11 +14,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.exports.native import example_with
+
 import bristle as br
 from bristle.core.contracts import Model
 from bristle.core.cores import abreast
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
+from bristle.friction import MODELS
 
 HERE = Path(__file__).parent / "cortex_m"
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off")
@@ -109,7 +110,7 @@ def answer(target: Target, model: Model, folder: Path) -> str:
 
 def examples() -> dict[str, Model]:
     """Return every model with each set of slots."""
-    return {f"{kind} {name}": example_of(with_slots(MODELS[name], slots)) for kind, slots in SLOTS.items() for name in MODELS}
+    return {f"{kind} {name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in MODELS}
 
 
 def main() -> int:

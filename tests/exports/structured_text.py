@@ -8,14 +8,13 @@ overflow and an invalid operation of real numbers, as they do on controllers tha
 """
 
 import ctypes
-import subprocess
 
 import numpy as np
 import tree_sitter
 import tree_sitter_iec61131_3_st as grammar
-from tests.exports.native import COMPILER
+from tests.exports.native import library
 
-FLAGS = ("-std=gnu99", "-O1", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
+FLAGS = ("-std=gnu99", "-O0", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
 C_TYPES = {"lreal": "double", "real": "float", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
 SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
 CONVERTED = {
@@ -551,29 +550,9 @@ class StructuredText:
             drivers = DRIVER.format(name=name, block=_kind(name), set=put, output=output)
             drivers += TESTED.format(name=name, block=_kind(name))
             (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
-        built = subprocess.run(
-            [
-                COMPILER,
-                *FLAGS,
-                *flags,
-                f"-DROUNDED={rounded}",
-                "-Wno-unused-function",
-                "-Wno-unused-but-set-variable",
-                "-Wno-clobbered",
-                "-shared",
-                "-fPIC",
-                *(f"{name}.c" for name in models),
-                "-o",
-                "models.so",
-                "-lm",
-            ],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert built.returncode == 0, built.stderr[:4000]
-        self._library = ctypes.CDLL(str(folder / "models.so"))
+        quiet = ("-Wno-unused-function", "-Wno-unused-but-set-variable", "-Wno-clobbered")
+        sources = [f"{name}.c" for name in models]
+        self._library = library(folder, *FLAGS, *flags, f"-DROUNDED={rounded}", *quiet, *sources)
 
     def run(self, name, x=None, dt=5e-4, commands=0, **signals):
         """Return what a block gives along its inputs, and its flags; raise where a controller would stop."""

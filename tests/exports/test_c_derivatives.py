@@ -1,17 +1,14 @@
 """Derivatives in C: those of bristle to the bit, beside a force whose bits stay."""
 
 import ctypes
-import subprocess
 
 import numpy as np
 import pytest
-from tests.engine.test_derivatives import EXPONENTS, OFF, SLOTS
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, differing, selected_cases, walk
+from tests.engine.test_derivatives import SLOTS
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, built, compiled, differing, library, selected_cases, walk
 from tests.exports.test_names import TEXT
-from tests.translation.complex_step import force_by_complex_steps
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
@@ -50,19 +47,15 @@ class Library:
     """Models with derivatives in one library."""
 
     def __init__(self, models, folder, change="", **options):
-        self.models, sources, includes = models, [], []
+        self.models = models
         for name, model in models.items():
             br.export(model, "c", folder / name, name=name, derivatives=True, **options)
             signals = subject_of(model).signals
             heads, at = "".join(f"const double *{s}, " for s in signals), "".join(f"{s}[i], NULL, " for s in signals)
             run = RUN.format(name=name, change=change, guard=name.upper(), dt=DT, signals=heads, at=at)
             (folder / f"run_{name}.c").write_text(run)
-            sources += [f"{name}/{name}.c", f"run_{name}.c"]
-            includes.append(f"-I{name}")
-        line = [COMPILER, "-O1", *FLAGS, *WARNINGS, *includes, "-shared", "-fPIC", *sources, "-o", "models.so", "-lm"]
-        built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr[:4000]
-        self._library = ctypes.CDLL(str(folder / "models.so"))
+        sources = [file for name in models for file in (f"-I{name}", f"{name}/{name}.c", f"run_{name}.c")]
+        self._library = library(folder, "-O0", *WARNINGS, *sources)
 
     def along(self, name, x, parameters, d_x, d_dt=None, around=None):
         """Return the force of each sample and its derivatives; `parameters` has shape (direction, number)."""
@@ -105,15 +98,12 @@ def directions_of(model, x, count=3, seed=5):
     return parameters, np.cumsum(random.uniform(-1e-6, 1e-6, (x.size, count)), axis=0)
 
 
-def in_python(model, x, parameters, d_x, run=force_with_derivatives, around=None):
+def in_python(model, x, parameters, d_x, around=None):
     """Return force and derivatives of bristle after the first sample."""
     v, moved = np.diff(x) / DT, (np.diff(d_x, axis=0) / DT, d_x[1:])
     tail = {name: signal[1:] for name, signal in (around or {}).items()}
-    between = {"motion_tangents": moved, "around": tail}
-    if run is force_by_complex_steps:
-        return run(model, packed(model, parameters), v, DT, x[1:], **between)
     with np.errstate(invalid="ignore"):
-        return run(model, packed(model, parameters), v, DT, x[1:], **between)
+        return force_with_derivatives(model, packed(model, parameters), v, DT, x[1:], motion_tangents=moved, around=tail)
 
 
 def around_of(model, count):
@@ -163,30 +153,22 @@ def test_the_derivative_by_the_time_step_is_that_of_differences(quick):
     assert np.median(np.abs(slopes[1:, 0] - expected[1:])) <= 1e-6 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("tunable", [False, True])
-def test_the_self_test_compares_derivatives(tmp_path, tunable):
-    br.export(example("maxwell_slip", ("load",)), "c", tmp_path / "out", derivatives=True, tunable=tunable)
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-o", "program", "-lm"]
-
-    def ran():
-        assert subprocess.run(line, cwd=tmp_path / "out", check=False).returncode == 0
-        return subprocess.run(["./program"], cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-
-    assert "identical to bristle" in ran().stdout
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("name", "slots", "tunable"), [("dahl", (), True), ("maxwell_slip", ("load",), False)])
+def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
+    br.export(example(name, slots), "c", tmp_path / "out", derivatives=True, tunable=tunable)
+    assert "identical to bristle" in built(tmp_path / "out", "axis_x_selftest.c").stdout
     source = tmp_path / "out" / "axis_x.c"
     wrong = source.read_text().replace("d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position")
     source.write_text(wrong)
-    assert "derivatives differ" in ran().stdout
+    assert "derivatives differ" in built(tmp_path / "out", "axis_x_selftest.c").stdout
 
 
 @pytest.mark.parametrize("name", ["d", "slopes", "at"])
 def test_names_of_a_model_and_of_its_export_are_apart(tmp_path, name):
     (tmp_path / "odd.py").write_text(TEXT, encoding="utf-8")
     br.export(example_of(load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS]
-    made = [*line, f"{name}.c", f"{name}_selftest.c", "-o", "program", "-lm"], [*line, "-c", f"{name}_casadi.c"], ["./program"]
-    for command in made:
-        assert subprocess.run(command, cwd=tmp_path / "out", check=False).returncode == 0
+    compiled(tmp_path / "out", *FLAGS, *WARNINGS, "-fsyntax-only", *(f"{name}{end}.c" for end in ("", "_selftest", "_casadi")))
 
 
 REFUSED = """
@@ -217,9 +199,7 @@ int main(void)
 def test_a_refused_input_repeats_force_and_derivatives(tmp_path):
     br.export(example("dahl", ()), "c", tmp_path / "out", derivatives=True)
     (tmp_path / "out" / "refused.c").write_text(REFUSED)
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "axis_x.c", "refused.c", "-o", "program", "-lm"]
-    subprocess.run(line, cwd=tmp_path / "out", check=True)
-    ran = subprocess.run(["./program"], cwd=tmp_path / "out", capture_output=True, text=True, check=True)
+    ran = built(tmp_path / "out", "refused.c")
     *rows, alone = [line.split() for line in ran.stdout.splitlines()]
     slopes, flags = [float(row[1]) for row in rows], [int(row[2]) for row in rows]
     assert flags[:5] == [0, 0, 1, 1, 0]
@@ -239,46 +219,3 @@ def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
         _, before = in_python(model, x, parameters, d_x)
     assert differing(slopes[1:] + 0.0, expected + 0.0) == 0
     assert differing(before, expected) > 0
-
-
-@pytest.mark.parametrize(
-    ("target", "options", "said"),
-    [
-        ("c", {"float32": True}, "single precision"),
-        ("st", {}, "does not support derivatives"),
-        ("fmu3", {}, "does not support derivatives"),
-    ],
-)
-def test_derivatives_are_refused_where_they_are_not_written(tmp_path, target, options, said):
-    with pytest.raises(InputError, match=said) as reported:
-        br.export(example("lugre", ()), target, tmp_path / "out", derivatives=True, **options)
-    assert reported.value.mend
-
-
-def test_an_operator_has_no_derivatives(tmp_path):
-    with pytest.raises(InputError, match="of friction only"):
-        br.export(br.hysteresis.play(r=1.0), "c", tmp_path / "out", derivatives=True)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", MODELS)
-def test_derivatives_along_a_long_walk_agree_with_python_and_complex_steps(name, tmp_path, capsys):
-    plain, x, first = example(name, SLOTS), walk(100_000, seed=31), slice(0, 500)
-    # Away from a shortcut of a power, complex steps see the exponent, too.
-    powers = {key: OFF * value for key, value in plain.values.items() if key.removesuffix("_pos").removesuffix("_neg") in EXPONENTS}
-    model = plain.with_values(**powers)
-    parameters, d_x = directions_of(model, x)
-    around = around_of(model, x.size)
-    force, slopes = Library({name: model}, tmp_path).along(name, x, parameters, d_x, around=around)
-    expected_force, expected = in_python(model, x, parameters, d_x, around=around)
-    assert np.isfinite(slopes).all()
-    assert differing(force[1:], expected_force) == 0
-    error = np.max(np.abs(slopes[1:] - expected) / np.abs(expected).max(axis=0))
-    begin = {key: signal[first] for key, signal in around.items()}
-    _, complex_steps = in_python(model, x[first], parameters, d_x[first], force_by_complex_steps, begin)
-    of_steps = np.abs(slopes[1:500] - complex_steps) / np.abs(complex_steps).max(axis=0)
-    in_motion = np.diff(x[first]) != 0.0  # at rest the derivative by the velocity is one-sided
-    with capsys.disabled():
-        print(f"{name}: {error:.1e} from Python, {of_steps[in_motion].max():.1e} from complex steps")
-    assert error <= 1e-12
-    assert of_steps[in_motion].max() <= 1e-8

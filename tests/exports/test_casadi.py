@@ -1,14 +1,11 @@
 """External functions of CasADi: along 200 steps of a graph, the force and derivatives of bristle."""
 
-import subprocess
-
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, walk
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, compiled, walk
 from tests.exports.test_c_derivatives import DT, SLOTS, example, in_python
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.engine import interpreted
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
@@ -22,9 +19,7 @@ STEPS = 200
 def functions(model, folder, name="axis_x"):
     """Return the functions of a step and of the initial state."""
     br.export(model, "casadi", folder, name=name)
-    line = [COMPILER, "-O1", *FLAGS, *WARNINGS, "-shared", "-fPIC", f"{name}.c", f"{name}_casadi.c", "-o", f"{name}.so", "-lm"]
-    built = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr[:4000]
+    compiled(folder, "-O0", *FLAGS, *WARNINGS, "-shared", "-fPIC", f"{name}.c", f"{name}_casadi.c", "-o", f"{name}.so", "-lm")
     return [casadi.external(f"{name}_{part}", str(folder / f"{name}.so")) for part in ("step", "initial")]
 
 
@@ -81,11 +76,6 @@ def test_an_invalid_input_stops_the_evaluation(tmp_path):
     state, p = initial.call([])
     with pytest.raises(RuntimeError):
         step(state, 1e-6, -1e-3, p)
-
-
-def test_an_operator_is_refused(tmp_path):
-    with pytest.raises(InputError, match="operators"):
-        br.export(br.hysteresis.play(r=1.0), "casadi", tmp_path / "out")
 
 
 def test_a_state_that_is_not_of_the_model_is_refused(tmp_path):

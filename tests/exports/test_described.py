@@ -30,19 +30,29 @@ LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3
 PLAY = br.hysteresis.play(r=1.0)
 
 
-def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment():
-    assert plain("5 µm · s² − 1 – 2") == "5 um * s^2 - 1 - 2"
-    assert plain("a */ b /* c") == "a * / b / * c"
-    assert plain("größe\n  in two lines") == "gr??e in two lines"
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("5 µm · s² − 1 – 2", "5 um * s^2 - 1 - 2"), ("a */ b /* c", "a * / b / * c"), ("größe\n  in two lines", "gr??e in two lines")],
+)
+def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment(text, expected):
+    assert plain(text) == expected
 
 
-def test_a_meaning_has_its_unit_and_optionally_its_range():
-    force = Variable("force", "a force", min=0.0)
-    assert meaning_of(force, "translational") == "a force [N]"
-    assert meaning_of(force, "rotational") == "a force [N*m]"
-    assert meaning_of(Variable("1", "a share"), "translational") == "a share"
-    assert meaning_within(force, "translational") == "a force [N], >= 0 N"
-    assert meaning_within(Variable("1", "a share"), "translational") == "a share, any number"
+FORCE, SHARE = Variable("force", "a force", min=0.0), Variable("1", "a share")
+
+
+@pytest.mark.parametrize(
+    ("meaning", "variable", "kind", "expected"),
+    [
+        (meaning_of, FORCE, "translational", "a force [N]"),
+        (meaning_of, FORCE, "rotational", "a force [N*m]"),
+        (meaning_of, SHARE, "translational", "a share"),
+        (meaning_within, FORCE, "translational", "a force [N], >= 0 N"),
+        (meaning_within, SHARE, "translational", "a share, any number"),
+    ],
+)
+def test_a_meaning_has_its_unit_and_optionally_its_range(meaning, variable, kind, expected):
+    assert meaning(variable, kind) == expected
 
 
 def rows_of(model, source=None):
@@ -51,22 +61,27 @@ def rows_of(model, source=None):
     return [[cell.strip() for cell in line.split("  ") if cell.strip()] for line in lines]
 
 
-def test_a_table_has_value_unit_range_and_meaning_of_each_parameter():
-    head, *rows = rows_of(LUGRE)
-    assert head == ["value", "unit", "allowed"]
-    assert rows[0][:4] == ["F_C", "22", "N", ">= 1e-12"]
-    assert [row[0] for row in rows] == list(LUGRE.component.variables)
-    shifted = br.friction.with_slots(br.friction.coulomb, [])
-    text = parameter_table(shifted(F_C=2.0, offset=-1.5), Source())
-    assert any(line.split()[:3] == ["offset", "-1.5", "N"] for line in text.splitlines())
+OFFSET = br.friction.with_slots(br.friction.coulomb, [])(F_C=2.0, offset=-1.5)
+SURE = Source(uncertainty={"F_C": {"interval": (21.5, 22.5)}, "F_S": {"status": "unidentifiable"}})
+ENCODER = br.sensors.encoder(resolution=1e-6)
 
 
-def test_a_table_has_intervals_if_any_are_known():
-    source = Source(uncertainty={"F_C": {"interval": (21.5, 22.5)}, "F_S": {"status": "unidentifiable"}})
-    head, first, second, *_ = rows_of(LUGRE, source)
-    assert head == ["value", "unit", "allowed", "95 % interval"]
-    assert first[4] == "21.5 to 22.5"
-    assert second[4] == "unidentifiable"
+@pytest.mark.parametrize(
+    ("model", "source", "name", "place", "cells"),
+    [
+        (LUGRE, Source(), "value", 0, ["value", "unit", "allowed"]),
+        (LUGRE, Source(), "F_C", 0, ["F_C", "22", "N", ">= 1e-12"]),
+        (OFFSET, Source(), "offset", 0, ["offset", "-1.5", "N"]),
+        (LUGRE, SURE, "value", 0, ["value", "unit", "allowed", "95 % interval"]),
+        (LUGRE, SURE, "F_C", 4, ["21.5 to 22.5"]),
+        (LUGRE, SURE, "F_S", 4, ["unidentifiable"]),
+    ],
+)
+def test_a_table_has_value_unit_range_and_interval_of_each_parameter(model, source, name, place, cells):
+    rows = rows_of(model, source)
+    assert [row[0] for row in rows] == ["value", *model.component.variables]
+    row = next(row for row in rows if row[0] == name)
+    assert row[place : place + len(cells)] == cells
 
 
 def test_a_table_shows_the_first_eight_numbers_of_an_array():
@@ -77,29 +92,36 @@ def test_a_table_shows_the_first_eight_numbers_of_an_array():
 
 
 def test_a_bounded_range_shows_both_ends_and_a_choice_is_fixed():
-    rows = {row[0]: row for row in rows_of(br.sensors.encoder(resolution=1e-6))}
-    for name, variable in br.sensors.encoder.variables.items():
+    rows = {row[0]: row for row in rows_of(ENCODER)}
+    for name, variable in ENCODER.component.variables.items():
         if np.isfinite(variable.min) and np.isfinite(variable.max):
             assert f"{variable.min:g} to {variable.max:g}" in rows[name]
 
 
-def test_facts_of_a_model_and_of_an_operator_have_their_units():
-    facts = model_facts(subject_of(LUGRE), "axis_x", Source(), 5e-4, single=False, tunable=True)
-    assert (facts["unit_x"], facts["unit_force"], facts["dt"], facts["rate"]) == ("m", "N", "0.0005", "2000")
-    assert (facts["operator"], facts["tunable"], facts["single"]) == (False, True, False)
-    assert facts["title"] == "Friction of an axis: lugre"
-    facts = model_facts(subject_of(PLAY), "axis_x", Source(), 1e-3, single=True, tunable=False)
-    assert (facts["operator"], facts["title"]) == (True, "Hysteresis operator: play")
-    assert (facts["single"], facts["tunable"], facts["rate"]) == (True, False, "1000")
+@pytest.mark.parametrize(
+    ("model", "dt", "single", "facts"),
+    [
+        (
+            LUGRE,
+            5e-4,
+            False,
+            {"unit_x": "m", "unit_force": "N", "dt": "0.0005", "rate": "2000", "operator": False, "title": "Friction of an axis: lugre"},
+        ),
+        (PLAY, 1e-3, True, {"rate": "1000", "operator": True, "title": "Hysteresis operator: play"}),
+    ],
+)
+def test_facts_of_a_model_and_of_an_operator_have_their_units(model, dt, single, facts):
+    told = model_facts(subject_of(model), "axis_x", Source(), dt, single=single, tunable=not single)
+    assert (told["single"], told["tunable"]) == (single, not single)
+    assert facts.items() <= told.items()
 
 
 def test_units_of_a_drive_have_valid_names_in_c():
     units = CommandUnits(DriveUnit("mm", 1e-3), DriveUnit("% of rated", 0.5), (DriveUnit("mN*m", 1e-3), DriveUnit("A/V", 2.0)))
     facts = command_facts(units, "rotational")
-    assert facts["position"] == {"unit": "mm", "si": "0.001"}
-    assert [effort["macro"] for effort in facts["efforts"]] == ["PERCENT_OF_RATED", "MNM", "A_PER_V"]
-    assert [effort["si"] for effort in facts["efforts"]] == ["0.5", "0.001", "2.0"]
-    assert (facts["unit_force"], facts["unit_x"]) == ("N*m", "rad")
+    assert (facts["position"], facts["unit_force"], facts["unit_x"]) == ({"unit": "mm", "si": "0.001"}, "N*m", "rad")
+    expected = [("PERCENT_OF_RATED", "0.5"), ("MNM", "0.001"), ("A_PER_V", "2.0")]
+    assert [(effort["macro"], effort["si"]) for effort in facts["efforts"]] == expected
     assert command_facts(None, "rotational") is None
 
 

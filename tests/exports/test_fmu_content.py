@@ -1,15 +1,19 @@
-"""Variables of an FMU: their places, ranges, sizes and dependencies."""
+"""Variables of an FMU, and its functions in continuous time, run as they stand."""
 
 import math
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from tests.exports.native import example_with
 from tests.exports.test_law import variant
 
 import bristle as br
+from bristle.core.contracts import Motion
 from bristle.core.experiment import Feedforward
 from bristle.core.variable import Variable
+from bristle.engine import interpreted
+from bristle.engine.screwed import through_screw
 from bristle.exports.cycle import LARGEST, SOLVER, core_of, loaded, stored
 from bristle.exports.described import Source
 from bristle.exports.fmu_content import (
@@ -29,7 +33,7 @@ from bristle.exports.fmu_content import (
     ports_of,
 )
 from bristle.exports.fmu_description import build_text, description_text
-from bristle.exports.fmu_exchange import exchange_of, why_not
+from bristle.exports.fmu_exchange import BEYOND, exchange_of, why_not
 from bristle.exports.law import law_of
 from bristle.exports.subject import subject_of
 from bristle.translation.build import Builder
@@ -45,66 +49,67 @@ def core(model=LUGRE, plant=None):
     return core_of(subject_of(model), plant, Builder())
 
 
+def described(model=LUGRE, plant=MASS, source=UNSURE, fmi=3):
+    """Return the content of an FMU and its description."""
+    content = content_of(subject_of(model), plant, source)
+    return content, ElementTree.fromstring(description_text(content, Setting("axis_x", source, 1e-4, fmi), "token"))
+
+
+TOLD = {
+    "F_C": {"causality": "parameter", "start": "22.0", "unit": "N", "min": "1e-12"},
+    "effort": {"causality": "input"},
+    "time": {},
+    "der(x)": {},
+    "der(v)": {},
+    "der(z)": {},
+}
+
+
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_a_description_names_each_variable_with_unit_range_and_start(fmi):
-    content = content_of(subject_of(LUGRE), MASS, UNSURE)
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", UNSURE, 1e-4, fmi), "token"))
+    _, root = described(fmi=fmi)
+    listed = root.find("ModelVariables")
+    variables = {item.attrib["name"]: item.attrib | (item.find("Real").attrib if fmi == 2 else {}) for item in listed}
+    assert [item.attrib["valueReference"] for item in listed] == [str(place) for place in range(len(listed))]
+    assert all(told.items() <= variables[name].items() for name, told in TOLD.items())
+    assert "start" not in variables["time"]
+    for name, ending in (("F_C", "(95 % interval 21 to 23)"), ("F_S", "(unidentifiable)")):
+        assert variables[name]["description"].endswith(ending)
+    derivatives = {name: int(told["derivative"]) - (fmi == 2) for name, told in variables.items() if name.startswith("der(")}
+    assert derivatives == {f"der({name})": list(variables).index(name) for name in ("x", "v", "z")}
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_a_description_has_its_version_author_units_and_default_experiment(fmi):
+    _, root = described(fmi=fmi)
     assert root.attrib["fmiVersion"] == f"{fmi}.0"
     assert root.attrib["author"].endswith(", from model.toml")
     assert root.attrib["guid" if fmi == 2 else "instantiationToken"] == "token"
     assert root.find("DefaultExperiment").attrib == {"startTime": "0", "stepSize": "0.0001", "tolerance": "1e-06"}
-    assert root.find("ModelExchange") is not None
     assert ("fixedInternalStepSize" in root.find("CoSimulation").attrib) == (fmi == 3)
-    listed = root.find("ModelVariables")
-    described = {item.attrib["name"]: item for item in listed}
-    assert [item.attrib["valueReference"] for item in listed] == [str(place) for place in range(len(listed))]
-
-    def number(name):
-        return described[name].find("Real").attrib if fmi == 2 else described[name].attrib
-
-    assert described["F_C"].attrib["description"].endswith("(95 % interval 21 to 23)")
-    assert described["F_S"].attrib["description"].endswith("(unidentifiable)")
-    assert (number("F_C")["start"], number("F_C")["unit"], number("F_C")["min"]) == ("22.0", "N", "1e-12")
-    assert "start" not in described["time"].attrib
-    assert described["F_C"].attrib["causality"] == "parameter"
-    assert described["effort"].attrib["causality"] == "input"
-    states = [place for place, item in enumerate(listed) if item.attrib["name"] in ("x", "v", "z")]
-    derivatives = {name: number(name)["derivative"] for name in described if name.startswith("der(")}
-    offset = 1 if fmi == 2 else 0
-    assert derivatives.keys() == {"der(x)", "der(v)", "der(z)"}
-    assert sorted(int(place) - offset for place in derivatives.values()) == states
-    base = root.find("UnitDefinitions/Unit[@name='N']/BaseUnit").attrib
-    assert base == {"kg": "1", "m": "1", "s": "-2"}
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_force_depends_on_states_and_rates_also_on_inputs(fmi):
-    content = content_of(subject_of(LUGRE), MASS, Source())
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, fmi), "token"))
-    names = [item.attrib["name"] for item in root.find("ModelVariables")]
-    offset = 1 if fmi == 2 else 0
-    key = "index" if fmi == 2 else "valueReference"
-    rates = f"ModelStructure/{'Derivatives/Unknown' if fmi == 2 else 'ContinuousStateDerivative'}"
-    for unknown in root.findall(rates):
-        assert names[int(unknown.attrib[key]) - offset].startswith("der(")
-        known = [names[int(place) - offset] for place in unknown.attrib["dependencies"].split()]
-        assert sorted(known) == sorted(["effort", "x", "v", "z"])
-    outputs = root.findall("ModelStructure/Outputs/Unknown" if fmi == 2 else "ModelStructure/Output")
+    _, root = described(fmi=fmi)
+    names = ["", *(item.attrib["name"] for item in root.find("ModelVariables"))][fmi == 3 :]
+    rates, outputs = ("Derivatives/Unknown", "Outputs/Unknown") if fmi == 2 else ("ContinuousStateDerivative", "Output")
 
-    def depends(row):
-        return {names[int(place) - offset] for place in row.attrib["dependencies"].split()}
+    def dependencies(rows):
+        return {
+            names[int(row.attrib["index" if fmi == 2 else "valueReference"])]: {names[int(k)] for k in row.attrib["dependencies"].split()}
+            for row in root.findall(f"ModelStructure/{rows}")
+        }
 
-    on = {names[int(row.attrib[key]) - offset]: depends(row) for row in outputs}
-    assert on == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
+    assert dependencies(outputs) == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
+    assert dependencies(rates) == {key: {"effort", "x", "v", "z"} for key in ("der(x)", "der(v)", "der(z)")}
 
 
 def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason():
-    content = content_of(subject_of(br.friction.coulomb(F_C=2.0)), None, Source())
-    assert content.exchange is None
+    content, root = described(br.friction.coulomb(F_C=2.0), None, fmi=2)
     (guidance, reason) = content.notes
     assert "exchange force and velocity in very short steps" in guidance
     assert reason == ("co-simulation alone: the force of coulomb jumps at reversals, and sticking is not a differential equation")
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 2), "token"))
     assert root.find("ModelExchange") is None
     assert "tolerance" not in root.find("DefaultExperiment").attrib
     assert why_not(LUGRE) == why_not(LUGRE, MASS) == ""
@@ -140,19 +145,6 @@ def test_states_rates_and_margins_come_last():
         assert all(ports.listed[place].variable.nominal > 0.0 for place in ports.states)
 
 
-def test_nominal_values_are_the_scales_of_presliding():
-    builder = Builder()
-    core = core_of(subject_of(LUGRE), MASS, builder)
-    varying = exchange_of(core, builder).varying
-    assert list(varying) == ["x", "v", "z"]
-    length = varying["x"].nominal
-    # Half of the largest force of a bristle that slips exponentially, on a grid of factors.
-    assert 0.3 < length / (math.log(2.0) * 29.0 / 2e6) < 3.0
-    force = subject_of(LUGRE).forces(np.array([0.0, 1.0]), 1e3)[1]
-    assert varying["v"].nominal == pytest.approx(math.sqrt(force / 2.5 * length), rel=0.4)
-    assert varying["z"].nominal == length
-
-
 def test_the_state_of_a_step_on_a_mass_is_body_contact_and_solver():
     alone, moved = core(), core(plant=MASS)
     assert alone.begin.size == 1
@@ -181,32 +173,30 @@ def test_the_source_of_an_fmu_is_built_as_c99():
 
 
 def test_states_are_local_to_an_fmu_without_a_mass():
-    content = content_of(subject_of(LUGRE), None, Source())
+    content, _ = described(plant=None)
     (state,) = (port for port in content.ports.listed if port.role == STATE)
     assert state.name == "z"
     assert [port.name for port in content.ports.listed[:4]] == ["time", "v", "x", "force"]
 
 
 def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
-    feedforward = Feedforward(friction=LUGRE)
-    law = law_of(variant(feedforward), tunable=True)
+    law = law_of(variant(Feedforward(friction=LUGRE)), tunable=True)
     content = content_of_law(law, "axis_x", Source())
-    *_, last = content.entry.body
-    assert isinstance(last, Return)
-    assert last.value.type == REAL
+    assert isinstance(content.entry.body[-1], Return)
+    assert content.entry.body[-1].value.type == REAL
     stored_at = [statement.at.value for statement in content.entry.body if isinstance(statement, Store)]
     assert stored_at == list(range(1 + len(law.leaves)))
-    assert content.begin.size == 1 + len(law.leaves)
-    assert content.begin[0] == 0.0
-    assert content.most[0] == 2
-    names = [port.name for port in content.ports.listed]
-    assert names[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
-    assert {"effort", "controller_k_p", "friction_sigma_0"} <= set(names)
-    (role,) = {port.role for port in content.ports.listed if port.name == "effort"}
-    assert role == OUTPUT
-    assert content.output == "effort"
-    assert len(content.notes) == 1
-    assert content.notes[0].startswith("step the law before the plant")
+    assert (content.begin.size, content.begin[0], content.most[0]) == (len(stored_at), 0.0, 2)
+
+
+def test_variables_of_a_law_are_its_inputs_its_effort_and_its_parameters():
+    content = content_of_law(law_of(variant(Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source())
+    roles = {port.name: port.role for port in content.ports.listed}
+    assert list(roles)[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
+    assert {"controller_k_p", "friction_sigma_0"} <= set(roles)
+    assert (content.output, roles["effort"]) == ("effort", OUTPUT)
+    (note,) = content.notes
+    assert note.startswith("step the law before the plant")
 
 
 @pytest.mark.parametrize(
@@ -218,10 +208,185 @@ def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
 )
 def test_units_are_described_in_base_units(kind, units):
     model = br.friction.lugre(kind=kind, F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3)
-    content = content_of(subject_of(model), br.plants.inertia(kind=kind, M=2.5), Source())
-    root = ElementTree.fromstring(description_text(content, Setting("axis_x", Source(), 1e-4, 3), "token"))
+    _, root = described(model, br.plants.inertia(kind=kind, M=2.5))
     reported = {unit.attrib["name"]: unit.find("BaseUnit").attrib for unit in root.findall("UnitDefinitions/Unit")}
     assert {name: " ".join(f"{base}{power}" for base, power in sorted(reported[name].items())) for name in units} == units
-    warm = content_of(subject_of(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0)), None, Source())
-    root = ElementTree.fromstring(description_text(warm, Setting("axis_x", Source(), 1e-4, 3), "token"))
+    _, root = described(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0), None)
     assert root.find("UnitDefinitions/Unit[@name='K']/BaseUnit").attrib == {"K": "1"}
+
+
+LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
+BOUC_WEN, NESTED = example_with("bouc_wen"), example_with("preisach_lugre")
+MASS = br.plants.inertia(M=2.5)
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python():
+    with interpreted():
+        yield
+
+
+class Importer:
+    """What an importer keeps of an FMU, and how it calls its functions."""
+
+    def __init__(self, model, plant=None):
+        builder = Builder()
+        self.core = core_of(subject_of(model), plant, builder)
+        self.exchange = exchange_of(self.core, builder)
+        self.values = {
+            "lasting": np.array(self.core.begin, dtype=float),
+            "memory": np.array(model.component.new_memory(model.parameters), dtype=float),
+            "varying": np.zeros(len(self.exchange.varying)),
+            "held": np.zeros(len(self.exchange.held)),
+            "slope": np.full(len(self.exchange.varying) + 2, np.nan),
+            "p": model.parameters,
+        } | ({} if plant is None else {"q": plant.parameters})
+
+    @classmethod
+    def moving(cls, model, v=1e-3, plant=None):
+        """Return an importer behind the start of a motion."""
+        importer = cls(model, plant)
+        importer.call("begun", v=v, x=0.0)
+        return importer
+
+    def __getitem__(self, name):
+        return self.values[name]
+
+    def call(self, name, **inputs):
+        function, values = getattr(self.exchange, name), self.values | inputs
+        return function.source(*(values[parameter.name] for parameter in function.parameters))
+
+
+@pytest.mark.parametrize(("z", "v"), [(0.0, 1e-3), (1e-6, 2e-3), (-3e-6, -1e-3)])
+def test_a_model_with_rates_only_gives_force_and_rates(z, v):
+    importer = Importer(BOUC_WEN)
+    assert importer.exchange.held == ()
+    component, p = BOUC_WEN.component, BOUC_WEN.parameters
+    importer["varying"][0] = z
+    force, rates = component.rate(component.State(z), Motion(v, 0.3), p)
+    assert importer.call("flowing", v=v, x=0.3) == force
+    assert importer["slope"][0] == rates[0]
+    assert np.isnan(importer["slope"][1:]).all()  # no event is looked for
+
+
+def test_a_mass_moves_with_its_velocity_and_friction_brakes_it():
+    importer = Importer(BOUC_WEN, MASS)
+    assert list(importer.exchange.varying)[:2] == ["x", "v"]
+    importer["varying"][:] = [0.3, 2e-3, 1e-6]
+    force = importer.call("flowing", effort=7.0)
+    component = BOUC_WEN.component
+    expected, rates = component.rate(component.State(1e-6), Motion(2e-3, 0.3), BOUC_WEN.parameters)
+    assert force == expected
+    assert importer["slope"][:3].tolist() == [2e-3, pytest.approx((7.0 - force) / 2.5), rates[0]]
+
+
+def test_the_states_of_a_mass_are_copied_at_the_start_and_at_events():
+    importer = Importer(BOUC_WEN, MASS)
+    importer["lasting"][:3] = [0.3, 2e-3, 1e-6]
+    importer.call("begun")
+    assert importer["varying"].tolist() == [0.3, 2e-3, 1e-6]
+    importer["varying"][:] = [0.4, 3e-3, 2e-6]
+    importer.call("arrived")
+    assert importer["lasting"][:3].tolist() == [0.4, 3e-3, 2e-6]
+
+
+@pytest.mark.parametrize("v", [1e-3, -1e-3])
+def test_a_piece_begins_in_the_direction_of_the_motion_with_its_contact(v):
+    importer = Importer(LUGRE)
+    importer["lasting"][0] = 1e-6
+    importer.call("begun", v=v, x=0.0)
+    side, contact = importer["held"]
+    assert (side, contact, importer["varying"].tolist()) == (math.copysign(1.0, v), 1e-6, [1e-6])
+
+
+def test_after_a_reversal_a_piece_continues_and_its_indicator_is_negative():
+    importer = Importer.moving(LUGRE)
+    importer["varying"][0] = 1e-6  # far from the event
+    importer.call("flowing", v=1e-3, x=0.0)
+    rate, margin, reversal = importer["slope"]
+    assert (rate > 0.0, margin > 0.0) == (True, True)
+    assert reversal == 1e-3
+    force = importer.call("flowing", v=-1e-3, x=0.0)
+    assert importer["slope"][2] == -1e-3
+    assert math.isfinite(force)
+    still = importer.call("flowing", v=0.0, x=0.0)
+    assert importer["slope"][0] == pytest.approx(0.0, abs=1e-12)
+    assert still == pytest.approx(2e6 * 1e-6)
+
+
+def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
+    importer = Importer.moving(LUGRE)
+    distance = importer.exchange.varying["z"].nominal
+    lifted = []
+    for moved in (0.0, 0.5e-6, 1e-6, 2e-6):  # of the distance before sliding
+        importer["varying"][0] = moved * distance
+        importer.call("flowing", v=-1e-3, x=0.0)
+        lifted.append(importer["slope"][2] + 1e-3)
+    assert lifted == pytest.approx([1e3 * distance, 0.5e3 * distance, 0.0, 0.0], abs=1e-9)
+
+
+def test_margins_have_a_small_offset_beyond_their_events():
+    importer = Importer.moving(NESTED)
+    component = NESTED.component
+    piece = component.piece(component.State(), importer["memory"], Motion(1e-3, 0.0), NESTED.parameters)
+    _, _, margin = component.flow(*piece, Motion(1e-3, 0.0), NESTED.parameters)
+    importer.call("flowing", v=1e-3, x=0.0)
+    assert importer["slope"][-2] == pytest.approx(margin + BEYOND, rel=1e-15)
+    assert 0.0 < BEYOND < 1e-6
+
+
+def test_constant_whole_numbers_have_one_value_more_than_storable_turns():
+    importer = Importer(NESTED)
+    fields = [name for name, _ in zip(importer.exchange.flowing.source.__globals__["Piece"]._fields, importer.exchange.held, strict=False)]
+    counts = {name: most for name, most in zip(fields, importer.exchange.held, strict=False) if most}
+    assert list(counts.values()) == [importer["memory"].size // 2 + 1]
+    assert len(importer.exchange.held) == len(fields) + 1  # the contact as it was at the event, a real number
+    assert importer.exchange.held[-1] == 0
+
+
+def test_an_event_commits_the_present_state_of_the_contact():
+    importer = Importer.moving(NESTED)
+    importer["varying"][0] = 2e-6
+    importer.call("arrived")
+    component, p = NESTED.component, NESTED.parameters
+    memory = np.array(component.new_memory(p), dtype=float)
+    contact, _ = component.piece(component.State(), memory, Motion(1e-3, 0.0), p)
+    move = component.arrival(component.State(), memory, contact._replace(z=2e-6), p)
+    after = component.commit(component.State(), memory, move, p)
+    assert importer["lasting"].tolist() == [float(number) for number in after]
+    assert importer["memory"].tolist() == memory.tolist()
+
+
+@pytest.mark.parametrize("model", [LUGRE, NESTED], ids=lambda model: model.name)
+def test_nominal_values_follow_from_half_the_largest_force_and_its_energy(model):
+    varying = Importer(model, MASS).exchange.varying
+    length, speed, largest = varying["x"].nominal, varying["v"].nominal, model.values["F_S"]
+    force = br.response(model, np.linspace(0.0, 100.0 * length, 10_001), 1e6)  # slowly
+    assert 0.5 * largest < force[100] < largest
+    assert force[-1] == pytest.approx(largest, rel=1e-3)
+    assert 2.5 * speed**2 == pytest.approx(largest * length, rel=1e-3)
+    assert varying["z"].nominal == length
+
+
+BALL_SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
+MOTOR = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
+TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
+SLIDES = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0)
+
+
+def test_parameters_of_both_sides_have_their_units():
+    component = through_screw(BALL_SCREW, MOTOR, LUGRE, exported=True).component
+    units = {name: variable.unit("rotational") for name, variable in component.variables.items()}
+    assert (units["motor_F_C"], units["table_F_C"]) == ("N*m", "N")
+    assert (units["motor_sigma_0"], units["table_sigma_0"]) == ("N*m/rad", "N/m")
+    assert (units["motor_v_S"], units["table_v_S"]) == ("rad/s", "m/s")
+
+
+def test_memories_of_both_sides_are_apart_with_the_bounds_of_each():
+    motor, table = TURNS.with_values(capacity=20), SLIDES.with_values(capacity=50)
+    content = content_of(subject_of(through_screw(BALL_SCREW, motor, table, exported=True)), BALL_SCREW, Source())
+    sizes = [model.component.memory_size(model.parameters) for model in (motor, table)]
+    assert sizes[0] != sizes[1]
+    assert content.memory_at == {"motor_memory": 0, "table_memory": sizes[0]}
+    assert content.memory.size == sum(sizes)
+    assert [bound for bound in content.most if 0 < bound < 2**31] == [size // 2 for size in sizes]

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.exports.importing import needs_compiler
 from tests.exports.linuxcnc import DECLARED, LACKING, PERIOD, Component, in_hal, text_of
-from tests.exports.native import COMPILER, differing
+from tests.exports.native import ALL, COMPILER, differing, example_with
 from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
@@ -18,10 +19,9 @@ from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.plants import inertia
 from bristle.plants.terms import effort_of_place, terms_of, with_terms
-from bristle.testing import example_of
 
 LUGRE = br.friction.find("lugre")(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e6, sigma_2=80.0, offset=3.0)
 COGS = with_terms(inertia, cogging={"motor": [6]})(M=20.0, motor_turn=5e-3, motor_6_cos=1.0, motor_6_sin=2.0)
@@ -32,7 +32,6 @@ AXIS = {
     "effort": {"force_constant": "50 N/A", "limit": "400 N"},
     "timing": {"sample_time": "1 ms"},
 }
-SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 def request_of(model=LUGRE, **options):
@@ -49,17 +48,15 @@ def played(files):
     return np.array([[float(word) for word in line.split()] for line in lines]).T
 
 
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 AT_ONCE = {"gain": 1.0, "slew": 1e9}
 
 
 @pytest.fixture(scope="module")
 def component(tmp_path_factory):
-    """Return a function that gives a new component of a model with cogging."""
+    """The component of a model with cogging."""
     if COMPILER is None:
         pytest.skip("no C compiler")
-    files = written(plant=COGS)
-    return lambda: Component(files, tmp_path_factory.mktemp("component"))
+    return Component(written(plant=COGS), tmp_path_factory.mktemp("component"))
 
 
 def moving(count=600, reach=2.0):
@@ -79,24 +76,42 @@ def test_pins_and_parameters_are_documented_and_begin_without_force():
     assert declared["clock"][1] == "1"
 
 
-def test_the_name_of_the_component_has_the_hash_of_the_model_file():
-    source = Source({"model": "model.toml", "model_sha256": "80d7ae7f" + 56 * "0"})
-    files = written(source=source)
-    assert {name.partition("_selftest")[0].partition(".")[0].removesuffix("_table") for name in files} == {"bristle_80d7ae7f", "README"}
-    assert "component bristle_80d7ae7f " in files["bristle_80d7ae7f.comp"]
-    assert "loadrt bristle_80d7ae7f\n" in files["bristle_80d7ae7f.hal"]
-    assert "net x-pos-cmd => bristle-80d7ae7f.reference" in files["bristle_80d7ae7f.hal"]
+HASHED = Source({"model": "model.toml", "model_sha256": "80d7ae7f" + 56 * "0"})
+
+
+@pytest.mark.parametrize(
+    ("options", "end", "words"),
+    [
+        # The component has the name of the hash of the model file.
+        ({}, ".comp", "component bristle_80d7ae7f "),
+        ({}, ".hal", "loadrt bristle_80d7ae7f\n"),
+        ({}, ".hal", "net x-pos-cmd => bristle-80d7ae7f.reference"),
+        # The machine file names both entries and the mode.
+        ({}, ".hal", "=> pid.x.bias\n"),
+        ({}, ".hal", "TORQUE MODE only"),
+        ({}, ".hal", "loadrt sum2 "),
+        ({}, ".hal", "before the function that writes the output"),
+        # Signs are those of the log.
+        ({"axis": axis_from(AXIS)}, ".hal", ".effort-scale -50.0\n"),
+        ({"axis": axis_from(AXIS)}, "_selftest.hal", ".effort-scale -50.0\n"),
+        ({}, "_table.hal", "loadrt lincurve count=1 personality=16"),
+        ({}, "_table.hal", "the memory of the model is lost"),
+    ],
+)
+def test_files_are_named_after_the_model_and_say_how_they_are_loaded(options, end, words):
+    text = written(source=HASHED, **options)[f"bristle_80d7ae7f{end}"]
+    assert words in text or words in text.replace("\n# ", " ")
+
+
+def test_another_name_is_that_of_the_component():
     assert "knee.comp" in hal.write(replace(request_of(), name="knee")).files
     with pytest.raises(br.core.InputError, match=r"name: is too long for a HAL component.*34 characters"):
         hal.write(replace(request_of(), name="a" * 35))
 
 
-def test_units_signs_and_limit_are_those_of_the_log():
-    files = written(axis=axis_from(AXIS))
-    declared = {name: value for _, _, name, value in DECLARED.findall(text_of(files, ".comp"))}
+def test_units_and_limit_are_those_of_the_log():
+    declared = {name: value for _, _, name, value in DECLARED.findall(text_of(written(axis=axis_from(AXIS)), ".comp"))}
     assert (float(declared["scale"]), float(declared["effort_scale"]), float(declared["limit"])) == (1e-3, -50.0, 8.0)
-    for end in (".hal", "_selftest.hal"):
-        assert ".effort-scale -50.0\n" in text_of({name: text for name, text in files.items() if "table" not in name}, end)
     turning = br.friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=100.0)
     assert "1 deg" in hal.write(request_of(turning, speed=5.0)).notes[1]
 
@@ -108,31 +123,29 @@ def test_the_lead_is_that_of_the_identification_or_one_cycle(delay, lead):
     ).lead == pytest.approx(lead)
 
 
-def test_velocity_mode_is_refused_by_name(tmp_path, capsys):
-    with pytest.raises(br.core.InputError, match=r"velocity command of its amplifier.*'velocity'.*torque mode"):
-        hal.write(request_of(mode="velocity"))
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--to hal --hal-mode velocity", "velocity command"),
+        ("--to c --hal-mode torque", "--hal-mode: applies to --to hal only"),
+        ("--to hal --hal-mode torque", ""),
+    ],
+)
+def test_velocity_mode_is_refused_by_name(tmp_path, capsys, options, words):
     (tmp_path / "model.toml").write_text(
         'schema = 1\nkind = "translational"\n[friction]\nmodel = "coulomb"\nF_C = "8 N"\n', encoding="utf-8"
     )
-    line = ["export", str(tmp_path / "model.toml"), "--out", str(tmp_path / "out")]
-    assert main([*line, "--to", "hal", "--hal-mode", "velocity"]) == 2
-    assert "velocity command" in capsys.readouterr().err
-    assert main([*line, "--to", "c", "--hal-mode", "torque"]) == 2
-    assert "--hal-mode: applies to --to hal only" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-    assert main([*line, "--to", "hal", "--hal-mode", "torque"]) == 0
-    assert len(list((tmp_path / "out").glob("bristle_????????.comp"))) == 1
+    code = main(["export", str(tmp_path / "model.toml"), "--out", str(tmp_path / "out"), *options.split()])
+    assert code == (2 if words else 0)
+    assert words in capsys.readouterr().err
+    assert len(list(tmp_path.glob("out/bristle_????????.comp"))) == (not words)
 
 
-def test_the_machine_file_begins_at_gain_0_and_names_both_entries_and_the_mode():
-    text = text_of({name: text for name, text in written().items() if "table" not in name and "selftest" not in name}, ".hal")
+def test_the_machine_file_begins_at_gain_0():
+    text = written(source=HASHED)["bristle_80d7ae7f.hal"]
     lines = [line for line in text.splitlines() if line and not line.startswith("#")]
     assert [line.split()[0] for line in lines] == ["loadrt", *["setp"] * 5, "addf", "net", "net"]
     assert any(line.endswith(".gain 0") for line in lines)
-    assert lines[-1].endswith("=> pid.x.bias")
-    assert "TORQUE MODE only" in text
-    assert "loadrt sum2 " in text
-    assert "before the function that writes the output" in text.replace("\n# ", " ")
 
 
 def test_the_table_for_lincurve_has_its_points_and_its_error():
@@ -140,14 +153,12 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
     rows = re.findall(r"^setp lincurve\.0\.([xy])-val-(\d\d) (\S+)$", text, re.MULTILINE)
     x, y = (np.array([float(value) for axis, _, value in rows if axis == wanted]) for wanted in "xy")
     assert x.size == y.size == 16
-    assert "loadrt lincurve count=1 personality=16" in text
     assert np.all(np.diff(x) > 0.0)
     stated = float(re.search(r"steady friction of the model by at most ([\d.e-]+) N", text.replace("\n# ", " "))[1])
     speeds = np.linspace(0.5, 200.0, 300)  # mm/s
     for v in (speeds, -speeds):
         error = np.abs(np.interp(v, x, y) - [steady_force(LUGRE, 1e-3 * each) for each in v])
         assert error.max() <= 1.1 * stated
-    assert "the memory of the model is lost" in text.replace("\n# ", " ")
     unknown = hal.write(request_of(speed=0.0))
     assert not any("table" in name for name in unknown.files)
     assert unknown.notes[-1].endswith("the largest speed is unknown: no table")
@@ -157,9 +168,9 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", ["lugre", "stribeck", "preisach_lugre"])
+@pytest.mark.parametrize("name", ["lugre", "stribeck", "maxwell_slip", pytest.param("preisach_lugre", marks=pytest.mark.slow)])
 def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
-    files = written(example_of(with_slots(MODELS[name], ("asymmetry",))), plant=COGS, axis=axis_from(AXIS))
+    files = written(example_with(name, ("asymmetry",)), plant=COGS, axis=axis_from(AXIS))
     references, expected = played(files)
     assert references.size >= 200
     fed = Component(files, tmp_path).feed(references, **AT_ONCE, limit=0.0)
@@ -177,7 +188,7 @@ def test_the_expected_lines_are_those_of_halsampler():
 
 def test_the_feed_is_friction_constant_force_and_cogging_at_the_reference(component):
     mm = moving()
-    fed = component().feed(mm, **AT_ONCE, lead=0.0)
+    fed = component.fresh().feed(mm, **AT_ONCE, lead=0.0)
     friction = br.response(LUGRE, 1e-3 * mm, 1e-3)
     assert friction[200:].mean() == pytest.approx(3.0, abs=0.5)  # the constant force
     assert fed[1:] == pytest.approx((friction + effort_of_place(1e-3 * mm, terms_of(COGS)))[1:], rel=1e-9)
@@ -194,17 +205,16 @@ def test_the_feed_contains_a_spring(tmp_path_factory):
 
 def test_the_lead_takes_the_feed_of_a_later_cycle(component):
     mm = moving()
-    later = component().feed(mm, **AT_ONCE, lead=0.0)[3:]
-    led = component().feed(mm, **AT_ONCE, lead=3e-3)[:-3]
-    late = component().feed(mm, **AT_ONCE, lead=0.0)[:-3]
+    later = component.fresh().feed(mm, **AT_ONCE, lead=0.0)[3:]
+    led = component.fresh().feed(mm, **AT_ONCE, lead=3e-3)[:-3]
+    late = component.fresh().feed(mm, **AT_ONCE, lead=0.0)[:-3]
     assert np.std((led - later)[20:]) < 0.05 * np.std((late - later)[20:])
-    bounded = [component().feed(mm, **AT_ONCE, lead=lead) for lead in (hal.LEAD_MAX, 1.0)]
-    assert differing(*bounded) == 0
-    assert differing(component().feed(mm, **AT_ONCE, lead=-1.0), component().feed(mm, **AT_ONCE, lead=0.0)) == 0
+    assert differing(*(component.fresh().feed(mm, **AT_ONCE, lead=lead) for lead in (hal.LEAD_MAX, 1.0))) == 0
+    assert differing(component.fresh().feed(mm, **AT_ONCE, lead=-1.0), component.fresh().feed(mm, **AT_ONCE, lead=0.0)) == 0
 
 
 def test_the_gain_begins_at_0_and_follows_at_slew(component):
-    one = component()
+    one = component.fresh()
     assert not one.feed(moving()).any()
     one.feed(moving(100), gain=1.0, slew=2.0)
     assert one.pins.gain_now == pytest.approx(0.2)
@@ -216,14 +226,14 @@ def test_the_gain_begins_at_0_and_follows_at_slew(component):
 
 def test_the_feed_stays_within_the_limit_and_scales_with_units_and_clock(component):
     mm = moving()
-    whole = component().feed(mm, **AT_ONCE, lead=0.0)
-    assert np.abs(component().feed(mm, **AT_ONCE, lead=0.0, limit=2.0)) == pytest.approx(np.minimum(np.abs(whole), 2.0))
-    assert component().feed(1e-3 * mm, **AT_ONCE, lead=0.0, scale=1.0, effort_scale=-50.0) == pytest.approx(-whole / 50.0, rel=1e-6)
-    assert component().feed(mm, PERIOD // 10, **AT_ONCE, lead=0.0, clock=10.0) == pytest.approx(whole, rel=1e-9)
+    whole = component.fresh().feed(mm, **AT_ONCE, lead=0.0)
+    assert np.abs(component.fresh().feed(mm, **AT_ONCE, lead=0.0, limit=2.0)) == pytest.approx(np.minimum(np.abs(whole), 2.0))
+    assert component.fresh().feed(1e-3 * mm, **AT_ONCE, lead=0.0, scale=1.0, effort_scale=-50.0) == pytest.approx(-whole / 50.0, rel=1e-6)
+    assert component.fresh().feed(mm, PERIOD // 10, **AT_ONCE, lead=0.0, clock=10.0) == pytest.approx(whole, rel=1e-9)
 
 
 def test_an_invalid_reference_sets_fault_and_takes_the_feed_away_until_reset(component):
-    one = component()
+    one = component.fresh()
     one.feed(moving(200), gain=1.0, slew=100.0)
     fed = one.feed([0.1, float("nan"), 0.1, 0.1], slew=250.0)
     assert one.pins.fault
@@ -245,7 +255,7 @@ def law_files_of(controller, fed):
 
 
 @needs_compiler
-@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), ("sliding_mode", "desired")])
+@pytest.mark.parametrize(("controller", "fed"), [("cascade", "all"), pytest.param("sliding_mode", "desired", marks=pytest.mark.slow)])
 def test_a_law_gives_the_bits_of_its_self_test(tmp_path, controller, fed):
     product = law_files_of(controller, fed)
     *columns, expected = played(product.files)
@@ -286,10 +296,10 @@ def test_no_operation_is_fused(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(bool(LACKING), reason=LACKING)
-@pytest.mark.parametrize("slots", [(), SLOTS], ids=["plain", "varied"])
+@pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_hal_computes_identical_feeds(tmp_path, name, slots):
-    files = written(example_of(with_slots(MODELS[name], slots)), plant=COGS, speed=0.0)
+    files = written(example_with(name, slots), plant=COGS, speed=0.0)
     component_name = next(file for file in files if file.endswith(".comp")).removesuffix(".comp")
     measured = in_hal(files, tmp_path, f"{component_name}_selftest.hal")[f"{component_name}_selftest_measured.txt"]
     assert [line for line in measured.splitlines() if line != "overrun"] == text_of(files, "_selftest_expected.txt").splitlines()

@@ -1,6 +1,7 @@
 """Laws of control in samples: what they are told, what is fed forward, and what they say of it."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -8,9 +9,13 @@ import pytest
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Feedforward, Learning, Run, Variant
+from bristle.exports.c import law_files
 from bristle.exports.described import Source
+from bristle.exports.fmu_content import content_of_law
 from bristle.exports.law import Inputs, law_facts, law_of, law_walk
 from bristle.exports.law_text import Gravity, Load, loads_of
+from bristle.exports.st import st_law_files
+from bristle.exports.tunable import settled_law
 
 M, DT = 2.0, 1e-3
 COULOMB = br.friction.with_slots(br.friction.coulomb, [])(F_C=5.0, offset=0.5)
@@ -33,53 +38,54 @@ def variant(feedforward=None, delay=0, limit=math.inf, **changes):
     return Variant(**parts | changes)
 
 
-def samples(v=0.1, a=0.0, count=5, ahead=1, measured=None):
-    """Samples of a motion at a constant speed, measured without an error."""
-    x = v * DT * np.arange(count + ahead + 1)
-    read = x if measured is None else measured
-    return [Inputs(x[k], v, a, read[k], x[k + 1 : k + 1 + ahead], np.full(ahead, a)) for k in range(count)]
+def fed(reported, delay=0, **feedforward):
+    """Return the inputs of a law, and what its feedforward adds at each sample."""
+    law, plain = (law_of(variant(each, delay=delay)) for each in (Feedforward(**feedforward), None))
+    return law.inputs, law.efforts(reported) - plain.efforts(reported)
+
+
+def at_rest(ahead, a=0.0, a_ahead=0.0, measured=0.0):
+    """A sample at 0, with the positions and accelerations of the next ones."""
+    return Inputs(0.0, 0.0, a, measured, np.array(ahead), np.full(len(ahead), a_ahead))
 
 
 def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
-    law = law_of(variant(Feedforward(mass=M)))
-    assert law.inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
-    rising = [Inputs(0.0, 0.0, a, 0.0, np.zeros(1), np.array([a + 1.0])) for a in (0.0, 1.0, 2.0)]
-    without = law_of(variant()).efforts(rising)
-    assert law.efforts(rising) - without == pytest.approx([1.0, 3.0, 5.0])
+    inputs, efforts = fed([at_rest([0.0], a, a + 1.0) for a in (0.0, 1.0, 2.0)], mass=M)
+    assert inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
+    assert efforts == pytest.approx([1.0, 3.0, 5.0])
 
 
 @pytest.mark.parametrize("delay", [0, 2])
 def test_friction_along_the_desired_motion_leads_by_the_delay(delay):
-    law = law_of(variant(Feedforward(friction=COULOMB), delay=delay))
-    assert law.samples_ahead == delay + 1
     x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
-    reported = [Inputs(0.0, 0.0, 0.0, 0.0, x[k + 1 : k + 2 + delay], np.zeros(delay + 1)) for k in range(6)]
+    _, efforts = fed([at_rest(x[k + 1 : k + 2 + delay]) for k in range(6)], delay, friction=COULOMB)
     ways = np.sign(np.diff(x))[delay : delay + 6]
-    efforts = law.efforts(reported) - law_of(variant(delay=delay)).efforts(reported)
-    moving = ways != 0.0
-    assert efforts[moving] == pytest.approx(5.0 * ways[moving] + 0.5)
+    assert efforts[ways != 0.0] == pytest.approx(5.0 * ways[ways != 0.0] + 0.5)
 
 
 def test_friction_along_the_measured_motion_needs_no_samples_ahead():
-    law = law_of(variant(Feedforward(friction=COULOMB, along="measured"), delay=2))
-    assert law.inputs == ("position", "velocity", "acceleration", "measured")
-    measured = np.array([0.0, 1e-4, 2e-4, 1e-4])
-    reported = [Inputs(0.0, 0.0, 0.0, x, np.zeros(3), np.zeros(3)) for x in measured]
-    efforts = law.efforts(reported) - law_of(variant(delay=2)).efforts(reported)
+    reported = [at_rest(np.zeros(3), measured=x) for x in (0.0, 1e-4, 2e-4, 1e-4)]
+    inputs, efforts = fed(reported, 2, friction=COULOMB, along="measured")
+    assert inputs == ("position", "velocity", "acceleration", "measured")
     assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
 
 
-def test_gain_asymmetry_and_limit_shape_the_feedforward():
-    def fed(v, **shape):
-        reported = samples(v)
-        return (law_of(variant(Feedforward(friction=COULOMB, **shape))).efforts(reported) - law_of(variant()).efforts(reported))[-1]
-
-    assert fed(0.1) == pytest.approx(5.5)
-    assert fed(0.1, gain=0.5) == pytest.approx(2.75)
-    assert fed(0.1, gain=0.5, offset=1.0) == pytest.approx(3.75)
-    assert fed(0.1, limit=3.0) == pytest.approx(3.0)
-    assert fed(-0.1, limit=3.0) == pytest.approx(-3.0)
-    assert fed(0.1, asymmetry=0.2) > fed(0.1) > -fed(-0.1, asymmetry=0.2) - 1.0
+@pytest.mark.parametrize(
+    ("way", "shape", "force"),
+    [
+        (1.0, {}, 5.5),
+        (1.0, {"gain": 0.5}, 2.75),
+        (1.0, {"gain": 0.5, "offset": 1.0}, 3.75),
+        (1.0, {"limit": 3.0}, 3.0),
+        (-1.0, {"limit": 3.0}, -3.0),
+        (1.0, {"asymmetry": 0.2}, 5.5 * 1.2),
+        (-1.0, {"asymmetry": 0.2}, -4.5 * 0.8),
+    ],
+)
+def test_gain_asymmetry_and_limit_shape_the_feedforward(way, shape, force):
+    x = way * 1e-4 * np.arange(7)
+    reported = [Inputs(x[k], way * 0.1, 0.0, x[k], x[k + 1 : k + 2], np.zeros(1)) for k in range(5)]
+    assert fed(reported, friction=COULOMB, **shape)[1][-1] == pytest.approx(force)
 
 
 def test_a_drive_limits_the_effort():
@@ -88,30 +94,38 @@ def test_a_drive_limits_the_effort():
     assert law_of(variant()).efforts(far)[-1] > 100.0
 
 
-def test_gravity_and_cogging_act_at_the_middle_of_two_samples():
-    fed, carried = loads_of(Feedforward(plant=LINK))
-    assert fed is carried
-    assert fed.place == Gravity(4.0, 1.0)
-    assert fed.numbers == (0.0, 4.0, 1.0)
-    law = law_of(variant(Feedforward(plant=LINK)))
-    reported = [Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))]
-    gravity = law.efforts(reported) - law_of(variant()).efforts(reported)
+def test_gravity_acts_at_the_middle_of_two_samples():
+    load, carried = loads_of(Feedforward(plant=LINK))
+    assert load is carried
+    assert (load.place, load.numbers) == (Gravity(4.0, 1.0), (0.0, 4.0, 1.0))
+    _, gravity = fed([Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))], plant=LINK)
     assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
 
 
 def test_friction_transmits_the_feedforward_or_the_carried_plant():
-    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN))
-    assert fed is carried
     fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=LINK))
     assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", M, "carried_", 3.0)
-    same = br.plants.inertia(M=M)
-    fed, carried = loads_of(Feedforward(mass=M, friction=RISEN, carries=same))
-    assert carried is fed
-    assert loads_of(Feedforward(mass=M, friction=RISEN, carries=same), apart=True)[1].prefix == "carried_"
-    assert loads_of(Feedforward(mass=M, friction=COULOMB, carries=LINK))[1].prefix == ""
     with pytest.raises(InputError, match="has forces besides inertia, gravity, cogging and a spring"):
         loads_of(Feedforward(friction=RISEN, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
+
+
+SAME = br.plants.inertia(M=M)
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "apart", "prefix"),
+    [
+        ({"mass": M, "friction": RISEN}, False, ""),
+        ({"mass": M, "friction": RISEN, "carries": SAME}, False, ""),
+        ({"mass": M, "friction": RISEN, "carries": SAME}, True, "carried_"),
+        ({"mass": M, "friction": COULOMB, "carries": LINK}, False, ""),
+    ],
+)
+def test_a_carried_plant_is_that_of_the_feedforward_if_they_are_equal(feedforward, apart, prefix):
+    fed, carried = loads_of(Feedforward(**feedforward), apart=apart)
+    assert carried.prefix == prefix
+    assert (carried is fed) == (prefix == "")
 
 
 def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():
@@ -129,13 +143,16 @@ def test_leaves_are_all_numbers_of_the_state_in_order():
     assert law.dt == DT
 
 
-def test_variants_without_a_law_are_refused():
-    for changes, words in (
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
         ({"effort": Effort(np.zeros(100))}, "drives an open loop"),
         ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs repetitions of the whole motion"),
-    ):
-        with pytest.raises(InputError, match=words):
-            law_of(variant(**changes))
+    ],
+)
+def test_variants_without_a_law_are_refused(changes, words):
+    with pytest.raises(InputError, match=words):
+        law_of(variant(**changes))
 
 
 def test_facts_of_a_law_list_feedforward_and_samples_ahead():
@@ -150,13 +167,24 @@ def test_facts_of_a_law_list_feedforward_and_samples_ahead():
         ("place_ahead[3]", "m", True),
         ("acceleration_ahead[3]", "m/s^2", True),
     ]
-    nothing = law_facts(law_of(variant()), "axis_x", Source())
-    assert (nothing["fed"], nothing["limit"], nothing["frictions"]) == (["nothing"], "", {})
-    risen = law_facts(law_of(variant(Feedforward(friction=RISEN, plant=LINK, carries=LINK))), "axis_x", Source())
-    assert risen["fed"][0].startswith("position-dependent effort of inertia+gravity")
-    assert risen["fed"][-1].endswith("that inertia+gravity transmits along the desired motion")
-    beside = law_facts(law_of(variant(Feedforward(mass=M, friction=RISEN))), "axis_x", Source())
-    assert beside["fed"][-1].endswith("that the rest of the feedforward transmits along the desired motion")
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "first", "last"),
+    [
+        ({}, "nothing", "nothing"),
+        (
+            {"friction": RISEN, "plant": LINK, "carries": LINK},
+            "position-dependent effort of inertia+gravity",
+            "that inertia+gravity transmits along the desired motion",
+        ),
+        ({"mass": M, "friction": RISEN}, "inertia", "that the rest of the feedforward transmits along the desired motion"),
+    ],
+)
+def test_facts_of_a_law_state_what_is_transmitted(feedforward, first, last):
+    lines = law_facts(law_of(variant(Feedforward(**feedforward))), "axis_x", Source())["fed"]
+    assert lines[0].startswith(first)
+    assert lines[-1].endswith(last)
 
 
 def test_the_self_test_measures_each_position_one_sample_late():
@@ -169,3 +197,30 @@ def test_the_self_test_measures_each_position_one_sample_late():
     first = Inputs(x[0], v[0], 100.0 * v[0], x[0], x[1:2], 100.0 * v[1:2])
     second = Inputs(x[1], v[1], 100.0 * v[1], x[0], x[2:3], 100.0 * v[2:3])
     assert law.efforts([first, second]) == pytest.approx(efforts[:2])
+
+
+LAW, TUNABLE = (law_of(variant(Feedforward(mass=2.0)), tunable=tunable) for tunable in (False, True))
+
+
+def length(text) -> int:
+    return sum(map(len, text.values())) if isinstance(text, Mapping) else len(text)
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_folding_earlier_or_later_gives_the_same_law(write):
+    assert write(LAW, "axis_x", Source()) == write(settled_law(LAW), "axis_x", Source())
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_a_law_with_variable_parameters_is_longer(write):
+    assert length(write(TUNABLE, "axis_x", Source())) > length(write(LAW, "axis_x", Source()))
+
+
+def test_folding_earlier_or_later_gives_the_same_fmu_of_a_law():
+    texts = [printed(content_of_law(law, "axis_x", Source()).unit) for law in (TUNABLE, settled_law(TUNABLE))]
+    assert texts[0] == texts[1]
+
+
+def printed(unit) -> str:
+    """Every function of a unit, as its tree has it."""
+    return "\n".join(repr((function.name, function.parameters, function.body)) for function in unit.functions)

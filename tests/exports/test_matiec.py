@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, RUN_LAW, differing, walk
+from tests.exports.native import ALL, COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
 from tests.exports.test_fmu_law import inputs_of
 from tests.exports.test_laws import CASES, replayed, variant_of
 
@@ -23,9 +23,8 @@ from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.st import st_law_files
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
-from bristle.testing import example_of
 
 FOLDER = os.environ.get("BRISTLE_MATIEC", "")
 pytestmark = [
@@ -33,7 +32,6 @@ pytestmark = [
     pytest.mark.skipif(not FOLDER or COMPILER is None, reason="BRISTLE_MATIEC names no MATIEC, or no C compiler"),
 ]
 DT, COUNT = 1e-3, 2000
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
 SINGLE_LAWS = (("cascade", "measured"), ("sliding_mode", "desired"), ("cascade", "toothed"), ("observer", "all"))
 MAIN = """
 #include "iec_std_lib.h"
@@ -78,11 +76,8 @@ def compiled(source, folder, output):
     assert made.returncode == 0, made.stderr
     lines = "\n".join(f"        {place} = *given++;" for place in places_of(source))
     (folder / "c" / "main.c").write_text(MAIN.format(lines=lines, output=output.upper()))
-    flags = ("-std=gnu99", "-O1", "-ffp-contract=off", "-fno-strict-aliasing", "-w", "-shared", "-fPIC", "-I")
-    library = folder / "axis_x.so"
-    line = [COMPILER, *flags, Path(FOLDER) / "lib" / "C", "-o", library, folder / "c" / "main.c", "-lm"]
-    subprocess.run(line, check=True)
-    return ctypes.CDLL(str(library))
+    flags = ("-std=gnu99", "-O1", "-fno-strict-aliasing", "-w", "-I")
+    return library(folder, *flags, Path(FOLDER) / "lib" / "C", folder / "c" / "main.c")
 
 
 def places_of(source):
@@ -125,55 +120,47 @@ def signals_of(model):
     return tuple(surrounding.field for surrounding in model.component.surroundings)
 
 
-@pytest.mark.parametrize("slots", [(), ("asymmetry",), ALL], ids=["plain", "sided", "varied"])
-@pytest.mark.parametrize("name", MODELS)
+def outputs(model, folder, rows, **options):
+    """Return the forces of a model in the C of MATIEC."""
+    br.export(model, "st", folder / "st", **options)
+    return run(compiled((folder / "st" / "axis_x.st").read_text(), folder, "force"), rows)
+
+
+# The last one has loops of a single pass.
+SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in MODELS] + [("maxwell_slip", None)]
+
+
+@pytest.mark.parametrize(("name", "slots"), SHAPES)
 def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
-    model = example_of(with_slots(MODELS[name], slots))
+    one = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
+    model = one if slots is None else example_with(name, slots)
     x, around, rows = motion(signals_of(model))
-    br.export(model, "st", tmp_path / "st", rest="held" if with_rest(model, "held") != model else None)
-    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
+    result = outputs(model, tmp_path, rows, rest="held" if with_rest(model, "held") != model else None)
     with interpreted():
-        v = np.diff(x) / DT
         message = {key: values[1:] for key, values in around.items()}
-        expected = force_along(with_rest(model, "held"), v + 0.0, DT, x[1:], **message)
+        expected = force_along(with_rest(model, "held"), np.diff(x) / DT + 0.0, DT, x[1:], **message)
     assert np.ptp(expected) > 0.0
     assert differing(settled(result), np.concatenate([[0.0], expected])) == 0
-
-
-def test_a_model_of_one_element_with_single_pass_loops_is_identical(tmp_path):
-    model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
-    x, _, rows = motion()
-    br.export(model, "st", tmp_path / "st")
-    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
-    assert np.ptp(result) > 20.0
-    assert differing(result, br.response(model, x, DT)) == 0
 
 
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
 @pytest.mark.parametrize("name", MODELS)
 def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
-    model = example_of(with_slots(MODELS[name], slots))
+    model = example_with(name, slots)
     _, _, rows = motion(signals_of(model))
-    br.export(model, "st", tmp_path / "st", float32=True)
-    result = run(compiled((tmp_path / "st" / "axis_x.st").read_text(), tmp_path, "force"), rows)
+    result = outputs(model, tmp_path, rows, float32=True)
     br.export(model, "c", tmp_path / "out", float32=True)
     inputs = ", ".join(f"given[{column}]" for column in range(rows.shape[1]))
     (tmp_path / "run.c").write_text(AT.format(inputs=inputs, count=rows.shape[1], at="_at" if rows.shape[1] > 2 else ""))
-    line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "out/axis_x.c", "-o", "run.so", "-lm"]
-    subprocess.run(line, cwd=tmp_path, check=True)
-    assert differing(settled(result), replayed(ctypes.CDLL(str(tmp_path / "run.so")), "at", rows)) == 0
+    assert differing(settled(result), replayed(library(tmp_path, "run.c", "out/axis_x.c"), "at", rows)) == 0
 
 
 @pytest.mark.parametrize(("controller", "fed", "single"), [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS])
 def test_a_law_is_identical_to_the_law_in_c(tmp_path, controller, fed, single):
     law, rows = law_of(variant_of(controller, fed), single=single), inputs_of(controller, fed)
     result = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
-    for file, text in law_files(law, "axis_x", Source()).items():
-        (tmp_path / file).write_text(text, encoding="ascii")
-    (tmp_path / "run.c").write_text(RUN_LAW.format(name="axis_x"))
-    line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "run.c", "axis_x.c", "-o", "law.so", "-lm"]
-    subprocess.run(line, cwd=tmp_path, check=True)
-    assert differing(result, replayed(ctypes.CDLL(str(tmp_path / "law.so")), "axis_x", rows)) == 0
+    in_c = library_of_laws(tmp_path / "c_of_law", {"axis_x": law_files(law, "axis_x", Source())}, {"axis_x": RUN_LAW.format(name="axis_x")})
+    assert differing(result, replayed(in_c, "axis_x", rows)) == 0
 
 
 @pytest.mark.parametrize(("controller", "fed"), SINGLE_LAWS[:3])

@@ -1,14 +1,13 @@
 """Scenes of MuJoCo: contents, stated errors and, if MuJoCo is installed, forces in MuJoCo."""
 
 import importlib.util
-import json
-import math
 import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.exports.native import walk
 
 import bristle as br
 from bristle.exports.mjcf import write
@@ -21,42 +20,72 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "frozen"
 LUGRE = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.0, sigma_2=0.4)
 
 
-def scene(model, folder, **options):
-    result = br.export(model, "mjcf", folder / "out", **options)
-    return ElementTree.parse(folder / "out" / "axis_x.xml").getroot(), result.notes
+def scene(model, **options):
+    product = write(Request(model, "axis_x", 1e-3, **options))
+    return ElementTree.fromstring(product.files["axis_x.xml"]), product.notes
 
 
-def test_lugre_is_a_passive_motor_and_the_integrator_is_euler(tmp_path):
-    root, notes = scene(LUGRE, tmp_path, mass="2 kg")
-    motor = root.find("actuator/dcmotor").attrib
-    assert [float(number) for number in motor["lugre"].split()] == [1e5, 316.0, 1.0, 1.5, 1e-3]
-    assert float(motor["damping"]) == 0.4
-    assert root.find("option").attrib["integrator"] == "Euler"
-    assert float(root.find("worldbody/body/inertial").attrib["mass"]) == 2.0
-    assert "Euler" in notes[0]
+def read(attribute):
+    """Return the numbers of an attribute, or its word."""
+    return attribute if attribute.isalpha() else [float(number) for number in attribute.split()]
 
 
-def test_dry_and_viscous_friction_belong_to_the_joint_and_an_offset_is_a_constant_force(tmp_path):
-    friction = br.friction.with_slots(br.friction.coulomb_viscous, [])
-    root, notes = scene(friction(kind="rotational", F_C=0.2, F_v=0.03, offset=0.1), tmp_path)
-    joint = root.find("worldbody/body/joint").attrib
-    assert (joint["type"], float(joint["frictionloss"]), float(joint["damping"])) == ("hinge", 0.2, 0.03)
-    assert root.find("actuator/general").attrib["biasprm"] == "-0.1 0 0"
-    assert int(root.find("option").attrib["noslip_iterations"]) > 0
-    assert "no error" in notes[0]
-    assert len(notes) == 2
+DRY = br.friction.with_slots(br.friction.coulomb_viscous, [])(kind="rotational", F_C=0.2, F_v=0.03, offset=0.1)
+FROZEN = br.friction.find("coulomb+position+temperature")(F_C=2.0, x_0=0.1, x_L=0.2, p_1=0.3, k_T=0.01)
 
 
-@pytest.mark.parametrize(("kind", "inertia", "axis"), [("translational", "1 1 1", "1 0 0"), ("rotational", "0.5 0.5 0.5", "0 0 1")])
-def test_the_body_is_a_sliding_mass_or_a_hinged_inertia(kind, inertia, axis):
-    friction = br.friction.coulomb(kind=kind, F_C=0.2)
-    root = ElementTree.fromstring(write(Request(friction, "axis_x", 1e-3, mass=0.5)).files["axis_x.xml"])
-    body = root.find("worldbody/body")
-    assert body.find("inertial").attrib["diaginertia"] == inertia
-    assert float(body.find("inertial").attrib["mass"]) == (0.5 if kind == "translational" else 1.0)
-    assert body.find("joint").attrib["axis"] == axis
-    assert "damping" not in body.find("joint").attrib
+@pytest.mark.parametrize(
+    ("model", "options", "parts", "words"),
+    [
+        # The bristle is a passive motor, which the integrator Euler treats implicitly.
+        (
+            LUGRE,
+            {"mass": 2.0},
+            {
+                "actuator/dcmotor": {"lugre": [1e5, 316.0, 1.0, 1.5, 1e-3], "damping": [0.4]},
+                "option": {"integrator": "Euler"},
+                "worldbody/body/inertial": {"mass": [2.0], "diaginertia": [1.0, 1.0, 1.0]},
+            },
+            ["Euler"],
+        ),
+        # Dry and viscous friction belong to the joint, and an offset is a constant force.
+        (
+            DRY,
+            {"mass": 0.5},
+            {
+                "worldbody/body/joint": {"type": "hinge", "frictionloss": [0.2], "damping": [0.03], "axis": [0.0, 0.0, 1.0]},
+                "worldbody/body/inertial": {"mass": [1.0], "diaginertia": [0.5, 0.5, 0.5]},
+                "actuator/general": {"biasprm": [-0.1, 0.0, 0.0]},
+            },
+            ["no error"],
+        ),
+        (
+            br.friction.coulomb(F_C=0.2),
+            {"mass": 0.5},
+            {
+                "worldbody/body/joint": {"type": "slide", "frictionloss": [0.2], "axis": [1.0, 0.0, 0.0]},
+                "worldbody/body/inertial": {"mass": [0.5], "diaginertia": [1.0, 1.0, 1.0]},
+            },
+            ["no error"],
+        ),
+        # Friction that varies has its nominal value.
+        (FROZEN, {}, {"worldbody/body/joint": {"frictionloss": [2.0]}}, ["omits position, temperature"]),
+    ],
+    ids=["lugre", "dry", "coulomb", "frozen"],
+)
+def test_friction_is_written_in_the_parts_of_a_scene(model, options, parts, words):
+    root, notes = scene(model, **options)
+    for place, attributes in parts.items():
+        element = root.find(place).attrib
+        assert {name: read(element[name]) for name in attributes} == attributes
+    assert all(word in " ".join(notes) for word in words)
+
+
+def test_dry_friction_alone_needs_no_damping_but_iterations_without_slip():
+    root, _ = scene(br.friction.coulomb(F_C=0.2))
+    assert "damping" not in root.find("worldbody/body/joint").attrib
     assert [part.tag for part in root.find("actuator")] == ["motor"]
+    assert int(root.find("option").attrib["noslip_iterations"]) > 0
 
 
 def test_the_scene_states_the_time_constant_of_the_bristles():
@@ -65,66 +94,25 @@ def test_the_scene_states_the_time_constant_of_the_bristles():
     assert "--" not in text.partition("<!--")[2].partition("-->")[0]
 
 
-def test_friction_that_varies_is_frozen_at_its_nominal_value(tmp_path):
-    friction = br.friction.find("coulomb+position+temperature")
-    root, notes = scene(friction(F_C=2.0, x_0=0.1, x_L=0.2, p_1=0.3, k_T=0.01), tmp_path)
-    assert float(root.find("worldbody/body/joint").attrib["frictionloss"]) == 2.0
-    assert any("omits position, temperature" in note for note in notes)
-
-
-@pytest.mark.fast_cases(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in br.friction.MODELS if name != "lugre"])
-def test_every_model_is_written_with_a_stated_error(name, tmp_path):
+def test_every_model_is_written_with_a_stated_error(name):
     model = br.friction.MODELS[name]
     for slots in ([], ["asymmetry"]):
-        friction = example_of(br.friction.with_slots(model, slots))
-        result = br.export(friction, "mjcf", tmp_path / f"out_{len(slots)}")
-        text = (tmp_path / f"out_{len(slots)}" / "axis_x.xml").read_text()
+        product = write(Request(example_of(br.friction.with_slots(model, slots)), "axis_x", 5e-4))
         exact = name in ("coulomb", "viscous", "coulomb_viscous", "maxwell_slip")
-        assert any(("no error" if exact and not slots else "% rms") in note for note in result.notes) or exact
-        assert next(note for note in result.notes if "error" in note).capitalize() in text
+        assert any(("no error" if exact and not slots else "% rms") in note for note in product.notes) or exact
+        error = next(note for note in product.notes if "error" in note)
+        assert error.lower() in " ".join(product.files["axis_x.xml"].lower().split())
 
 
 @pytest.mark.slow
-def test_stops_and_a_spring_are_written_without_error(tmp_path):
+def test_stops_and_a_spring_are_written_without_error():
     stops = br.hysteresis.prandtl_ishlinskii(kind="translational", thresholds=[1e-6, 4e-6], weights=[3e6, 1e6], spring=1e5)
-    root, notes = scene(br.friction.preisach_contact(kernel=stops, sigma_2=50.0), tmp_path)
+    root, notes = scene(br.friction.preisach_contact(kernel=stops, sigma_2=50.0))
     written = [(part.get("stiffness"), part.get("springyield")) for part in root.iterfind("tendon/fixed")]
     assert written == [("3000000.0", "1e-06"), ("1000000.0", "4e-06"), ("100000.0", None)]
     assert "no error" in notes[0]
-
-
-def best_of_examples():
-    """Return an example of each model that identify ranks first for the log of an example, by the name of the model."""
-    found = {}
-    for place in sorted(GOLDEN.glob("*.json")):
-        golden = json.loads(place.read_text())
-        for fit in golden.get("fits", []):
-            if fit.get("rank") == 1 and "friction" in fit:
-                found[fit["name"]] = fit["friction"], golden["json"]["kind"], golden["json"]["treatment"]["velocity_max"]
-    return found
-
-
-BEST = best_of_examples()
-
-
-@pytest.mark.fast_cases(3)
-@pytest.mark.slow
-@pytest.mark.parametrize("name", BEST)
-def test_the_best_model_of_each_example_is_written_with_its_error(name):
-    values, kind, fastest = BEST[name]
-    model = br.friction.find(name)(kind=kind, **{key: math.inf if value is None else value for key, value in values.items()})
-    product = write(Request(model, "axis_x", 5e-4, speed=fastest))
-    if name == "lugre":  # the equations of MuJoCo are those of the model
-        assert any("Euler" in note for note in product.notes)
-        return
-    assert 0.0 <= product.error["rms"] <= product.error["largest"] < 65.0
-    assert any("error along moves" in note for note in product.notes)
-
-
-def test_the_examples_have_models_with_and_without_memory_with_slots_and_without_bound():
-    assert {"lugre", "coulomb_viscous+asymmetry", "maxwell_slip+load", "bouc_wen_classic"} < set(BEST)
 
 
 def test_a_force_that_grows_without_bound_is_fitted_until_its_stiffness_has_doubled():
@@ -167,24 +155,27 @@ def along_in_mujoco(text, x, dt, parts=1):
     return force, np.mean(0.5 * (force[1:] + force[:-1]).reshape(-1, parts), axis=1) + damping
 
 
-def walk(count):
-    rng = np.random.default_rng(0)
-    x = np.cumsum(rng.standard_normal(count) * 10.0 ** np.repeat(rng.uniform(-8, -4, count // 100), 100))
-    return x - x[0]
+def simulated(model, mass=1.0, step=5e-4):
+    """Return a scene of MuJoCo and its state."""
+    import mujoco
+
+    text = write(Request(model, "axis_x", step, mass=mass)).files["axis_x.xml"]
+    made = mujoco.MjModel.from_xml_string(text)
+    return mujoco.mj_step, made, mujoco.MjData(made)
 
 
 @pytest.mark.parametrize("levels", [(20.0, 20.0), (25.0, 15.0)])
-def test_a_scene_read_by_its_definition_is_friction_that_differs_by_direction(levels, tmp_path):
+def test_a_scene_read_by_its_definition_is_friction_that_differs_by_direction(levels):
     """A tendon pulls by its stiffness from its rest length, which moves so that its stretch never exceeds the yield."""
     k, share = np.array([6e6, 1e6]), np.array([0.4, 0.6])
     friction = br.friction.find("maxwell_slip+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1], k_i=k, nu_i=share)
-    root, _ = scene(friction, tmp_path)
+    root, _ = scene(friction)
     springs = [[float(part.get(key)) for key in ("stiffness", "springlength", "springyield")] for part in root.iterfind("tendon/fixed")]
     stiffness, length, most = np.array(springs).T
     constant = sum(-float(part.get("biasprm").split()[0]) for part in root.iterfind("actuator/general"))
     z, force, plain = np.zeros(k.size), [constant - stiffness @ length], [0.0]
     at = 0.0
-    for dx in np.diff(walk(2000)):
+    for dx in np.diff(walk(2000, seed=0)):
         at += dx
         z = np.clip(z + k * dx, -levels[1] * share, levels[0] * share)
         length += np.sign(at - length) * np.maximum(np.abs(at - length) - most, 0.0)
@@ -195,13 +186,14 @@ def test_a_scene_read_by_its_definition_is_friction_that_differs_by_direction(le
 
 
 @needs_mujoco
-@pytest.mark.parametrize("levels", [(20.0, 20.0), (25.0, 15.0)])
-def test_maxwell_slip_in_mujoco_equals_plain_elements(levels, tmp_path):
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("levels", [(25.0, 15.0), (20.0, 20.0)])
+def test_maxwell_slip_in_mujoco_equals_plain_elements(levels):
     k, share = np.array([6e6, 3e6, 1e6, 4e5, 2e5, 1e5, 5e4, 2e4, 1e6]), np.array([0.1, 0.1, 0.15, 0.15, 0.15, 0.1, 0.15, 0.1, 0.0])
     friction = br.friction.find("maxwell_slip+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1], k_i=k, nu_i=share)
-    br.export(friction, "mjcf", tmp_path / "out")
-    x = walk(20_000)
-    force, _ = along_in_mujoco((tmp_path / "out" / "axis_x.xml").read_text(), x, 1e-4)
+    x = walk(1500, seed=0)
+    x -= x[0]
+    force, _ = along_in_mujoco(write(Request(friction, "axis_x", 5e-4)).files["axis_x.xml"], x, 1e-4)
     z, plain = np.zeros(k.size), np.zeros(x.size)
     for j, dx in enumerate(np.diff(x), start=1):
         z = np.clip(z + k * dx, -levels[1] * share, levels[0] * share)
@@ -212,8 +204,8 @@ def test_maxwell_slip_in_mujoco_equals_plain_elements(levels, tmp_path):
 
 
 @needs_mujoco
-@pytest.mark.parametrize("name", ["dahl", "gms+asymmetry", "hardening"])
-def test_the_stated_error_is_the_error_in_mujoco(name, tmp_path):
+@pytest.mark.parametrize("name", ["hardening", *(pytest.param(name, marks=pytest.mark.slow) for name in ("dahl", "gms+asymmetry"))])
+def test_the_stated_error_is_the_error_in_mujoco(name):
     if name == "hardening":
         request = Request(br.friction.bouc_wen_classic(alpha=5e4, beta=1e3, gamma=0.8, delta=-1.1), "axis_x", 5e-4, speed=0.5)
     else:
@@ -228,55 +220,45 @@ def test_the_stated_error_is_the_error_in_mujoco(name, tmp_path):
 
 @needs_mujoco
 @pytest.mark.parametrize(("levels", "load"), [((20.0, 20.0), 16.0), ((20.0, 10.0), 19.9), ((20.0, 10.0), -9.9)])
-def test_a_load_below_dry_friction_moves_the_joint_at_no_speed(levels, load, tmp_path):
-    import mujoco
-
-    br.export(br.friction.find("coulomb+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1]), "mjcf", tmp_path / "out")
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "axis_x.xml"))
-    data = mujoco.MjData(model)
+def test_a_load_below_dry_friction_moves_the_joint_at_no_speed(levels, load):
+    mj_step, model, data = simulated(br.friction.find("coulomb+asymmetry")(F_C_pos=levels[0], F_C_neg=levels[1]))
     data.ctrl[0] = load
-    mujoco.mj_step(model, data, 50_000)
+    mj_step(model, data, 50_000)
     assert abs(data.qvel[0]) < 1e-15
     assert abs(data.qpos[0]) < 1e-15
     side = np.sign(load)
     data.ctrl[0] = side * (levels[load < 0.0] + 1.0)
-    mujoco.mj_step(model, data, 1000)
+    mj_step(model, data, 1000)
     assert data.qvel[0] == pytest.approx(0.1 * side, rel=1e-3)
 
 
 @needs_mujoco
-def test_elements_hold_a_load_without_creep(tmp_path):
-    import mujoco
-
-    friction = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6, 1e6], nu_i=[0.3, 0.4, 0.3], sigma_2=200.0)
-    br.export(friction, "mjcf", tmp_path / "out")
-    model = mujoco.MjModel.from_xml_path(str(tmp_path / "out" / "axis_x.xml"))
-    data, speed = mujoco.MjData(model), []
+def test_elements_hold_a_load_without_creep():
+    mj_step, model, data = simulated(br.friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6, 1e6], nu_i=[0.3, 0.4, 0.3], sigma_2=200.0))
+    speed = []
     for load in np.minimum(np.arange(50_000) * 1.6e-3, 16.0):
         data.ctrl[0] = load
-        mujoco.mj_step(model, data)
+        mj_step(model, data)
         speed.append(abs(data.qvel[0]))
     assert max(speed[:10_000]) > 1e-6
     assert speed[-1] < 1e-15
 
 
 @needs_mujoco
-def test_stick_slip_converges_to_bristle_with_first_order(tmp_path):
-    import mujoco
-
-    br.export(LUGRE, "mjcf", tmp_path / "out")
-    text = (tmp_path / "out" / "axis_x.xml").read_text()
+@pytest.mark.slow
+def test_stick_slip_converges_to_bristle_with_first_order():
     pulled = br.plants.pulled_inertia(M=1.0, k=2.0, v_e=0.1)
     expected = np.array(br.engine.run_open_loop(pulled, LUGRE, np.zeros(400_000), 1e-5).position)[::1000]
     errors = []
     for step in (1e-4, 5e-5):
-        made = mujoco.MjModel.from_xml_string(text.replace('timestep="0.0001"', f'timestep="{step}"'))
-        data, every, x = mujoco.MjData(made), round(0.01 / step), []
+        mj_step, made, data = simulated(LUGRE)
+        made.opt.timestep = step
+        every, x = round(0.01 / step), []
         for k in range(400 * every):
             if k % every == 0:
                 x.append(data.qpos[0])
             data.ctrl[0] = 2.0 * (0.1 * k * step - data.qpos[0])
-            mujoco.mj_step(made, data)
+            mj_step(made, data)
         errors.append(np.max(np.abs(np.array(x) - expected)))
     assert errors[0] < 2e-4
     assert errors[1] == pytest.approx(0.5 * errors[0], rel=0.2)

@@ -1,4 +1,4 @@
-"""Names of a person's own model that are words, macros or twins elsewhere: valid text there, with the same bits."""
+"""Models of a person's own: every construct and any name gives the same bits in every language, or is refused."""
 
 import json
 import re
@@ -8,18 +8,22 @@ import zipfile
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
+from tests.exports.importing import needs_compiler
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, in_structured_text, texts_of, walk
 
 import bristle as br
 from bristle.engine import interpreted
 from bristle.exports import fmu
 from bristle.exports.c import builds
 from bristle.exports.c_code import Names
+from bristle.exports.st import write
+from bristle.exports.subject import subject_of
+from bristle.exports.targets import Request
 from bristle.files.user_model import load_code
 from bristle.testing import example_of
+from bristle.translation.scope import NotExportableError
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
-DT = 1e-3
 TEXT = """
 from typing import Annotated, NamedTuple
 import numpy as np
@@ -87,7 +91,6 @@ MODEL = FrictionModel(
     },
 )
 """
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
@@ -97,35 +100,16 @@ def model(tmp_path_factory):
     return example_of(load_code(file))
 
 
-@pytest.fixture(scope="module")
-def forces(model):
-    x = walk(2000, seed=5)
-    with interpreted():
-        expected = br.response(model, x, DT)
-    assert len(np.unique(expected)) > 500
-    return x, expected
-
-
-@needs_compiler
-@pytest.mark.parametrize("tunable", [False, True])
-def test_c_compiles_with_identical_forces(model, forces, tmp_path, tunable):
-    native = Native({"axis_x": model}, tmp_path / "native", tunable=tunable)
-    assert differing(native.forces("axis_x", forces[0], DT), forces[1]) == 0
-
-
 @needs_compiler
 @pytest.mark.parametrize("standard", ["c99", "gnu17"])
 def test_tunable_c_compiles_as_c_and_as_cpp(model, tmp_path, standard):
     br.export(model, "c", tmp_path / "out", tunable=True, float32=True)
-    line = [COMPILER, f"-std={standard}", "-O1", "-ffp-contract=off", *WARNINGS, "axis_x.c", "axis_x_selftest.c", "-lm"]
-    made = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stderr[:2000]
-    ran = subprocess.run(["./a.out"], cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stdout
+    main = ("axis_x.c", "axis_x_selftest.c")
+    compiled(tmp_path / "out", f"-std={standard}", "-ffp-contract=off", *WARNINGS, *main, "-o", "program", "-lm")
+    assert subprocess.run(["./program"], cwd=tmp_path / "out", check=False).returncode == 0
     if builds("c++"):
         (tmp_path / "out" / "use.cpp").write_text('#include "axis_x.h"\n')
-        line = ["c++", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp"]
-        assert subprocess.run(line, cwd=tmp_path / "out", check=False).returncode == 0
+        compiled(tmp_path / "out", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp", compiler="c++")
 
 
 @needs_compiler
@@ -135,40 +119,14 @@ def test_the_fmu_compiles_without_a_warning(model, tmp_path, monkeypatch):
     br.export(model, "fmu3", tmp_path / "out", plant=br.plants.inertia(M=2.0))
     with zipfile.ZipFile(tmp_path / "out" / "axis_x_mass.fmu") as archive:
         archive.extractall(tmp_path / "fmu")
-    line = [COMPILER, "-O1", "-fsyntax-only", *FLAGS, *WARNINGS, "axis_x_mass.c"]
-    ran = subprocess.run(line, cwd=tmp_path / "fmu" / "sources", capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr[:2000]
+    compiled(tmp_path / "fmu" / "sources", "-fsyntax-only", *FLAGS, *WARNINGS, "axis_x_mass.c")
 
 
-@needs_compiler
-def test_structured_text_is_identical_with_each_parameter_as_an_input(model, forces, tmp_path):
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-    from tests.exports.structured_text import StructuredText
-
-    br.export(model, "st", tmp_path / "out", tunable=True)
-    texts = [(tmp_path / "out" / f"axis_x{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
-    block = StructuredText({"axis_x": texts}, tmp_path / "block")
-    assert block.selftest("axis_x") == (True, True)
-    inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", texts[0], flags=re.DOTALL)[1]
+def test_each_parameter_is_an_input_of_structured_text(model):
+    text = write(Request(model, "axis_x", 1e-3, tunable=True)).files["axis_x.st"]
+    inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", text, flags=re.DOTALL)[1]
     names = [line.split(" : ")[0].strip().lower() for line in inputs.splitlines()]
     assert len(set(names)) == len(names) == 2 + 12 + 4 + 2  # motion, numbers, two pairs, restart and clear
-
-
-@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
-def test_webassembly_is_identical_and_distinguishes_parameters(model, forces, tmp_path):
-    from tests.exports.test_wasm import RUN, node
-
-    x, expected = forces
-    x.tofile(tmp_path / "x.bin")
-    br.export(model, "wasm", tmp_path / "odd")
-    node(tmp_path, RUN.replace("5e-4", repr(DT)), "odd")
-    assert differing(np.fromfile(tmp_path / "odd.bin"), expected) == 0
-    script = (
-        'import { load } from "./odd/axis_x.mjs"; const axis = await load(); axis.set("Int", 0.125);'
-        "console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));"
-    )
-    values = json.loads(node(tmp_path, script))
-    assert values == {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items()} | {"Int": 0.125}
 
 
 @needs_compiler
@@ -200,10 +158,172 @@ LOCALS = ["axis", "x", "dt", "i", "state", "velocity", "position", "force", "has
 def test_the_name_of_an_export_may_be_that_of_a_variable(tmp_path, name):
     lugre = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
     br.export(lugre, "c", tmp_path / "out", name=name, tunable=True)
-    for main in (f"{name}_selftest.c", "example_main.c"):
-        line = [COMPILER, "-O1", *FLAGS, *WARNINGS, f"{name}.c", main, "-o", "program", "-lm"]
-        built = subprocess.run(line, cwd=tmp_path / "out", capture_output=True, text=True, check=False)
-        assert built.returncode == 0, built.stderr[:2000]
+    compiled(tmp_path / "out", "-fsyntax-only", *FLAGS, *WARNINGS, f"{name}.c", f"{name}_selftest.c", "example_main.c")
     header = (tmp_path / "out" / f"{name}.h").read_text()
     assert "    double position; /*" in header
     assert f"}} {name};" in header
+
+
+DT = 1e-3
+HEAD = """
+import math
+from typing import Annotated, NamedTuple
+import numpy as np
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction, exp
+
+LAYERS = 3
+
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=1e-9, excitation="sliding")]
+    k_i: Annotated[np.ndarray, Variable("force/length", "stiffness of each layer", min=1e-9)]
+    times: Annotated[int, Variable("1", "rounds", min=1, max=9)] = 2
+
+
+class State(NamedTuple):
+    wear: Annotated[float, Variable("1", "what is worn")] = 0.0
+    turns: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
+
+
+class Move(NamedTuple):
+    dx: float
+    side: float
+
+
+@kernel
+def spread(memory, dx, p):
+    low, high = 0.0, p.F_C
+    if dx < 0.0:
+        low, high = -high, low
+    for i in range(LAYERS):
+        low, high = min(low, memory[i] + dx), max(high, memory[i])
+        if i > 4:
+            break
+    return low, high
+"""
+TRIAL = """
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    dx = motion.v * dt
+    low, high = spread(memory, dx, p)
+    total = 0
+    k = 0
+    while k < p.times:
+        total += abs(high - low) * (1.0 - exp(-k)) + p.k_i[k % LAYERS] * 1e-6
+        k += 1
+    rough = -1 if state.turns % 2 == 1 and not state.wear > 3.0 else 1
+    side = direction(motion.v)
+    return side * (p.F_C + 0.01 * total) + 0.1 * rough * side, Move(dx, side)
+
+
+@kernel
+def commit(state, memory, move, p):
+    memory[0], memory[1] = memory[1], move.dx + 0.5 * memory[0]
+    for i in range(LAYERS - 1):
+        memory[i + 1] -= 0.25 * memory[i]
+    turned = int(memory[3] * move.side < 0.0)
+    memory[3] = move.side
+    return State(min(state.wear + abs(move.dx), 10.0), state.turns + turned)
+
+
+MODEL = FrictionModel(
+    name="layers", description="made to use all that a kernel may", Parameters=Parameters, State=State, trial=trial,
+    commit=commit, memory_size=lambda p: 4, example={"F_C": 5.0, "k_i": [1e5, 2e5, 3e5], "times": 4},
+)
+"""
+
+
+def model_of(text, folder):
+    (folder / "layers.py").write_text(text)
+    return example_of(load_code(folder / "layers.py"))
+
+
+# All that a kernel may, without a remainder of whole numbers, which WebAssembly lacks, and with names that are words elsewhere.
+OWN = {
+    "all": HEAD + TRIAL,
+    "most": HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"),
+    "twins": (HEAD + TRIAL).replace("spread", "force"),
+    "odd": TEXT,
+}
+
+
+@pytest.fixture
+def own(request, tmp_path):
+    """Return a model of a person's own, positions, and the forces of plain Python there."""
+    model, x = model_of(OWN[request.param], tmp_path), walk(2000, seed=5)
+    with interpreted():
+        forces = br.response(model, x, DT)
+    assert len(np.unique(forces)) > 500
+    return model, x, forces
+
+
+@needs_compiler
+@pytest.mark.parametrize(("own", "tunable"), [("all", False), ("twins", False), ("odd", False), ("odd", True)], indirect=["own"])
+def test_an_own_model_is_identical_in_c(own, tunable, tmp_path):
+    model, x, forces = own
+    watching = ("-fsanitize=undefined", "-fno-sanitize-recover")
+    native = Native({"own": model}, tmp_path / "c", more=watching if builds(COMPILER, *watching) else (), tunable=tunable)
+    assert differing(native.forces("own", x, DT), forces) == 0
+
+
+PARAMETERS = """
+import { load } from "./own/axis_x.mjs";
+const axis = await load();
+axis.set(process.argv[2], 0.125);
+console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [name, axis.get(name)]))));
+"""
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+@pytest.mark.parametrize(("own", "changed"), [("most", "F_C"), ("odd", "Int")], indirect=["own"])
+def test_an_own_model_is_identical_in_webassembly_with_each_parameter(own, changed, tmp_path):
+    from tests.exports.test_wasm import RUN, node
+
+    model, x, forces = own
+    x.tofile(tmp_path / "x.bin")
+    br.export(model, "wasm", tmp_path / "own")
+    node(tmp_path, RUN.replace("5e-4", repr(DT)), "own")
+    assert differing(np.fromfile(tmp_path / "own.bin"), forces) == 0
+    values = json.loads(node(tmp_path, PARAMETERS, changed))
+    numbers = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items() if name in values}
+    assert values == numbers | {changed: 0.125}
+
+
+@needs_compiler
+@pytest.mark.parametrize("own", ["all", "odd"], indirect=True)
+def test_an_own_model_is_identical_in_structured_text(own, tmp_path):
+    model, x, forces = own
+    block = in_structured_text({"own": texts_of(model, tmp_path, "own")}, tmp_path / "block")
+    assert differing(block.run("own", x, DT)[0], forces) == 0
+    assert block.selftest("own") == (True, True)
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead", "reason"),
+    [
+        ("exp(-k)", "math.exp(-k)", "math.exp may raise"),
+        ("exp(-k)", "k ** 0.5", r"\*\* differs between targets"),
+        ("total = 0\n", "memory[0] = 1.0\n    total = 0\n", "only commit may write to memory"),
+        ("k = 0\n", "k = [0][0]\n", "List is outside the exportable subset"),
+        ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a mutable global"),
+        ("not state.wear > 3.0", "state.wear", "the operands of and, or must be true or false"),
+        ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "is read outside its loop"),
+        ("return low, high", "if low < high:\n        return low, high", "on every path"),
+        ("state.turns + turned", "state.wear", "a value is a number, but must be a whole number"),
+        ("p.times:", "p.wrong:", "a Parameters has no field 'wrong'"),
+        ("spread(memory, dx, p)\n    total", "spread(memory, dx=dx, p=p)\n    total", "passed by position"),
+        ("low, high = min(low", "low, high = spread(memory, dx, p)\n        low, high = min(low", "calls itself"),
+    ],
+)
+def test_unexportable_kernels_are_refused(seen, instead, reason, tmp_path):
+    changed = (HEAD + TRIAL).replace(seen, instead)
+    assert changed != HEAD + TRIAL
+    model = model_of(changed, tmp_path)
+    with pytest.raises(NotExportableError, match=reason) as refusal:
+        subject_of(model)
+    file, place = refusal.value.path.split(", ")
+    assert file == "layers.py"
+    if seen == "exp(-k)":
+        assert instead in changed.splitlines()[int(place.removeprefix("line ")) - 1]

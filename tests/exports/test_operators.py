@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing
+from tests.exports.native import COMPILER, Native, differing, in_structured_text, selected_cases, texts_of
 from tests.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
@@ -11,12 +11,13 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 
 
 @pytest.fixture(scope="module")
-def native(tmp_path_factory):
-    models = {name.replace(" ", "_"): operator for name, operator in OPERATORS.items()}
+def native(request, tmp_path_factory):
+    names = {name for (name,) in selected_cases(request, "name")} | {"inverse_preisach"}
+    models = {name.replace(" ", "_"): OPERATORS[name] for name in names}
     return Native(models, tmp_path_factory.mktemp("operators"))
 
 
-@pytest.mark.fast_cases(14)
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize("name", OPERATORS)
 def test_outputs_are_identical_to_bristle(native, name):
     u = sized(OPERATORS[name], walk(7, count=4000))
@@ -35,15 +36,9 @@ def test_an_inverse_without_an_output_repeats_the_last_output(native):
 
 @pytest.fixture(scope="module")
 def blocks(tmp_path_factory):
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-    from tests.exports.structured_text import StructuredText
-
-    folder, texts = tmp_path_factory.mktemp("blocks"), {}
-    for values, operator in OPERATORS.items():
-        name = f"op_{values}".replace(" ", "_")
-        br.export(operator, "st", folder / f"out_{name}", name=name)
-        texts[name] = [(folder / f"out_{name}" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-    return StructuredText(texts, folder)
+    folder = tmp_path_factory.mktemp("blocks")
+    names = {values: f"op_{values}".replace(" ", "_") for values in OPERATORS}
+    return in_structured_text({name: texts_of(OPERATORS[values], folder, name) for values, name in names.items()}, folder)
 
 
 @pytest.mark.slow
@@ -62,8 +57,3 @@ def test_structured_text_repeats_the_last_output_of_an_inverse(blocks):
     expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
     assert fixed.tolist() == [expected[0], expected[0], expected[1]]
     assert flags.tolist() == [0, 2, 2]
-
-
-def test_other_targets_refuse_operators(tmp_path):
-    with pytest.raises(br.core.InputError, match="does not support hysteresis operators"):
-        br.export(OPERATORS["play"], "wasm", tmp_path / "out")

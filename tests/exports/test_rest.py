@@ -2,18 +2,16 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native
-from tests.exports.structured_text import StructuredText
+from tests.exports.native import COMPILER, Native, example_with, in_structured_text, texts_of
 
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
 from bristle.simulation import feedforward_effort
-from bristle.testing import example_of
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3
@@ -25,7 +23,7 @@ MOVING, RESTING = (2, 4), (3, 5, 6)
 
 def model_of(name):
     """Return a model with other forces forward than backward, and without a viscous part that rest would change."""
-    sided = example_of(with_slots(MODELS[name], ("asymmetry",)))
+    sided = example_with(name, ("asymmetry",))
     changed = {each: 0.0 for each in sided.values if each.startswith("F_v")}
     return sided.with_values(**changed, **{each: 0.0 for each in ("offset",) if each in sided.values})
 
@@ -77,30 +75,18 @@ def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
-    assert [name for name in MODELS if rest_rule(with_rest(example_of(MODELS[name]), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
+    assert [name for name in MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
 
 
 @needs_compiler
 @pytest.mark.parametrize("rule", RESTS)
-def test_c_follows_the_rule_at_rest(tmp_path, rule):
-    models = {name: model_of(name) for name in MEMORYLESS}
-    native = Native(models, tmp_path, rest=rule)
-    for name, model in models.items():
-        assert native.forces(name, PLACES, DT).tolist() == br.response(model, PLACES, DT, rest=rule).tolist()
-
-
-@needs_compiler
-@pytest.mark.parametrize("rule", RESTS)
-def test_structured_text_follows_the_rule_at_rest_without_minus_zero(tmp_path, rule):
+def test_other_languages_follow_the_rule_at_rest_without_minus_zero(tmp_path, rule):
     models = {name: model_of(name) for name in ("coulomb", "stribeck_free")}
-    written = {}
+    native = Native(models, tmp_path / "c", rest=rule)
+    blocks = in_structured_text({name: texts_of(model, tmp_path, name, rest=rule) for name, model in models.items()}, tmp_path / "st")
     for name, model in models.items():
-        br.export(model, "st", tmp_path / name, name=name, rest=rule)
-        written[name] = [(tmp_path / name / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-    blocks = StructuredText(written, tmp_path)
-    for name, model in models.items():
-        force, _ = blocks.run(name, PLACES, DT)
-        assert force.tolist() == br.response(model, PLACES, DT, rest=rule).tolist()
+        force = br.response(model, PLACES, DT, rest=rule).tolist()
+        assert native.forces(name, PLACES, DT).tolist() == blocks.run(name, PLACES, DT)[0].tolist() == force
         assert blocks.selftest(name) == (True, True)
 
 
@@ -120,5 +106,5 @@ def test_a_note_warns_of_a_mass_outside_the_fmu():
     plant = br.plants.inertia(M=12.0)
     notes = files_for("fmu2", Request(model_of("coulomb"), "axis_x", DT, plant=plant)).notes
     assert any("creeps at rest" in note and "axis_x_mass.fmu" in note for note in notes)
-    lugre = example_of(MODELS["lugre"])
+    lugre = example_with("lugre")
     assert not any("rests" in note for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, differing, walk
+from tests.exports.native import COMPILER, FLAGS, compiled, differing, walk
 
 import bristle as br
 from bristle.core.errors import InputError
@@ -37,12 +37,9 @@ def built(folder, model=MODEL, **options):
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(f'#include "{HERE / "stand_ins.hpp"}"\n')
     own = ['-DCONTROLLER="axis_x_controller.cpp"', "-DTIME=rclcpp::Time{}", "-DDURATION(s)=rclcpp::Duration{s}"]
-    for line in (
-        [COMPILER, "-O1", *FLAGS, "-c", "axis_x.c"],
-        [CXX, "-O1", *WARNINGS, *own, "-I.", "-Iinclude", str(HERE / "harness.cpp"), "axis_x.o", "-o", "harness"],
-    ):
-        made = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-        assert made.returncode == 0, made.stderr[:4000]
+    compiled(folder, "-O1", *FLAGS, "-c", "axis_x.c")
+    sources = ("-I.", "-Iinclude", str(HERE / "harness.cpp"), "axis_x.o")
+    compiled(folder, "-O1", *WARNINGS, *own, *sources, "-o", "harness", compiler=CXX)
     return str(folder / "harness")
 
 

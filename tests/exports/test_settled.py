@@ -13,7 +13,7 @@ from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.tunable import tunable_of
 from bristle.testing import example_of
 from bristle.translation.build import Builder
-from bristle.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, Variable, type_of, walk
+from bristle.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, type_of, walk
 
 
 class Chosen(NamedTuple):
@@ -70,50 +70,42 @@ def parts(function, kind):
     return [part for part in walk(function.body) if isinstance(part, kind)]
 
 
-def test_a_known_choice_is_folded():
-    unit, left = left_of(with_a_parameter)
-    assert parts(left, If) == []
-    assert [part.operator for part in parts(left, Compare)] == [">"]  # of x alone
-    assert parts(left, Logic) == []
-    assert len(parts(left, Return)) == 1
-    assert [call.function.name for call in parts(left, Call)] == ["mathematics_power"]
-    (squares,) = [function for function in unit.functions if function.name == "mathematics_power"]
-    assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
+KIND = type_of(P)
 
 
-def test_real_numbers_are_not_folded():
-    _, left = left_of(with_a_parameter)
-    assert [part.value for part in parts(left, Constant) if part.type == REAL] == [0.0]  # nobody asks for the 2
-    assert any(isinstance(part, Binary) and part.operator == "*" for part in walk(left.body))
+@pytest.mark.parametrize(
+    ("function", "known", "single", "counts"),
+    [
+        # Of known parameters every choice is made but the one of x; nothing of them is computed.
+        (with_a_parameter, None, False, {If: 0, Compare: 1, Logic: 0, Return: 1, Call: 1, Binary: 1}),
+        # In single precision 0.5 + 1e-9 is 0.5, and no more than it.
+        (with_a_parameter, None, True, {If: 0, Call: 2, Binary: 0}),
+        (with_a_parameter, {"p": fact_of(P, KIND, [("level",), ("gain",)])}, False, {If: 1}),
+        (with_a_parameter, {}, False, {If: 2}),
+        (looped, None, False, {Compare: 1}),
+    ],
+)
+def test_a_choice_is_folded_if_it_is_known(function, known, single, counts):
+    _, left = left_of(function, known, single=single)
+    assert {kind: len(parts(left, kind)) for kind in counts} == counts
 
 
-def test_comparisons_are_folded_in_the_precision_of_the_target():
-    _, double = left_of(with_a_parameter)
-    _, single = left_of(with_a_parameter, single=True)
-    assert [part.name for part in parts(double, Variable)] != [part.name for part in parts(single, Variable)]
-    assert len(parts(single, Call)) == 2  # 0.5 + 1e-9 is 0.5 there, and no more than it
+@pytest.mark.parametrize(("function", "whole", "real"), [(with_a_parameter, [], [0.0]), (looped, [0, 0, 1, 2, 2], [0.0])])
+def test_whole_numbers_are_folded_and_real_ones_are_not(function, whole, real):
+    _, left = left_of(function)
+    constants = {kind: [part.value for part in parts(left, Constant) if (part.type == REAL) == kind] for kind in (True, False)}
+    assert constants[True] == real
+    assert sorted(constants[False]) == sorted(whole)
 
 
 def test_a_function_is_specialized_for_its_arguments():
     unit, left = left_of(both)
     names = [call.function.name for call in parts(left, Call)]
     assert names == ["mathematics_power", "mathematics_power_2", "mathematics_power"]
+    (squares,) = [function for function in left_of(with_a_parameter)[0].functions if function.name == "mathematics_power"]
+    assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
     assert [function.name for function in unit.functions if "log" in function.name]  # of 3.5 and 0.5, not of 2
     assert len({function.name for function in unit.functions}) == len(unit.functions)
-
-
-def test_variable_parameters_are_not_folded():
-    kind = type_of(P)
-    _, left = left_of(with_a_parameter, {"p": fact_of(P, kind, [("level",), ("gain",)])})
-    assert len(parts(left, If)) == 1
-    _, nothing = left_of(with_a_parameter, {})
-    assert len(parts(nothing, If)) == 2
-
-
-def test_a_loop_variable_is_not_folded():
-    _, left = left_of(looped)
-    assert len(parts(left, Compare)) == 1
-    assert [part.value for part in parts(left, Constant) if part.type != REAL].count(2) == 2
 
 
 @pytest.mark.parametrize(("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.76), ("lugre", 1.0)])

@@ -30,19 +30,6 @@ def test_a_number_is_limited_by_its_bounds_or_by_the_largest_number():
     assert {name: compared for name, _, compared in bounds_of(tunable_of(offset))}["offset"] == [(">=", -math.inf), ("<=", math.inf)]
 
 
-def test_a_parameter_that_a_model_converts_is_constant():
-    from bristle.friction import MODELS
-
-    refused = []
-    for name in ("preisach_contact", "uneven", "preisach_lugre"):
-        if name in MODELS:
-            try:
-                tunable_of(br.testing.example_of(MODELS[name]))
-            except InputError as error:
-                refused.append(error.mend)
-    assert all(mend == "Omit --tunable" for mend in refused)
-
-
 def test_a_value_beyond_single_precision_is_refused_by_its_path():
     refuse_beyond_single({"a": 1e38, "b": math.inf, "c": "text", "d": np.array([1.0, np.nan])})
     with pytest.raises(InputError) as reported:
@@ -61,20 +48,31 @@ def test_single_precision_is_compared_at_checkpoints():
     assert single_note("force").endswith("the self-test allows 0.001 of the largest force")
 
 
-def test_constants_of_single_precision_follow_from_the_format():
-    single, info = {name: number for (name, _), number in CONSTANTS.items()}, np.finfo(np.float32)
-    assert (single["NORMAL_MIN"], single["LARGEST"]) == (float(info.tiny), float(info.max))
-    assert single["LOG_OF_MIN"] == pytest.approx(math.log(float(info.tiny)), rel=1e-12)
-    # The largest exponents whose exponential is a normal number, and its size there.
-    assert single["EXP_OF_MAX"] == pytest.approx(math.exp(single["EXP_MAX"]), rel=1e-12)
-    assert math.exp(single["EXP_MAX"]) < single["LARGEST"] < math.exp(single["EXP_MAX"] + 1.0)
-    assert math.exp(single["EXP_MIN"] - 1.0) < single["NORMAL_MIN"] < math.exp(single["EXP_MIN"])
-    # A number plus one and a half times 2^23 is whole; a tangent is 1 to the last place from there on.
-    assert np.float32(single["ROUNDER"]) + np.float32(0.7) - np.float32(single["ROUNDER"]) == 1.0
-    assert single["ROUNDER"] == 1.5 * 2.0**23
-    assert np.float32(math.tanh(single["TANH_MAX"])) == 1.0 > np.float32(math.tanh(0.5 * single["TANH_MAX"]))
-    # Parts of a few bits whose products with whole numbers are exact, and what is left.
-    assert single["LN2_HIGH"] + single["LN2_LOW"] == pytest.approx(math.log(2.0), abs=1e-14)
-    assert single["LN2_HIGH"] * 2.0**9 == round(single["LN2_HIGH"] * 2.0**9)
-    assert sum(single[f"HALF_PI_{part}"] for part in (1, 2, 3, 4)) == pytest.approx(math.pi / 2.0, abs=1e-15)
-    assert [single[f"HALF_PI_{part}"] * 2.0**bits % 1.0 for part, bits in ((1, 7), (2, 23))] == [0.0, 0.0]
+SINGLE, INFO = {name: number for (name, _), number in CONSTANTS.items()}, np.finfo(np.float32)
+
+
+@pytest.mark.parametrize(
+    ("found", "expected"),
+    [
+        (SINGLE["NORMAL_MIN"], float(INFO.tiny)),
+        (SINGLE["LARGEST"], float(INFO.max)),
+        (SINGLE["LOG_OF_MIN"], pytest.approx(math.log(float(INFO.tiny)), rel=1e-12)),
+        # The largest exponents whose exponential is a normal number, and its size there.
+        (SINGLE["EXP_OF_MAX"], pytest.approx(math.exp(SINGLE["EXP_MAX"]), rel=1e-12)),
+        (SINGLE["EXP_MAX"], math.floor(math.log(float(INFO.max)))),
+        (SINGLE["EXP_MIN"], math.ceil(math.log(float(INFO.tiny)))),
+        # A number plus one and a half times 2^23 is whole; a tangent is 1 to the last place from there on.
+        (np.float32(SINGLE["ROUNDER"]) + np.float32(0.7) - np.float32(SINGLE["ROUNDER"]), 1.0),
+        (SINGLE["ROUNDER"], 1.5 * 2.0**23),
+        (np.float32(math.tanh(SINGLE["TANH_MAX"])), 1.0),
+        (np.float32(math.tanh(0.5 * SINGLE["TANH_MAX"])) < 1.0, True),
+        # Parts of a few bits whose products with whole numbers are exact, and what is left.
+        (SINGLE["LN2_HIGH"] + SINGLE["LN2_LOW"], pytest.approx(math.log(2.0), abs=1e-14)),
+        (SINGLE["LN2_HIGH"] * 2.0**9 % 1.0, 0.0),
+        (sum(SINGLE[f"HALF_PI_{part}"] for part in (1, 2, 3, 4)), pytest.approx(math.pi / 2.0, abs=1e-15)),
+        (SINGLE["HALF_PI_1"] * 2.0**7 % 1.0, 0.0),
+        (SINGLE["HALF_PI_2"] * 2.0**23 % 1.0, 0.0),
+    ],
+)
+def test_constants_of_single_precision_follow_from_the_format(found, expected):
+    assert found == expected

@@ -4,32 +4,30 @@ import ctypes
 import json
 import shutil
 import subprocess
-from base64 import b64decode
-from contextlib import contextmanager
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from threading import Thread
-from typing import ClassVar
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, FLAGS, differing, walk
-from tests.lab.browser import browser
+from tests.contract.models import with_fast
+from tests.exports.native import ALL, COMPILER, differing, example_with, library, selected_cases, walk
 
 import bristle as br
 from bristle.exports.subject import digest_of, subject_of
-from bristle.exports.wasm import ALONE, module_of
+from bristle.exports.targets import Request
+from bristle.exports.wasm import ALONE, module_of, write
 from bristle.exports.wasm_code import leb, signed_leb
-from bristle.friction import MODELS, with_slots
+from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
-from bristle.testing import example_of
 
 NODE = shutil.which("node")
 DT = 5e-4
-ALL = ("position", "periodic", "load", "temperature", "asymmetry")
-CHOSEN = {f"sided_{name}": (name, ("asymmetry",)) for name in MODELS} | {
+MODELS_OF = {f"sided_{name}": (name, ("asymmetry",)) for name in MODELS} | {
     f"varied_{name}": (name, ALL) for name in ("lugre", "gms", "preisach_lugre")
 }
+CHOSEN = [
+    *with_fast("coulomb", "lugre", "preisach_contact", form="sided_{}"),
+    "varied_lugre",
+    *(pytest.param(f"varied_{name}", marks=pytest.mark.slow) for name in ("gms", "preisach_lugre")),
+]
 RUN = """
 import { readFileSync, writeFileSync } from "node:fs";
 const x = new Float64Array(new Uint8Array(readFileSync("x.bin")).buffer);
@@ -39,23 +37,12 @@ for (const name of process.argv.slice(2)) {
   writeFileSync(name + ".bin", new Uint8Array(x.map((at) => axis.force(at, 5e-4)).buffer));
 }
 """
-IN_A_BROWSER = """
-(async () => {
-  const { load } = await import("/%s/axis_x.mjs");
-  const axis = await load();
-  const x = new Float64Array(await (await fetch("/x.bin")).arrayBuffer());
-  const bytes = new Uint8Array(x.map((at) => axis.force(at, 5e-4)).buffer);
-  let text = "";
-  for (const byte of bytes) text += String.fromCharCode(byte);
-  return btoa(text);
-})()
-"""
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 
 def example(name):
-    base, slots = CHOSEN[name]
-    return example_of(with_slots(MODELS[base], slots))
+    base, slots = MODELS_OF[name]
+    return example_with(base, slots)
 
 
 def node(folder, script, *arguments):
@@ -66,52 +53,15 @@ def node(folder, script, *arguments):
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("wasm")
+def forces(request, tmp_path_factory):
+    folder, names = tmp_path_factory.mktemp("wasm"), [name for (name,) in selected_cases(request, "name")]
     walk(20_000).tofile(folder / "x.bin")
-    for name in CHOSEN:
+    for name in names:
         br.export(example(name), "wasm", folder / name)
-    return folder
+    node(folder, RUN, *names)
+    return {name: np.fromfile(folder / f"{name}.bin") for name in names}
 
 
-@pytest.fixture(scope="module")
-def forces(exported):
-    node(exported, RUN, *CHOSEN)
-    return {name: np.fromfile(exported / f"{name}.bin") for name in CHOSEN}
-
-
-@contextmanager
-def served(folder):
-    """Serve a folder to this machine alone."""
-    handler = partial(Quiet, directory=str(folder))
-    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
-        Thread(target=server.serve_forever, daemon=True).start()
-        try:
-            yield f"http://127.0.0.1:{server.server_port}"
-        finally:
-            server.shutdown()
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    extensions_map: ClassVar = {**SimpleHTTPRequestHandler.extensions_map, ".mjs": "text/javascript"}
-
-    def log_message(self, *_):
-        """Say nothing."""
-
-
-@pytest.mark.slow
-@needs_node
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
-def test_a_browser_is_identical_to_node(exported, forces, tmp_path):
-    (exported / "page.html").write_text("<!doctype html><title>forces</title>")
-    with served(exported) as address, browser(tmp_path / "profile") as tab:
-        tab.open(f"{address}/page.html")
-        result = {name: np.frombuffer(b64decode(tab.run(IN_A_BROWSER % name))) for name in CHOSEN}
-    assert {name: differing(result[name], forces[name]) for name in CHOSEN} == dict.fromkeys(CHOSEN, 0)
-
-
-@pytest.mark.fast_cases(21)
 @needs_node
 @pytest.mark.parametrize("name", CHOSEN)
 def test_forces_are_identical_to_bristle(forces, name):
@@ -143,15 +93,12 @@ console.log(JSON.stringify({ first, again, held, cleared, changed, beyond, k_i, 
 def test_it_resets_repeats_the_force_and_accepts_parameters(tmp_path):
     model = example("sided_gms")
     br.export(model, "wasm", tmp_path / "out")
-    message = json.loads(node(tmp_path, AROUND))
-    x = [0.0, 1e-5, 3e-5, 2e-5]
-    assert message["first"] == message["again"] == br.response(model, x, DT).tolist()
-    assert message["held"] == [message["again"][-1], True]
-    assert message["cleared"] is False
-    assert message["changed"] == br.response(model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0), x, DT).tolist()
-    assert message["k_i"] == [5e6, 3e6, 1e6]
-    assert message["beyond"].startswith("F_S_neg: -1 is not allowed; from 1e-12")
-    assert set(message["names"]) == set(model.values)
+    message, x = json.loads(node(tmp_path, AROUND)), [0.0, 1e-5, 3e-5, 2e-5]
+    forces, changed = (br.response(each, x, DT).tolist() for each in (model, model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0)))
+    assert message.pop("beyond").startswith("F_S_neg: -1 is not allowed; from 1e-12")
+    assert sorted(message.pop("names")) == sorted(model.values)
+    told = {"first": forces, "again": forces, "held": [forces[-1], True], "cleared": False, "changed": changed}
+    assert message == told | {"k_i": [5e6, 3e6, 1e6]}
 
 
 SAVED = """
@@ -208,24 +155,22 @@ def saved_by_c(model, folder, x):
     """Return what the export to C saves behind some positions."""
     br.export(model, "c", folder / "out_axis_x", rest="middle" if rest_rule(with_rest(model, "middle")) else None)
     (folder / "saved.c").write_text(IN_C)
-    line = [COMPILER, "-O1", *FLAGS, "-shared", "-fPIC", "saved.c", "out_axis_x/axis_x.c", "-o", "saved.so", "-lm"]
-    subprocess.run(line, cwd=folder, check=True)
-    library = ctypes.CDLL(str(folder / "saved.so"))
-    content = ctypes.create_string_buffer(library.size())
-    library.saved(np.ascontiguousarray(x).ctypes.data_as(ctypes.c_void_p), len(x), content)
+    in_c = library(folder, "-O0", "saved.c", "out_axis_x/axis_x.c")
+    content = ctypes.create_string_buffer(in_c.size())
+    in_c.saved(np.ascontiguousarray(x).ctypes.data_as(ctypes.c_void_p), len(x), content)
     return content.raw
 
 
 @pytest.mark.slow
 @needs_node
-@pytest.mark.parametrize("name", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
-def test_a_saved_state_continues_and_damaged_bytes_are_refused(exported, tmp_path, name):
+@pytest.mark.parametrize("saved", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
+def test_a_saved_state_continues_and_damaged_bytes_are_refused(tmp_path, saved):
     x = walk(3000, seed=9)
     x.tofile(tmp_path / "x.bin")
-    br.export(example(name), "wasm", tmp_path / "out")
+    br.export(example(saved), "wasm", tmp_path / "out")
     rest = []
     if COMPILER is not None:
-        expected = saved_by_c(example(name), tmp_path, x[:1500])
+        expected = saved_by_c(example(saved), tmp_path, x[:1500])
         rest = [f"{other}.bin" for other in ("sided_dahl", "sided_maxwell_slip")]
         for other in rest:
             (tmp_path / "of_another").mkdir(exist_ok=True)
@@ -305,14 +250,13 @@ def test_a_model_is_a_few_kilobytes():
         assert len(module_of(subject, added=ALONE).binary) < most[1]
 
 
-def test_exported_functions_are_inlined(tmp_path):
+def test_exported_functions_are_inlined():
     model = example("sided_lugre")
-    br.export(model, "wasm", tmp_path / "out", name="axis_x")
     subject = subject_of(model)
-    written = (tmp_path / "out" / "axis_x.wasm").read_bytes()
+    written = write(Request(model, "axis_x", DT)).files["axis_x.wasm"]
     assert written == module_of(subject, added=ALONE).binary != module_of(subject).binary
 
 
 def test_layers_with_a_common_kernel_are_exported_together():
-    model = example_of(with_slots(MODELS["lugre"], ["ripple", "position"]))
+    model = example_with("lugre", ["ripple", "position"])
     assert len(module_of(subject_of(model)).binary) < 6_000

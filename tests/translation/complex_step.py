@@ -8,6 +8,7 @@ the imaginary parts of many runs side by side, one for each direction.
 """
 
 import math
+import operator
 from contextlib import contextmanager
 from unittest.mock import patch
 
@@ -68,24 +69,6 @@ class Complex:
     def __abs__(self):
         return -self if math.copysign(1.0, self.real) < 0.0 else self
 
-    def __lt__(self, other):
-        return self.real < real_of(other)
-
-    def __le__(self, other):
-        return self.real <= real_of(other)
-
-    def __gt__(self, other):
-        return self.real > real_of(other)
-
-    def __ge__(self, other):
-        return self.real >= real_of(other)
-
-    def __eq__(self, other):
-        return self.real == real_of(other)
-
-    def __ne__(self, other):
-        return self.real != real_of(other)
-
     def __bool__(self):
         return self.real != 0.0
 
@@ -97,6 +80,15 @@ class Complex:
 
     def __float__(self):
         raise TypeError("a conversion would lose the imaginary part")
+
+
+def compared(operation):
+    """Return a question, which looks at the real parts."""
+    return lambda one, other: operation(one.real, real_of(other))
+
+
+for name in ("lt", "le", "gt", "ge", "eq", "ne"):
+    setattr(Complex, f"__{name}__", compared(getattr(operator, name)))
 
 
 def real_of(number):
@@ -202,20 +194,14 @@ def force_by_complex_steps(model, tangents, v, dt, x, *, state=None, state_tange
 def directions_of(model):
     """Return one direction for each packed parameter that is a finite number, and its place among those."""
     rows = np.eye(pack(model.parameters).size)
-    carried = _carried(model.parameters)
-    return rows[:, carried]
+    return rows[:, pack(_marked(model.parameters, 2.0)) != pack(_marked(model.parameters, 1.0))]
 
 
-def _carried(value, first=0):
-    places, at = [], first
-    for field in value:
-        if hasattr(field, "_fields"):
-            places += _carried(field, at)
-            at += pack(field).size
-        elif isinstance(field, np.ndarray):
-            places += range(at + 1, at + 1 + field.size)
-            at += 1 + field.size
-        else:
-            places += [at] * (not isinstance(field, (int, np.integer)) and math.isfinite(field))
-            at += 1
-    return places
+def _marked(value, mark):
+    """Return a NamedTuple with a mark for each finite real number, and nothing for the rest."""
+    if hasattr(value, "_fields"):
+        return type(value)(*(_marked(field, mark) for field in value))
+    if isinstance(value, np.ndarray):
+        return np.full(value.size, mark)
+    is_whole = isinstance(value, (int, np.integer)) or not math.isfinite(value)
+    return 0.0 if is_whole else mark

@@ -243,33 +243,33 @@ def derived_of(text, kinds, activities, **names):
     return derivatives, derivatives.of(Builder().function(kernel(defined("tried", text, scope)), kinds), activities)
 
 
-def test_values_without_tangents_are_not_derived():
-    for text in ("def tried(x, n):\n    return x * x + n\n", "def tried(x, n):\n    return parts_of(x, n)\n"):
-        derivatives, derived = derived_of(text, [REAL, INTEGER], [False, False])
-        assert not derived.is_needed
-        assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
-
-
-def test_a_kernel_with_a_constant_result_is_called_unchanged():
-    derivatives, derived = derived_of(
-        "def tried(x, n):\n    return rests(x, x, n, 0, 0)\n", [REAL, INTEGER], [True, False], rests=rests_of_two
-    )
-    assert (derived.is_needed, derived.result) == (False, False)
-    assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
-
-
 @kernel
-def rests_of_two(x, y, n, a, b):
+def rests_of_two(x, y, n):
     return math.floor(x + y) + n
 
 
-def test_only_active_fields_have_tangents():
-    _, derived = derived_of("def tried(x, n):\n    return parts_of(x, n)\n", [REAL, INTEGER], [True, False])
-    assert derived.result == ((True, False, True), True, False, False)
-    _, derived = derived_of(
-        "def tried(x, n):\n    return parts_of(2.0, n)[0].low, parts_of(x, n)[0].turns, x\n", [REAL, INTEGER], [True, False]
+@pytest.mark.parametrize(
+    ("value", "active"),
+    [("x * x + n", False), ("parts_of(x, n)", False), ("rests_of_two(x, x, n)", True)],
+    ids=["a number", "a tuple", "a constant result"],
+)
+def test_values_without_tangents_are_not_derived(value, active):
+    derivatives, derived = derived_of(
+        f"def tried(x, n):\n    return {value}\n", [REAL, INTEGER], [active, False], rests_of_two=rests_of_two
     )
-    assert derived.result == (False, False, True)
+    assert not derived.is_needed
+    assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
+
+
+@pytest.mark.parametrize(
+    ("value", "result"),
+    [
+        ("parts_of(x, n)", ((True, False, True), True, False, False)),
+        ("parts_of(2.0, n)[0].low, parts_of(x, n)[0].turns, x", (False, False, True)),
+    ],
+)
+def test_only_active_fields_have_tangents(value, result):
+    assert derived_of(f"def tried(x, n):\n    return {value}\n", [REAL, INTEGER], [True, False])[1].result == result
 
 
 def test_a_kernel_is_derived_once_for_each_pattern_of_active_arguments():
@@ -282,41 +282,69 @@ def test_a_kernel_is_derived_once_for_each_pattern_of_active_arguments():
     assert names[0] == names[2] != names[1]
 
 
-def test_two_activities_join_field_by_field():
-    assert joined((True, (False, False)), (False, (False, True))) == (True, (False, True))
-    assert joined(False, True) is True
-    assert joined(True, False) is True
-    assert joined(False, False) is False
-    assert activity_of(type_of(Part(1.0))) == (True, False, True)
-    assert activity_of(TRUTH) is False
-    assert activity_of(Array(3)) is True
+@pytest.mark.parametrize(
+    ("first", "second", "both"),
+    [
+        ((True, (False, False)), (False, (False, True)), (True, (False, True))),
+        (False, True, True),
+        (True, False, True),
+        (False, False, False),
+    ],
+)
+def test_two_activities_join_field_by_field(first, second, both):
+    assert joined(first, second) == both
 
 
-def test_a_nan_constant_keeps_its_value():
-    text = "def tried(x):\n    return min(x, math.inf) + max(x, -math.inf) + (math.nan if x > 2.0 else 1.0)\n"
-    derivatives, derived = derived_of(text, [REAL], [True])
-    value, tangent = derivatives.scope[derived.name](1.5, DX)
-    assert value == 4.0
-    assert tangent.tolist() == (2.0 * DX).tolist()
-    assert math.isnan(derivatives.scope[derived.name](2.5, DX)[0])
+@pytest.mark.parametrize(("kind", "activity"), [(type_of(Part(1.0)), (True, False, True)), (TRUTH, False), (Array(3), True)])
+def test_real_numbers_are_active(kind, activity):
+    assert activity_of(kind) == activity
 
 
-def test_a_search_of_newton_has_the_derivative_of_the_implicit_function():
-    text = "def tried(a):\n    x = 1.5\n    for _ in range(30):\n        x = x - (x * x * x - a) / (3.0 * x * x)\n    return x\n"
-    derivatives, derived = derived_of(text, [REAL], [True])
-    value, tangent = derivatives.scope[derived.name](5.0, DX)
-    np.testing.assert_allclose(tangent, DX / (3.0 * value**2), rtol=1e-14)
+SEARCH = "x = 1.5\n    for _ in range(30):\n        x = x - (x * x * x - a) / (3.0 * x * x)\n    return x"
+NAMES = "d_x = 5.0\n    t_1 = a * a\n    d_t_1 = t_1 * (a + d_x)\n    return d_t_1 + d_x + (t_1 + a) * t_1"
+
+
+@kernel
+def scaled_anew(step, rate):
+    step = step * rate
+    return step * step
+
+
+@pytest.mark.parametrize(
+    ("body", "at", "value", "slope"),
+    [
+        ("return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)", 1.5, 4.0, 2.0),
+        ("return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)", 2.5, math.nan, 2.0),
+        # A search of Newton has the derivative of the implicit function.
+        (SEARCH, 5.0, 5.0 ** (1.0 / 3.0), 1.0 / (3.0 * 5.0 ** (2.0 / 3.0))),
+        # An argument that is assigned an active value has a tangent.
+        ("return scaled_anew(2.0, a)", 3.0, 36.0, 24.0),
+        # Variables that are named as tangents keep their names.
+        (NAMES, 2.0, 4.0 * 7.0 + 5.0 + 24.0, 3.0 * 4.0 + 10.0 * 2.0 + 4.0 * 8.0 + 3.0 * 4.0),
+    ],
+)
+def test_a_derived_function_has_the_slope_of_its_formula(body, at, value, slope):
+    derivatives, derived = derived_of(f"def tried(a):\n    {body}\n", [REAL], [True], scaled_anew=scaled_anew)
+    found, tangent = derivatives.scope[derived.name](at, DX)
+    assert found == pytest.approx(value, nan_ok=True)
+    assert tangent == pytest.approx(slope * DX, rel=1e-14)
 
 
 # --- tangents ---------------------------------------------------------------------------------------------------
 
 
-def test_tangents_compute_as_vectors_do():
-    assert still().tolist() == [0.0] * DIRECTIONS
-    assert tangent_sum(DX, DY).tolist() == (DX + DY).tolist()
-    assert tangent_difference(DX, DY).tolist() == [x - y for x, y in zip(DX, DY, strict=True)]
-    assert tangent_scaled(3.0, DX).tolist() == [3.0 * x for x in DX]
-    assert tangent_combined(2.0, DX, -3.0, DY).tolist() == [2.0 * x - 3.0 * y for x, y in zip(DX, DY, strict=True)]
+@pytest.mark.parametrize(
+    ("tangent", "expected"),
+    [
+        (still(), np.zeros(DIRECTIONS)),
+        (tangent_sum(DX, DY), DX + DY),
+        (tangent_difference(DX, DY), DX - DY),
+        (tangent_scaled(3.0, DX), 3.0 * DX),
+        (tangent_combined(2.0, DX, -3.0, DY), 2.0 * DX - 3.0 * DY),
+    ],
+)
+def test_tangents_compute_as_vectors_do(tangent, expected):
+    assert tangent.tolist() == expected.tolist()
 
 
 def test_storing_a_tangent_does_not_change_a_tangent_read_before():
@@ -392,25 +420,3 @@ def test_slopes_of_root_and_mantissa_agree_with_their_inverse_functions(x):
     if x:
         assert SLOPES[mantissa](x, mantissa(x)) == pytest.approx(power_of_two(-exponent(x)), rel=1e-15)
     assert SLOPES[mantissa](0.0, 0.0) == 0.0
-
-
-@kernel
-def scaled_anew(step, rate):
-    step = step * rate
-    return step * step
-
-
-def test_an_argument_that_is_assigned_an_active_value_has_a_tangent():
-    text = "def tried(x, n):\n    return scaled_anew(2.0, x)\n"
-    derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False], scaled_anew=scaled_anew)
-    value, tangent = derivatives.scope[derived.name](3.0, 1, DX)
-    assert value == 36.0
-    assert tangent == pytest.approx(24.0 * DX)
-
-
-def test_variables_keep_their_names_in_derived_kernels():
-    text = "def tried(x, n):\n    d_x = 5.0\n    t_1 = x * x\n    d_t_1 = t_1 * (x + d_x)\n    return d_t_1 + d_x + (t_1 + x) * t_1\n"
-    derivatives, derived = derived_of(text, [REAL, INTEGER], [True, False])
-    value, tangent = derivatives.scope[derived.name](2.0, 1, DX)
-    assert value == 4.0 * 7.0 + 5.0 + 24.0
-    assert tangent == pytest.approx((3.0 * 4.0 + 10.0 * 2.0 + 4.0 * 8.0 + 3.0 * 4.0) * DX)
