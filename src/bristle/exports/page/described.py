@@ -56,9 +56,7 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     }
 
 
-def walked_together(
-    models: Sequence[Model], arounds: Sequence[Sequence[float]], walks: Mapping[str, Any], plant: Model
-) -> dict[str, Any]:
+def walked_together(models: Sequence[Model], arounds: Sequence[Sequence[float]], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
     """Return the walks of one contact with several sets of slots, each in its surroundings, and of the mass with the last set."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
