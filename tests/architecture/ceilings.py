@@ -349,14 +349,15 @@ def raised(former: str, text: str) -> list[str]:
 
 
 def raised_beside(base: str) -> list[str]:
-    """Return a line for each commit after a base that raises a ceiling and changes another file."""
+    """Return a line for each commit after a base that raises a ceiling above that of the base, and changes another file."""
     path = FILE.relative_to(ROOT).as_posix()
+    if not git("ls-tree", base, path):
+        return []
+    in_all = raised(git("show", f"{base}:{path}"), git("show", f"HEAD:{path}"))
     lines = []
     for commit in git("rev-list", "--no-merges", f"{base}..HEAD", "--", path).split():
-        if not git("ls-tree", f"{commit}~1", path):
-            continue  # the commit that adds the file
         changed = git("show", "--format=", "--name-only", commit).split()
-        rows = raised(git("show", f"{commit}~1:{path}"), git("show", f"{commit}:{path}"))
+        rows = [row for row in raised(git("show", f"{commit}~1:{path}"), git("show", f"{commit}:{path}")) if row in in_all]
         if rows and changed != [path]:
             lines.append(f"{commit[:9]} raises {', '.join(rows)} beside other changes")
     return lines

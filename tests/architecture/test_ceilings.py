@@ -87,7 +87,9 @@ def test_a_raised_ceiling_is_found_in_the_history(tmp_path, monkeypatch):
     commit(95)
     assert not ceilings.raised_beside("HEAD~2")
     commit(99, "raised.py")
-    (line,) = ceilings.raised_beside("HEAD~3")
+    assert not ceilings.raised_beside("HEAD~3")
+    commit(101, "raised.py")
+    (line,) = ceilings.raised_beside("HEAD~4")
     assert "raises package.core.weight beside other changes" in line
 
 
