@@ -206,7 +206,7 @@ def test_a_run_fails_for_what_costs_too_much_and_for_what_is_skipped(tmp_path, t
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  slow: x\n", encoding="utf-8")
     plugins = [word for name in ("kernels", "budget", "order", "skips") for word in ("-p", f"tests.plugins.{name}")]
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-n", workers, *plugins, *options, "."]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""}
     ended = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ended.returncode == status, ended.stdout
     for text in says:
