@@ -12,7 +12,7 @@ from tests.identification.known_logs import STATED
 from tests.identification.rigid import identify
 
 import bristle as br
-from bristle.core.errors import InputError
+from bristle.core import InputError
 from bristle.files import read_axis, results_folder
 from bristle.identification.lost_motion import Hysteresis, LostMotion
 from bristle.identification.side_logs import alone, behind_sensor, effort_delay, side_logs, without_sensor

@@ -7,7 +7,7 @@ import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
-from bristle.core.variable import Variable
+from bristle.core import Variable
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
 from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import Excitation, shortest_zone

@@ -1,4 +1,4 @@
-"""Ctrl-C during an identification returns the best result so far, marked unfinished."""
+"""Ctrl-C or a model that fails leaves the other results; what is missing is named."""
 
 import json
 import signal
@@ -12,6 +12,7 @@ from tests.identification.rigid import IDENTIFYING, identify
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
+from bristle.core import InputError
 from bristle.identification import fitting, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
@@ -172,3 +173,63 @@ def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, l
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: the fit of lugre")
     assert "interrupted: the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (tmp_path / "out" / "model.toml").read_text()
+
+
+MODELS = "coulomb_viscous,viscous,coulomb"
+ERRORS = [
+    FloatingPointError("overflow"),
+    np.linalg.LinAlgError("singular"),
+    InputError("diverges", path="model"),
+    InputError("empty", path="F_C"),
+]
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    return log_of(sines(2.0), sliding_effort(sines(2.0)))
+
+
+@pytest.fixture(scope="module")
+def ranked(sliding):
+    return [fit.name for fit in identify(sliding, MODELS, axis=STATED, blocks=2, draws=0).fits]
+
+
+def failing_for(name, original, error):
+    """The function, with an error if one of its arguments has this name."""
+
+    def computed(*arguments):
+        if any(getattr(argument, "name", "") == name for argument in arguments):
+            raise error
+        return original(*arguments)
+
+    return computed
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_a_model_whose_fit_fails_is_omitted(sliding, monkeypatch, error):
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb_viscous", IDENTIFYING.fit, error))
+    result = identify(sliding, MODELS, axis=STATED, blocks=2, draws=0)
+    assert {fit.name for fit in result.fits} == {"viscous", "coulomb"}
+    assert result.left_out == {"coulomb_viscous": getattr(error, "message", str(error))}
+    with pytest.raises(type(error)):
+        identify(sliding, "coulomb_viscous", axis=STATED, blocks=2, draws=0)
+
+
+def test_a_fault_of_the_log_is_no_fault_of_a_model(sliding, monkeypatch):
+    error = InputError("has no load", path="log")
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb", IDENTIFYING.fit, error))
+    with pytest.raises(InputError, match="has no load"):
+        identify(sliding, MODELS, axis=STATED, blocks=2, draws=0)
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_a_model_whose_intervals_fail_gives_way_to_the_next(sliding, ranked, monkeypatch, error):
+    (best, second, last), drawn = ranked, []
+    monkeypatch.setattr(intervals, "with_uncertainty", failing_for(best, lambda fit, *_: drawn.append(fit.name) or fit, error))
+    result = identify(sliding, MODELS, axis=STATED, blocks=2, draws=20)
+    assert [(fit.name, fit.rank) for fit in result.fits] == [(second, 1), (last, 2)]
+    assert drawn == [second]
+    assert result.unfinished == ""
+    assert result.notes[-1].startswith(f"{best} is omitted: its intervals from simulated logs failed: ")
+    with pytest.raises(type(error)):
+        identify(sliding, best, axis=STATED, blocks=2, draws=20)

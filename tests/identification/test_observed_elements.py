@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.rigid import identify
 from tests.identification.watched import watched
 
 import bristle as br
@@ -15,8 +16,6 @@ from bristle.identification.fixed_shape import TOTAL, shaped
 from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
 from bristle.identification.parameter_space import ParameterSpace
 from bristle.report.messages import message
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -50,7 +49,7 @@ def calls(columns):
     """The calls of an identification that end with its result."""
     places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "gathered"), (ladder, "sandwich"), (intervals, "with_loops"))
     with watched(*places) as calls:
-        br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
+        identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
     return calls
 
 

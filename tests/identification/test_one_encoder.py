@@ -11,8 +11,7 @@ from benchmarks.two_mass import columns_of, drive_of
 from tests.identification.watched import watched
 
 import bristle as br
-from bristle.core import with_unit
-from bristle.core.axis import Axis
+from bristle.core import Axis, with_unit
 from bristle.figures.two_masses import response_of_motor
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, strokes
 
+from bristle.core import InputError, Variable
 from bristle.core.dimensions import exponents_of
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable
 from bristle.friction import coulomb_viscous, find, lugre, stribeck, with_slots
 from bristle.identification.parameters import (
     PriorKnowledge,

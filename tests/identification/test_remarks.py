@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sliding_effort, strokes
+from tests.identification.rigid import identify
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
-from bristle.identification import identify
 from bristle.identification.dataset import Alignment
 from bristle.identification.elasticity import Elastic
 from bristle.identification.missing_force import Missing
@@ -25,8 +25,6 @@ from bristle.identification.structure import (
     with_structure,
 )
 from bristle.plants import inertia
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 
 def data(**changes):

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+from tests.identification.rigid import identify
 
 from bristle.core import FrictionModel, InputWarning
 from bristle.core.tangent import DIRECTIONS
@@ -14,7 +15,6 @@ from bristle.friction import find
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.identification import dataset, inverse_dynamics, sensitivities
 from bristle.identification.estimation import context_of
-from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.parameters import PriorKnowledge, parameters_of
@@ -22,8 +22,6 @@ from bristle.identification.preprocessing import treat
 from bristle.identification.sensitivities import by_differences, friction_rows
 from bristle.plants import inertia
 from bristle.translation.scope import NotExportableError
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))

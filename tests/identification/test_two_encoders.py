@@ -11,8 +11,8 @@ import pytest
 from benchmarks.two_mass import drive_of, log_of
 
 import bristle as br
+from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
 from bristle.engine.motion import along
 from bristle.engine.screwed import through_screw
 from bristle.figures.two_masses import force_of_both_sides, friction_of_both_sides, shows_lost_motion

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from scipy import stats
 from tests.identification.known_logs import Motion, log_of, sliding_effort
+from tests.identification.rigid import identify
 from tests.identification.test_redundancy import one_way
 
 from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import lugre
-from bristle.identification import identify, uncertainty
+from bristle.identification import uncertainty
 from bristle.identification.dataset import Alignment
 from bristle.identification.estimate import Estimate
 from bristle.identification.half_cycles import Disturbance
@@ -21,8 +22,6 @@ from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
 from bristle.plants import inertia
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 BLOCKS = 40  # over which residuals may be correlated
 ROWS = 20 * BLOCKS
