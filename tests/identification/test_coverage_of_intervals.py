@@ -21,7 +21,6 @@ from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
 from bristle.identification import Fit
-from bristle.identification.estimate import Estimate
 from bristle.identification.half_cycles import Disturbance, Groups, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
@@ -411,10 +410,3 @@ def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
     # Of 240 intervals of 95 %, fewer than 90 % hold the truth once in a thousand times.
     assert 0.90 < np.mean(inside) < 0.99
     assert np.mean(inside_plain) < 0.75
-
-
-@pytest.mark.parametrize(("std", "robust", "larger"), [(0.1, 0.3, 0.3), (0.2, 0.1, 0.2), (0.2, None, 0.2)])
-def test_the_interval_uses_the_larger_error(std, robust, larger):
-    estimate = Estimate("F_C", "N", "level", -4.0, std, robust_std=robust)
-    assert estimate.relative_std_percent == pytest.approx(25.0 * std)
-    assert estimate.interval_percent == pytest.approx(1.96 * 25.0 * larger)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log
+from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log, virgin_curve
 from tests.identification.rigid import identify
 
 from bristle import plants
@@ -29,10 +29,6 @@ ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]
 MASS = 12.0
 STROKES = (30e-6, 14e-6, 6e-6)  # m
 KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
-
-
-def virgin_curve(values, x):
-    return np.sum(np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values["F_C"]), axis=1)
 
 
 def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):

@@ -105,13 +105,6 @@ def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
     assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [SHORT, TIME, TIME]
 
 
-def test_rows_next_to_a_part_share_no_sample_with_it():
-    part = np.zeros(12, dtype=bool)
-    part[5:7] = True
-    assert np.flatnonzero(~beside(part, 2)).tolist() == [3, 4, 5, 6, 7, 8]
-    assert np.flatnonzero(~beside(part, 0)).tolist() == [5, 6]
-
-
 def test_rounding_is_not_jitter():
     facts = SimpleNamespace(noise=0.37e-6, resolution=1e-6, effort_noise=0.2)
     assert disturbance_of(facts, 0.1) == (0.1, 0.2, 1e-6, 0.0, 0.0)

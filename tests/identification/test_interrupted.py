@@ -33,6 +33,11 @@ def log():
     return slow_log(TRUTH, duration=8.0)
 
 
+@pytest.fixture(scope="module")
+def sliding():
+    return log_of(sines(2.0), sliding_effort(sines(2.0)))
+
+
 @pytest.fixture
 def interrupted_after(monkeypatch):
     """Raise an interruption at a residual, counted from when a search of a model with more parameters begins."""
@@ -138,19 +143,25 @@ def test_progress_reports_the_best_error_so_far(log):
     assert best == sorted(best, reverse=True)
 
 
-def test_progress_reaches_the_end_with_simulated_logs():
-    shares = []
-    log = log_of(sines(2.0), sliding_effort(sines(2.0)))
-    identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
+def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sliding):
+    told = []
+    identify(sliding, "coulomb_viscous,viscous", axis=STATED, blocks=0, draws=20, progress=lambda *message: told.append(message))
+    shares = [share for share, _ in told]
     assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
     assert len({share for share in shares if share > 0.5}) > 4
+    assert {"fitting coulomb_viscous", "fitting viscous"} <= {text.partition(",")[0] for _, text in told}
+
+
+def test_an_interruption_by_who_is_told_the_progress_is_raised(sliding):
+    with pytest.raises(KeyboardInterrupt):
+        identify(sliding, "coulomb_viscous", axis=STATED, progress=Mock(side_effect=KeyboardInterrupt), draws=0)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
-def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
+def test_interrupted_intervals_keep_the_fit(sliding, monkeypatch, error):
     monkeypatch.setattr(intervals, "with_uncertainty", Mock(side_effect=error))
-    identification = identify(log_of(sines(2.0), sliding_effort(sines(2.0))), "coulomb_viscous", axis=STATED, blocks=0)
+    identification = identify(sliding, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.unfinished == "interrupted: intervals from simulated logs are missing"
     assert identification.best.parameters["F_C"].status == "identified"
 
@@ -182,11 +193,6 @@ ERRORS = [
     InputError("diverges", path="model"),
     InputError("empty", path="F_C"),
 ]
-
-
-@pytest.fixture(scope="module")
-def sliding():
-    return log_of(sines(2.0), sliding_effort(sines(2.0)))
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.loops import AXIS, MASS, recorded_in_loop
-from tests.identification.test_sensitivities import own_model, own_trial
+from tests.identification.own_models import own_model
+from tests.identification.test_sensitivities import OWN, own_trial
 from tests.simulation.test_between_samples import multisine
 
 from bristle import friction, plants
@@ -272,7 +273,7 @@ def test_derivatives_of_a_settled_position_are_those_of_its_simulation():
 
 
 def test_an_untranslatable_model_is_differentiated_by_differences_with_a_warning(stretches, monkeypatch):
-    own = own_model(own_trial)
+    own = own_model(own_trial, OWN)
     problem = problem_of(Effort, stretches, AXIS, own, plants.inertia)
     values = {name: (VALUES | {"sigma_2": 200.0})[name] for name in problem.parameters.free}
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
@@ -286,7 +287,7 @@ def constant(state, memory, motion, dt, p):
 
 
 def test_a_constant_force_is_differentiated_by_differences(stretches, monkeypatch):
-    own = own_model(constant)
+    own = own_model(constant, OWN)
     problem = problem_of(Effort, stretches, AXIS, own, plants.inertia)
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
     with pytest.warns(InputWarning, match="returns a constant force"):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import sines
 from tests.identification.rigid import identify
 from tests.simulation import transmitted_truth as truth
 
@@ -33,16 +34,9 @@ def axis(kind="rotational", **tables):
 
 
 def swing(seconds, amplitude, slowest, seed=0):
-    """A sum of sines, its velocity and acceleration, on the time of a log."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(round(seconds * RATE)) / RATE
-    q, v, a = np.zeros((3, t.size))
-    for share, factor in ((0.7, 1.0), (0.2, 2.7), (0.1, 5.3)):
-        w, phase = 2.0 * np.pi * slowest * factor, rng.uniform(0.0, 2.0 * np.pi)
-        q += amplitude * share * np.sin(w * t + phase)
-        v += amplitude * share * w * np.cos(w * t + phase)
-        a -= amplitude * share * w * w * np.sin(w * t + phase)
-    return t, q, v, a
+    """A sum of sines of random phases."""
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
+    return sines(seconds, 1.0 / RATE, amplitude * np.array([0.7, 0.2, 0.1]), slowest * np.array([1.0, 2.7, 5.3]), phases)
 
 
 def arm(mass, seed=0, seconds=12.0):
@@ -278,9 +272,7 @@ DT, J, F_C, F_V = 2e-3, 0.2, 1.0, 0.5
 
 def joint(force, kind="rotational", scale=1.0, seconds=14.0):
     """Return the log of a joint that moves in three sines: inertia, Coulomb and viscous friction, and a force of the position."""
-    t = np.arange(0.0, seconds, DT)
-    waves = [(0.9, 0.7, 0.0), (0.5, 1.9, 1.0), (0.15, 4.4, 0.0)]
-    q, v, a = (scale * sum(size * rate**n * np.sin(rate * t + phase + 0.5 * np.pi * n) for size, rate, phase in waves) for n in range(3))
+    t, q, v, a = sines(seconds, DT, scale * np.array([0.9, 0.5, 0.15]), np.array([0.7, 1.9, 4.4]) / (2.0 * np.pi))
     noise = 0.02 * np.random.default_rng(0).normal(size=t.size)
     effort = J * a / scale + F_C * np.sign(v) + F_V * v / scale + force(q / scale) + noise
     return Log.from_columns({"time": t, "position": q, "effort": effort}, kind=kind)

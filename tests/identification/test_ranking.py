@@ -217,13 +217,6 @@ def test_rows_smeared_into_a_block_by_a_filter_are_not_fitted(block, beside):
     assert pushed[block] < 2.0 * plain[block]
 
 
-def test_mean_and_spread_are_those_of_the_blocks():
-    held_out = identify(sliding_log(), "coulomb_viscous", axis=STATED, blocks=4, draws=0).best.held_out
-    errors = held_out.block_errors_percent
-    assert len(errors) == 4
-    assert (held_out.mean_percent, held_out.std_percent) == (pytest.approx(np.mean(errors)), pytest.approx(np.std(errors, ddof=1)))
-
-
 def test_without_blocks_models_rank_by_their_error():
     best = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert (best.name, best.held_out) == ("coulomb_viscous+asymmetry", None)

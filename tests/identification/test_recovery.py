@@ -109,39 +109,6 @@ def test_weight_is_not_friction_in_relative_errors(model):
 
 
 @pytest.mark.slow
-def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
-    message = []
-    identify(sliding_log(), "coulomb_viscous,stribeck", axis=STATED, progress=lambda share, text: message.append((share, text)), draws=0)
-    shares = [share for share, _ in message]
-    assert shares == sorted(shares)
-    assert (shares[0], shares[-1]) == (0.0, 1.0)
-    assert {text.partition(",")[0] for _, text in message} == {"fitting coulomb_viscous", "fitting stribeck"}
-
-    def interrupt(share: float, text: str) -> None:
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        identify(sliding_log(), "coulomb_viscous", axis=STATED, progress=interrupt, draws=0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("model", "words"),
-    [
-        ("karnopp", "no such friction model"),
-        ("coulomb+humidity", "no such slot"),
-        ("maxwell_stribeck", "lists of numbers"),
-        ([], "names no friction model"),
-        ([3.0], "must be a name"),
-    ],
-)
-def test_a_model_that_cannot_be_fitted_is_named(model, words):
-    with pytest.raises(InputError, match=words) as caught:
-        identify(sliding_log(), model, axis=STATED, draws=0)
-    assert caught.value.path == "model"
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "path"),
     [

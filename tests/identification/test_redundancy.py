@@ -2,15 +2,15 @@
 
 import re
 from dataclasses import replace
-from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.own_models import own_model
 from tests.identification.rigid import identify
 
 from bristle import friction
-from bristle.core import Axis, FrictionModel, InputError, Relation, Variable, kernel
+from bristle.core import Axis, InputError, Relation, Variable, kernel
 from bristle.core.mathematics import decay, direction
 from bristle.files import read_model, write_model
 from bristle.friction import find, slotted
@@ -133,32 +133,12 @@ def test_with_positive_damping_no_cause_is_sought_in_the_sign():
     assert (estimate.status, estimate.reason.code) == ("at_edge", "edge_of_model")
 
 
-class Against(NamedTuple):
-    F_neg: Annotated[float, Variable("force", "level against the motion", min=0.0, excitation="sliding")]
-
-
-class State(NamedTuple):
-    pass
-
-
 def against(state, memory, motion, dt, p):
-    return p.F_neg * direction(motion.v), State()
+    return p.F_neg * direction(motion.v), state
 
 
-@kernel
-def commit(state, memory, move, p):
-    return state
-
-
-OWN = FrictionModel(
-    name="against",
-    description="a level whose name ends as one of a direction",
-    Parameters=Against,
-    State=State,
-    trial=against,
-    commit=commit,
-    linear=True,
-)
+LEVEL = Variable("force", "level against the motion", min=0.0, excitation="sliding")
+OWN = own_model(against, {"F_neg": LEVEL}, "against", linear=True)  # a level whose name ends as one of a direction
 
 
 def test_a_level_named_like_a_directional_level_does_not_fix_the_offset():
@@ -290,29 +270,16 @@ def test_a_wave_along_the_screw_has_the_position_of_the_samples():
     assert fit.force_error_percent < 0.1
 
 
-class Parameters(NamedTuple):
-    F_S: Annotated[float, Variable("force", "level at rest", min=0.0, excitation="sliding")]
-    F_C: Annotated[float, Variable("force", "level in motion", min=0.0, excitation="sliding")]
-
-
 @kernel
 def trial(state, memory, motion, dt, p):
     ratio = motion.v / 4e-3
     share = decay(ratio * ratio)
-    return (p.F_S * share + p.F_C * (1.0 - share)) * direction(motion.v), State()
+    return (p.F_S * share + p.F_C * (1.0 - share)) * direction(motion.v), state
 
 
-def two_levels(condition, holds, **changes):
-    return FrictionModel(
-        name="two_levels",
-        description="a level at rest and one in motion",
-        Parameters=Parameters,
-        State=State,
-        trial=trial,
-        commit=commit,
-        relations=(Relation(condition, holds, "Lower F_C"),),
-        **changes,
-    )
+def two_levels(condition, holds, static=LEVEL, **changes):
+    relations = (Relation(condition, holds, "Lower F_C"),)
+    return own_model(trial, {"F_S": static, "F_C": LEVEL}, "two_levels", relations=relations, **changes)
 
 
 @pytest.fixture(scope="module")
@@ -337,14 +304,8 @@ def test_a_strict_relation_is_satisfied_with_a_margin(rising):
     assert values["F_S"] > 1.02 * values["F_C"]
 
 
-class OneSided(NamedTuple):
-    F_S: Annotated[float, Variable("force", "level at rest", min=0.0, excitation="sliding", directional=True)]
-    F_C: Annotated[float, Variable("force", "level in motion", min=0.0, excitation="sliding")]
-
-
 def test_a_relation_with_one_directional_side_is_satisfied_in_both_directions(rising):
-    model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C)
-    model = slotted(replace(model, name="one_sided", Parameters=OneSided), asymmetry=True)
+    model = slotted(two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C, replace(LEVEL, directional=True)), asymmetry=True)
     values = identify(rising, model, axis=STATED, blocks=0, draws=0).best.friction.values
     assert min(values["F_S_pos"], values["F_S_neg"]) >= values["F_C"]
 

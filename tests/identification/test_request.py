@@ -45,12 +45,6 @@ def test_models_named_with_all_come_first_and_once():
     assert names(["all", "coulomb+asymmetry"])[0] == "coulomb+asymmetry"
 
 
-@pytest.mark.parametrize("model", ["all+speed", "all+asymmetry+asymmetry", "every", "coulomb,coulomb"])
-def test_an_unknown_name_is_rejected(model):
-    with pytest.raises(InputError):
-        models_of(model)
-
-
 @pytest.mark.slow
 def test_among_all_models_the_true_one_is_not_beaten(monkeypatch):
     monkeypatch.setattr(least_squares, "STARTS", 1)  # the best of few candidates is one enough for a log so plain
@@ -173,11 +167,20 @@ def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
         ("coulomb,coulomb", "is requested twice"),
         (["coulomb", coulomb], "is requested twice"),
         ("coulomb+asymmetry+asymmetry", "has a slot twice"),
+        ("all+asymmetry+asymmetry", "has a slot twice"),
+        ("all+speed", "no such slot"),
+        ("every", "no such friction model"),
+        ("karnopp", "no such friction model"),
+        ("coulomb+humidity", "no such slot"),
+        ("maxwell_stribeck", "lists of numbers"),
+        ([], "names no friction model"),
+        ([3.0], "must be a name"),
     ],
 )
 def test_invalid_models_are_rejected(stage, model, said):
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=said) as caught:
         identify(stage.log, model, draws=0)
+    assert caught.value.path == "model"
 
 
 def test_a_user_model_is_not_taken_for_a_model_of_bristle(tmp_path, stage):

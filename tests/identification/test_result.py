@@ -48,7 +48,8 @@ def test_an_interval_is_that_of_the_larger_error_or_of_replicates():
     assert estimate.ends == pytest.approx((-4.392, -3.608), abs=1e-3)
     assert estimate.interval_percent == pytest.approx(9.8, abs=0.01)
     assert replace(estimate, interval=(-5.0, -3.0)).interval_percent == 25.0
-    assert replace(estimate, std=None).larger_std == 0.2
+    for changed, larger in (({"std": None}, 0.2), ({"robust_std": None}, 0.1), ({"robust_std": 0.05}, 0.1)):
+        assert replace(estimate, **changed).larger_std == larger
     unknown = replace(estimate, std=None, robust_std=None)
     assert (unknown.relative_std_percent, unknown.larger_std, unknown.ends, unknown.interval_percent) == (None, None, None, None)
     zero = replace(estimate, value=0.0)

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, slow_log
+from tests.identification.own_models import own_model
 from tests.identification.rigid import identify
 
-from bristle.core import Axis, FrictionModel, Relation, Variable
+from bristle.core import Axis, Relation, Variable
 from bristle.engine import force_along
 from bristle.friction import find, slotted
 from bristle.friction.next_model import nested_in
@@ -23,6 +23,7 @@ from bristle.identification.preprocessing import treat
 from bristle.identification.refit import Refit
 
 STEP = 1e-8  # N
+DATASET = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
 
 
 class Stepped(InverseDynamics):
@@ -36,9 +37,8 @@ class Stepped(InverseDynamics):
 
 
 def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
-    dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
-    context, parameters = (context_of(dataset, PriorKnowledge()), parameters_of(find("coulomb_viscous"), PriorKnowledge(), dataset))
-    exact, stepped = (context.search(problem(dataset, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped))
+    context, parameters = (context_of(DATASET, PriorKnowledge()), parameters_of(find("coulomb_viscous"), PriorKnowledge(), DATASET))
+    exact, stepped = (context.search(problem(DATASET, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped))
     theta = exact.space.theta(TRUTH)
     result, wanted = (item.descend(theta, limit=1).jacobian for item in (stepped, exact))
     np.testing.assert_allclose(result, wanted, atol=2e-3 * np.max(np.abs(wanted)))
@@ -147,9 +147,8 @@ def space_of(case):
 
 
 def space_for(model, fixed=None):
-    dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
-    parameters = parameters_of(model, PriorKnowledge(values=fixed or {}), dataset)
-    return TransformedSpace.within(parameters, context_of(dataset, PriorKnowledge()).scales)
+    parameters = parameters_of(model, PriorKnowledge(values=fixed or {}), DATASET)
+    return TransformedSpace.within(parameters, context_of(DATASET, PriorKnowledge()).scales)
 
 
 def anywhere(space, rng):
@@ -206,35 +205,16 @@ def test_a_reflection_has_the_same_distance_within_the_bounds():
     assert far.numbers.tolist() == list(far.values.values())
 
 
-class State(NamedTuple):
-    pass
-
-
-def commit(state, memory, move, p):
-    return state
-
-
 def trial(state, memory, motion, dt, p):
     return p.F_C * np.sign(motion.v), state
 
 
-def own_model(relations, **ranges):
-    """Return a model of a person's own, with what its parameters may be, and relations between them."""
+def related(relations, **ranges):
+    """A user's model with these relations between its parameters, and their smallest values."""
     least = {"a": 1e-3, "b": 0.0, "F_C": 1e-3, "F_S": 0.0} | ranges
     quantities = {"a": "force/length", "b": "length", "F_C": "force", "F_S": "force"}
-    fields: Any = [
-        (name, Annotated[float, Variable(quantity, f"parameter {name}", min=least[name], excitation="sliding")])
-        for name, quantity in quantities.items()
-    ]
-    return FrictionModel(
-        name="own",
-        description="relations of all kinds",
-        Parameters=NamedTuple("Parameters", fields),
-        State=State,
-        trial=trial,
-        commit=commit,
-        relations=tuple(Relation(relation, lambda p: True, "Lower b") for relation in relations),
-    )
+    variables = {name: Variable(quantity, name, min=least[name], excitation="sliding") for name, quantity in quantities.items()}
+    return own_model(trial, variables, relations=tuple(Relation(relation, lambda p: True, "Lower b") for relation in relations))
 
 
 @pytest.mark.parametrize(
@@ -249,21 +229,21 @@ def own_model(relations, **ranges):
     ],
 )
 def test_a_relation_without_share_is_left_to_the_validation_of_the_model(relations, ranges):
-    space = space_for(own_model(relations, **ranges))
+    space = space_for(related(relations, **ranges))
     assert not any(transform.ceiling for transform in space.transforms)
     theta = space.theta(dict.fromkeys(space.names, 1.0))
     assert np.all(np.isfinite(space.numbers(theta)))
 
 
 def test_a_share_of_a_share_is_computed_after_it():
-    space = space_for(own_model(["a * b < F_C", "b * a < F_S"], b=1e-3, F_S=1e-3))
+    space = space_for(related(["a * b < F_C", "b * a < F_S"], b=1e-3, F_S=1e-3))
     (ceiling,) = [transform.name for transform in space.transforms if transform.ceiling]
     assert ceiling == "b"  # a in turn would hang on itself
     assert space.names.index("b") > max(space.names.index(name) for name in ("a", "F_C"))
 
 
 def test_of_two_mutual_relations_the_first_makes_an_excess():
-    space = space_for(own_model(["F_S >= F_C", "F_C >= F_S"]))
+    space = space_for(related(["F_S >= F_C", "F_C >= F_S"]))
     assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", ("F_C",))]
 
 

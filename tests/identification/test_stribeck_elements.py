@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, Motion, log_of, sines
+from tests.identification.known_logs import STATED, Motion, log_of, sines, virgin_curve
 
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
@@ -43,11 +43,6 @@ def gms_log(name="gms", *, seed=0, scatter=0.0, **truth):
     return log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-8)
 
 
-def virgin_curve(values, x):
-    reach = values["nu_i"] * values["F_S"] / values["k_i"]
-    return np.minimum(np.asarray(x)[:, None], reach) @ values["k_i"]
-
-
 @pytest.fixture(scope="module")
 def result():
     return identify(gms_log(), "gms", draws=20, **ASKED)
@@ -77,7 +72,7 @@ def test_intervals_contain_curve_and_attraction_for_scattering_friction():
 @pytest.mark.slow
 def test_the_virgin_curve_is_recovered_for_any_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
-    assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(SHAPE | TRUTH, x))) < 0.02 * TRUTH["F_S"]
+    assert np.max(np.abs(virgin_curve(values, x, "F_S") - virgin_curve(SHAPE | TRUTH, x, "F_S"))) < 0.02 * TRUTH["F_S"]
 
 
 @pytest.mark.slow
