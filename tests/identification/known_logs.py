@@ -84,6 +84,11 @@ def slow_log(model: Model, *, M: float = 12.0, noise: float = 0.05, step: float 
     return log_of(coarse, M * coarse.acceleration + friction[::fine] + scatter, step=step)
 
 
+def virgin_curve(values: dict, x: np.ndarray, level: str = "F_C") -> np.ndarray:
+    """Force of elements that slip, along a displacement that begins with all of them unloaded."""
+    return np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values[level]).sum(axis=1)
+
+
 def held_log(model: Model, *, M: float = 28.0, noise: float = 0.3, duration: float = 16.0) -> Log:
     """A log of a sampled loop, which holds each effort until its next sample, on slow sines."""
     motion, dt = sines(duration, 1e-3, (6e-3, 2e-3, 6e-4), (0.25, 0.9, 1.7), (0, 0, 0)), 1e-3

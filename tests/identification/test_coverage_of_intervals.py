@@ -2,9 +2,9 @@
 
 One number for the coverage does not see most corrections: what one of them no longer explains, another one takes over.
 So each has a log of its own here, in which it is what counts, with the answer known from elsewhere: Student's interval
-of a mean, the chi-square interval of a variance, the spread over many logs, or the truth that was simulated.
-"""
+of a mean, the chi-square interval of a variance, the spread over many logs, or the truth that was simulated."""
 
+import math
 from functools import cache
 from typing import NamedTuple
 
@@ -13,22 +13,20 @@ import pytest
 from scipy import stats
 from scipy.signal import lfilter
 from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, slow_log
-from tests.identification.test_intervals import coloured
+from tests.identification.rigid import identify
 from tests.identification.test_preprocessing import trapezoids
 
 import bristle as br
 from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop, run_open_loop
-from bristle.identification import Fit, identify
+from bristle.identification import Fit
 from bristle.identification.half_cycles import Disturbance, Groups, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
-
-pytestmark = pytest.mark.slow
 
 DT = 1e-3
 MASS, LEVEL, SCATTER = 12.0, 8.0, 0.05
@@ -71,6 +69,7 @@ def levelled(count: int) -> Levelled:
     return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best, levels)
 
 
+@pytest.mark.slow
 def test_the_mean_of_few_levels_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
@@ -80,11 +79,13 @@ def test_the_mean_of_few_levels_has_students_interval():
     assert 0.8 < np.mean(shares) < 1.2
 
 
+@pytest.mark.slow
 def test_the_scatter_is_that_of_the_levels_not_of_the_residual():
     shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
     assert 0.92 < np.mean(shares) < 1.08
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", FEW)
 def test_the_scatter_has_the_interval_of_chi_square(count):
     scatter = levelled(count).fit.resampling.scatter
@@ -98,12 +99,14 @@ def noisy():
     return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40).best
 
 
+@pytest.mark.slow
 def test_noise_changes_a_linear_fit_symmetrically():
     for name in NAMES:
         item = noisy().parameters[name]
         assert np.mean(item.interval) == pytest.approx(item.value, abs=0.02 * half_width(item))
 
 
+@pytest.mark.slow
 def test_noise_explains_a_residual_of_noise():
     bands = noisy().resampling.bands
     assert bands.noise == pytest.approx(0.3, rel=0.1)
@@ -118,6 +121,7 @@ def wavy(seed: int):
     return identify(log_of(MOTION, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40 if seed < 3 else 0).best
 
 
+@pytest.mark.slow
 def test_correlated_residuals_make_intervals_as_wide_as_the_scatter_of_estimates():
     scatter = {name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1) for name in NAMES}
     shares = {
@@ -138,10 +142,12 @@ def lasting_share() -> float:
     return block * 2.0 * s * (1.0 - s * (1.0 - np.exp(-1.0 / s)))
 
 
+@pytest.mark.slow
 def test_the_correlation_time_is_reported():
     assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
 
 
+@pytest.mark.slow
 def test_a_scattering_level_does_not_count_as_correlated_residual():
     motion, rng = swings(10), np.random.default_rng(0)
     levels = np.repeat(LEVEL * (1.0 + 0.1 * rng.standard_normal(10)), motion.time.size // 10)
@@ -160,6 +166,7 @@ def rounded():
     ).best
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["F_C", "F_v"])
 def test_the_bias_of_a_filter_is_reflected(name):
     item = rounded().parameters[name]
@@ -177,6 +184,7 @@ def spotted(seed: int) -> Log:
     return log_of(motion, sliding_effort(motion, seed, noise=0.2) + 4.0 * present)
 
 
+@pytest.mark.slow
 def test_bands_contain_19_of_20_despite_a_rare_large_model_error():
     fit = identify(spotted(0), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
     inside = [predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent for seed in range(1, 5)]
@@ -184,6 +192,7 @@ def test_bands_contain_19_of_20_despite_a_rare_large_model_error():
     assert 94.0 < np.mean(inside) < 98.5
 
 
+@pytest.mark.slow
 def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))
@@ -196,6 +205,7 @@ def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
     assert half_width(level) > 0.9 * 1.96 * level.std
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "status"), [(4, "at_edge"), (0, "unidentifiable")])
 def test_at_an_edge_an_interval_is_one_sided(seed, status):
     motion = sines(3.0)
@@ -206,6 +216,7 @@ def test_at_an_edge_an_interval_is_one_sided(seed, status):
     assert item.interval[1] > item.value
 
 
+@pytest.mark.slow
 def test_errors_of_a_stiffness_are_factors():
     log = slow_log(friction.dahl(F_C=LEVEL, sigma_0=4e4), duration=3.0, noise=20.0)
     fit = identify(log, "dahl", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=20).best
@@ -233,6 +244,7 @@ def drawn(count: int, *, signal: str = "effort", **causes: float) -> np.ndarray:
     return np.array([values(disturbed, seed) for seed in range(count)]) - values(none, 0)
 
 
+@pytest.mark.slow
 def test_a_replicate_has_a_random_encoder_phase():
     step = 1e-5
     off = drawn(100, signal="position", resolution=step)
@@ -241,6 +253,7 @@ def test_a_replicate_has_a_random_encoder_phase():
     assert np.std(off, axis=0) == pytest.approx(step / 12.0**0.5, rel=0.35)
 
 
+@pytest.mark.slow
 def test_noise_of_a_replicate_is_white():
     for signal, cause in (("effort", "noise"), ("position", "jitter")):
         off = drawn(5, signal=signal, **{cause: 1e-3})
@@ -248,6 +261,7 @@ def test_noise_of_a_replicate_is_white():
         assert abs(np.mean(off[:, 1:] * off[:, :-1])) < 0.05e-6
 
 
+@pytest.mark.slow
 def test_noise_of_the_position_explains_its_residual():
     shaken = MOTION.position + 8e-6 * np.random.default_rng(0).standard_normal(MOTION.time.size)
     log = log_of(MOTION._replace(position=shaken), sliding_effort(MOTION, noise=0.0))
@@ -255,6 +269,7 @@ def test_noise_of_the_position_explains_its_residual():
     assert fit.resampling.bands.unexplained < 0.6 * np.std(fit.traces.residual)
 
 
+@pytest.mark.slow
 def test_correlated_noise_counts_as_its_few_independent_rows():
     # Now and then a half-cycle that is so short that noise is most of what it tells.
     lengths, along = np.tile([400] * 6 + [20], 4), 0.8
@@ -311,22 +326,26 @@ def looped(count: int, *, scatter=0.0, step=1e-7, noise=0.02, wave=0.0, spot=0.0
     return Looped(identify(log, "coulomb", axis=axis, blocks=0, draws=40).best, log, axis, levels)
 
 
+@pytest.mark.slow
 def test_in_a_loop_the_level_scatters():
     item = looped(6, scatter=SCATTER)
     assert item.fit.resampling.scatter.value * LEVEL == pytest.approx(np.std(item.levels, ddof=1), rel=0.2)
     assert 0.6 < half_width(item.fit.parameters["F_C"]) / (1.96 * stats.sem(item.levels)) < 1.6
 
 
+@pytest.mark.slow
 def test_in_a_loop_encoder_steps_explain_the_effort_that_they_cause():
     fit = looped(4, step=5e-6, noise=0.0).fit
     assert fit.resampling.bands.unexplained < 0.2 * fit.loop_rmse
 
 
+@pytest.mark.slow
 def test_in_a_loop_a_replicate_has_a_random_encoder_phase():
     # Nothing else disturbs these replicates; were it known, all would be one and its mirror image.
     assert np.unique(looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"].round(9)).size > 30
 
 
+@pytest.mark.slow
 def test_in_a_loop_a_correlated_residual_has_a_random_sign():
     path = swings(3)
     # By how much a wave of an unknown phase moves the mean of what opposes the motion.
@@ -337,6 +356,7 @@ def test_in_a_loop_a_correlated_residual_has_a_random_sign():
     assert half_width(level) > 0.5 * 1.96 * moved
 
 
+@pytest.mark.slow
 def test_in_a_loop_bands_contain_rare_large_errors():
     item = looped(6, spot=4.0)
     prediction = predict(item.fit.plant, item.fit.friction, item.log, item.axis, "closed-loop", bands=item.fit.resampling.bands)
@@ -354,6 +374,7 @@ def cornered(name: str):
     return br.identify({"time": t, "position": position, "effort": effort}, name, method="inverse_dynamics", draws=40, blocks=0)
 
 
+@pytest.mark.slow
 def test_bias_of_the_filter_at_corners_is_known_from_replicates():
     fit = cornered("lugre")
     for name, truth in ROUNDED.items():
@@ -363,3 +384,29 @@ def test_bias_of_the_filter_at_corners_is_known_from_replicates():
         draws = fit.best.resampling.bands.draws[name]
         assert abs(np.mean(draws) / truth - 1.0) < 2.5e-3
     assert abs(fit.parameters["sigma_1"].value / ROUNDED["sigma_1"] - 1.0) > 0.01
+
+
+SETTLING = 2000  # samples after which the coloured noise has forgotten how it began
+
+
+def coloured(seed: int, correlation_time: float, count: int, dt: float = 1e-3) -> np.ndarray:
+    """Noise of first order with a standard deviation of 1."""
+    pole = math.exp(-dt / correlation_time)
+    white = np.random.default_rng(seed).normal(size=count + SETTLING)
+    return lfilter([math.sqrt(1.0 - pole * pole)], [1.0, -pole], white)[SETTLING:]
+
+
+@pytest.mark.parametrize("correlation_time", [pytest.param(time, marks=pytest.mark.slow) for time in (0.02, 0.05)])
+def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
+    inside, inside_plain = [], []
+    for seed in range(60):
+        motion = sines(phases=tuple(np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)))
+        effort = sliding_effort(motion, noise=0.0) + 0.5 * coloured(seed, correlation_time, motion.time.size)
+        parameters = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters
+        for name, truth in TRUTH.items():
+            error = abs(parameters[name].value - truth)
+            inside.append(100.0 * error < parameters[name].interval_percent * abs(parameters[name].value))
+            inside_plain.append(error < 1.96 * parameters[name].std)
+    # Of 240 intervals of 95 %, fewer than 90 % hold the truth once in a thousand times.
+    assert 0.90 < np.mean(inside) < 0.99
+    assert np.mean(inside_plain) < 0.75

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 from tests.identification.rigid import IDENTIFYING, identify
 
-from bristle.core.axis import Axis
+from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
 from bristle.friction import find

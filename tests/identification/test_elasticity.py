@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from benchmarks.elastic import tried
 from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
@@ -148,3 +149,18 @@ def test_up_to_the_band_of_one_mass_the_motor_feels_two_per_cent_more(ratio):
     load, stiffness = MASS - motor, (MASS - motor) * (2.0 * np.pi * 40.0) ** 2
     moved = np.linalg.solve([[motor * s**2 + stiffness, -stiffness], [-stiffness, load * s**2 + stiffness]], [1.0, 0.0])
     assert abs(1.0 / (s**2 * moved[0])) == pytest.approx(1.02 * MASS, rel=1e-6)
+
+
+SEEDS = (501, 504, 505, 509, 510, 511)  # without and with play; `benchmarks.elastic` measures the rates over sixty drives
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_elastic_drive_is_reported_first_and_a_rigid_axis_is_not(seed):
+    drive, rigid = tried(seed, True), tried(seed, False)
+    assert drive.reported
+    assert drive.first
+    assert not drive.suggested
+    assert abs(drive.antiresonance) < 5.0
+    assert abs(drive.resonance) < 5.0
+    assert not rigid.reported

@@ -1,16 +1,25 @@
-"""Elements that slip, from logs with known elements: level, stiffness and virgin curve are recovered."""
+"""Elements that slip: recovered from logs, their columns and their fixed shape."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log
+from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log, virgin_curve
 from tests.identification.rigid import identify
 
-from bristle.core.errors import InputError
+from bristle import plants
+from bristle.core import InputError
+from bristle.core.contracts import make_model
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
-from bristle.friction import find
+from bristle.friction import find, maxwell_slip
+from bristle.identification.element_models import elements_of
+from bristle.identification.estimation import context_of
+from bristle.identification.fixed_shape import DIFFERENCE, ElementSpace, in_lists, shaped
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import PriorKnowledge
+from bristle.identification.preprocessing import treat
+from bristle.identification.problem import covariance_of
 from bristle.logs.log import Channel
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of
@@ -20,10 +29,6 @@ ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]
 MASS = 12.0
 STROKES = (30e-6, 14e-6, 6e-6)  # m
 KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
-
-
-def virgin_curve(values, x):
-    return np.sum(np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values["F_C"]), axis=1)
 
 
 def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):
@@ -214,3 +219,136 @@ def test_elements_within_five_encoder_steps_do_not_identify_a_stiffness():
     # Whoever knows better may say so.
     trusting = identify(elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **requested).best
     assert trusting.parameters["s"].status == "identified"
+
+
+T = 1e-3 * np.arange(3000)
+AROUND = {"load": 1.0 + 0.3 * np.sin(9.0 * T), "temperature": 293.15 + 10.0 * np.cos(3.7 * T)}
+
+
+@pytest.mark.parametrize(
+    ("name", "plant", "known"),
+    [
+        ("maxwell_slip", "inertia", {"M": MASS}),
+        ("maxwell_slip+position", "inertia", {}),
+        ("maxwell_slip+periodic", "oscillator", {}),
+        ("maxwell_slip+load+temperature", "inertia", {"M": MASS}),
+        ("maxwell_slip+position+periodic+load+temperature", "inertia", {}),
+        ("maxwell_slip+position+periodic+load+temperature+asymmetry", "inertia", {}),
+    ],
+)
+def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, plant, known):
+    dataset = treat(elements_log(duration=3.0, **AROUND), None, cutoff=80.0, decimation=2)
+    context = context_of(dataset, PriorKnowledge(None, known, getattr(plants, plant), 2e-5))
+    elements = elements_of(context, find(name))
+    rng, r = np.random.default_rng(3), elements.thresholds
+    stiffness = np.zeros(r.size)
+    stiffness[[4, 11, 20]] = 3e6, 1e6, 4e5
+    values = elements.parameters.complete({factor: 0.1 * rng.standard_normal() for factor in elements.parameters.free})
+    values |= dict.fromkeys(elements._levels, float(stiffness @ r)) | {"s": float(np.sum(stiffness))}
+    assert set(values) == {*elements.parameters.variables, "s"} - {"k_i", "nu_i"}
+
+    columns = elements._for_factors(np.array([values[factor] for factor in elements._factors]), slice(None)).columns
+    explained = columns @ np.concatenate([stiffness, [values.get(factor, 0.0) for factor in elements._single]])
+    view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
+    wanted = InverseDynamics(dataset, context.parameters(view)).predicted(values)
+    assert explained + dataset.effort - elements._target == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
+
+
+def test_errors_of_level_and_stiffness_are_those_of_sums_over_free_elements():
+    dataset = treat(elements_log(duration=3.0, noise=0.5), None, cutoff=80.0, decimation=2)
+    elements = elements_of(context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip"))
+    problem, solution = elements.solution()
+    residual = problem.residual(solution.values)
+    result = dict(zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True))
+    best = elements._best(slice(None))
+    pressed, count = best.stiffness > 0.0, best.stiffness.size
+    assert np.sum(pressed) > 2
+    columns = best.columns[:, np.concatenate([pressed, np.ones(best.columns.shape[1] - count, dtype=bool)])]
+    square = float(residual @ residual) / (residual.size - len(result))
+    covariance = square * np.linalg.inv(columns.T @ columns)[: np.sum(pressed), : np.sum(pressed)]
+    for name, share in (("F_C", elements.thresholds[pressed]), ("s", np.ones(np.sum(pressed)))):
+        assert result[name] == pytest.approx((share @ covariance @ share) ** 0.5, rel=1e-3), name
+
+
+STIFFNESS, LEVELS = np.array([3e5, 1e5]), np.array([6.0, 4.0])
+COMPONENT = shaped(maxwell_slip, STIFFNESS, LEVELS)
+THRESHOLDS = np.array([1e-5, 4e-5])
+
+
+def test_one_stiffness_replaces_those_of_all_elements():
+    lists = {"F_C": 20.0, "k_i": pytest.approx([6e5, 2e5]), "nu_i": pytest.approx([0.6, 0.4])}
+    assert COMPONENT.lists({"F_C": 20.0, "s": 8e5, "sigma_2": 0.0}) == lists | {"sigma_2": 0.0}
+    assert COMPONENT.finished({"F_C": 20.0, "s": 8e5, "other": 1.0}) == lists | {"other": 1.0}
+    assert (COMPONENT.further, shaped(maxwell_slip, np.ones(5), np.ones(5)).further) == (0, 3)
+
+
+def test_kernel_parameters_convert_back_to_the_stiffness():
+    model = make_model(COMPONENT, {"F_C": 20.0, "s": 8e5}, kind=None, validate=True)
+    assert (model.values["s"], model.values["F_C"]) == (pytest.approx(8e5), 20.0)
+    assert not COMPONENT.is_array("s")
+    assert not COMPONENT.is_integer("s")
+    lists = in_lists(model)
+    assert lists.component is maxwell_slip
+    assert lists.values["k_i"] == pytest.approx([6e5, 2e5])
+
+
+@pytest.mark.parametrize(
+    ("distance", "level", "share"), [(1.9e-5, 10.0, 0.0), (2.1e-5, 10.0, 0.75), (4.1e-5, 10.0, 1.0), (2.1e-5, 20.0, 0.0)]
+)
+def test_elements_that_slip_within_a_distance_have_their_share_of_the_stiffness(distance, level, share):
+    # At a level of 10 N and a stiffness of 4e5 N/m the elements slip at 6 N / 3e5 N/m and at 4 N / 1e5 N/m.
+    assert COMPONENT.share_within(distance, 4e5, level) == pytest.approx(share)
+
+
+def space_of(*levels, single=None):
+    names = {"M": 0.0, "offset": -np.inf} if single is None else single
+    return ElementSpace.around(THRESHOLDS, names, dict(levels), ["M", "offset", *dict(levels)])
+
+
+def test_a_level_is_the_force_at_which_all_elements_slip():
+    space, lists = space_of(("F_C", 0.0)), {"k_i": pytest.approx([2e5, 1e5]), "nu_i": pytest.approx([2.0 / 6.0, 4.0 / 6.0])}
+    theta = np.array([2e5, 1e5, 12.0, -1.5])
+    assert space.values(theta) == {"F_C": pytest.approx(2e5 * 1e-5 + 1e5 * 4e-5), "M": 12.0, "offset": -1.5} | lists
+    assert space.reported == ("F_C", "s", "M", "offset")
+    assert space.derivative(theta) @ theta == pytest.approx([6.0, 3e5, 12.0, -1.5])
+
+
+def test_two_levels_differ_by_twice_their_difference():
+    space = space_of(("F_C_pos", 1.0), ("F_C_neg", -1.0), single={"M": 0.0, "offset": -np.inf, DIFFERENCE: -np.inf})
+    theta = np.array([2e5, 1e5, 12.0, -1.5, 0.5])
+    values = space.values(theta)
+    assert (values["F_C_pos"], values["F_C_neg"]) == (pytest.approx(6.5), pytest.approx(5.5))
+    assert DIFFERENCE not in values
+    assert space.derivative(theta) @ theta == pytest.approx([6.5, 5.5, 3e5, 12.0, -1.5])
+
+
+def test_an_element_without_force_keeps_its_threshold():
+    values = space_of(("F_C", 0.0)).values(np.array([2e5, 0.0, 1.0, 0.0]))
+    k, level = values["k_i"], values["F_C"]
+    assert k[1] > 0.0
+    assert values["nu_i"] * level / k == pytest.approx(THRESHOLDS)
+
+
+def test_the_virgin_curve_bends_at_the_thresholds():
+    space = space_of(("F_C", 0.0))
+    curve = space.numbers(np.array([2e5, 1e5, 12.0, -1.5]))[4:]
+    assert len(space.curve) == 12
+    assert (space.curve[0], space.curve[-1]) == (pytest.approx(1e-5), pytest.approx(4e-5))
+    assert curve[0] == pytest.approx(3e5 * 1e-5)
+    assert curve[-1] == pytest.approx(6.0)
+    assert np.diff(curve) / np.diff(space.curve) == pytest.approx(1e5)
+
+
+def test_the_reflection_of_a_fit_is_at_the_same_distance():
+    space = space_of(("F_C", 0.0))
+    best, theta = np.array([2e5, 1e5, 12.0, -1.5]), np.array([2.2e5, 1.1e5, 13.0, -1.0])
+    bent = np.array([2.6e5, 0.9e5, 13.0, -1.0])
+    assert space.turned(bent, best).values["nu_i"] == pytest.approx(space.values(bent)["nu_i"])  # the shape is that of the fit
+    turned = space.turned(theta, best)
+    assert turned.numbers[:4] == pytest.approx(2.0 * space.numbers(best)[:4] - space.numbers(theta)[:4])
+    assert (turned.values["F_C"], np.sum(turned.values["k_i"])) == (pytest.approx(5.4), pytest.approx(2.7e5))
+    assert "s" not in turned.values
+    far = space.turned(np.array([9e5, 9e5, 40.0, 0.0]), best)
+    assert far.values["F_C"] == pytest.approx(0.05 * 6.0)
+    assert np.sum(far.values["k_i"]) == pytest.approx(0.05 * 3e5)
+    assert far.values["M"] == 0.0  # no mass is below nothing

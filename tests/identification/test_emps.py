@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tests.identification import rigid
 
-from bristle.core.axis import Axis
+from bristle.core import Axis
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.report.messages import warnings_of

@@ -1,22 +1,50 @@
-"""Judgement of each parameter of a fit: uncertainty, reason, and edge."""
+"""Each parameter of a fit: its role, magnitude, standard error, reason, edge and interval."""
 
+import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort
+from scipy import stats
+from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort, strokes
 from tests.identification.rigid import identify
+from tests.identification.test_redundancy import one_way
 
-from bristle.core.variable import Variable
-from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck
+from bristle.core import Axis, InputError, Variable
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.dimensions import exponents_of
+from bristle.friction import coulomb, coulomb_viscous, find, lugre, stribeck, with_slots
+from bristle.identification import uncertainty
+from bristle.identification.dataset import Alignment
 from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import Excitation, shortest_zone
 from bristle.identification.fitting import Judgement, about_estimates, about_fixed, about_level, combinations_of, effects_of, why_fixed
-from bristle.identification.parameters import Fixed, Scales
+from bristle.identification.half_cycles import Disturbance
+from bristle.identification.parameter_space import ParameterSpace, Solution
+from bristle.identification.parameters import (
+    Fixed,
+    PriorKnowledge,
+    Role,
+    Scales,
+    acts_in_sliding,
+    constant_of,
+    name_of,
+    names_of,
+    offset_of,
+    parameters_of,
+    scales_of,
+    stroke_of,
+)
+from bristle.identification.preprocessing import treat
+from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
+from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
 from bristle.plants import inertia
 
-SCALES = Scales(20.0, 50.0, 0.6, 1e-3, 3.0, 0.09, 1e-5, 10.0, 1e-3)
+SCALES = Scales(
+    force=20.0, peak=50.0, speed=0.6, slowest=1e-3, acceleration=3.0, stroke=0.09, shortest=1e-5, duration=10.0, sample_time=1e-3
+)
 EFFORT = np.array([10.0, -10.0] * 50)
 VALUES = {"M": 12.0, "F_C": 8.0, "F_v": 30.0}
 
@@ -263,3 +291,316 @@ def test_in_a_simulation_two_samples_show_a_zone_and_one_does_not():
     for samples, is_hidden in ((1, True), (2, False), (3, False)):
         shown, _ = cause_of("sigma_0", values={"sigma_0": 20.0 / ((samples - 0.5) * 1e-5)})
         assert shown.is_hidden("sigma_0", filtered=False) is is_hidden
+
+
+def variable(quantity, **more):
+    return Variable(quantity, "something", **more)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "low", "high"),
+    [
+        ("length", 1e-5, 0.09),
+        ("length/time", 1e-3, 0.2),
+        ("force/length", 20.0 / 0.09, 20.0 / 1e-5),
+        ("time", 1e-3, 10.0),
+        ("1/time", 0.1, 1000.0),
+        ("force/time", 2.0, 20_000.0),
+        ("force", 0.02, 2000.0),
+    ],
+)
+def test_an_unknown_magnitude_is_sought_in_the_range_of_the_log(quantity, low, high):
+    assert SCALES.range(variable(quantity)) == pytest.approx((low, high))
+
+
+def test_speeds_of_a_slow_log_are_sought_up_to_twice_its_slowest():
+    assert SCALES._replace(slowest=0.3).range(variable("length/time")) == pytest.approx((0.3, 0.6))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "typical"),
+    [
+        ("length", math.sqrt(0.09 * 1e-5)),
+        ("length/time", math.sqrt(1e-3 * 0.6)),
+        ("force/length", 20.0 / math.sqrt(0.09 * 1e-5)),
+        ("1/length", 1.0 / 0.09),
+        ("time", 0.1),
+        ("1/time", 10.0),
+        ("force/time", 200.0),
+        ("force", 20.0),
+        ("mass", 20.0 / 3.0),
+        ("force*time/length", 20.0 / 0.6),
+        ("force*time^2/length^2", 20.0 / 0.36),
+    ],
+)
+def test_a_typical_value_follows_from_force_speed_and_acceleration(quantity, typical):
+    assert SCALES.magnitude(variable(quantity)) == pytest.approx(typical)
+
+
+def test_numbers_without_a_unit_and_of_a_drive_have_nominal_values():
+    assert SCALES.magnitude(variable("1", nominal=2.0)) == 2.0
+    assert SCALES.magnitude(variable("temperature", nominal=290.0)) == 290.0
+    assert SCALES.magnitude(variable("force", nominal=7.0, excitation="drive")) == 7.0
+
+
+def test_magnitudes_of_a_log_are_those_of_its_motion():
+    motion = sines(6.0)
+    dataset = treat(log_of(motion, sliding_effort(motion, noise=0.0), step=1e-6), STATED, 100.0, 10)
+    scales = scales_of(dataset, 9.0)
+    assert scales.force == 9.0
+    assert scales.peak == pytest.approx(np.max(np.abs(dataset.effort)))
+    assert scales.speed == pytest.approx(np.max(np.abs(motion.velocity)), rel=0.03)
+    assert scales.slowest == pytest.approx(np.quantile(np.abs(motion.velocity), 0.01), rel=0.1)
+    assert scales.acceleration == pytest.approx(np.sqrt(np.mean(motion.acceleration**2)), rel=0.02)
+    assert scales.stroke == stroke_of(dataset) == pytest.approx(np.ptp(motion.position), rel=1e-3)
+    assert scales.duration == pytest.approx(5.9, abs=0.02)
+    assert scales.shortest == max(1e-6, scales.slowest * 1e-3)
+    assert scales.sample_time == 1e-3
+
+
+def test_a_log_with_rests_has_the_speeds_of_its_motion():
+    motion = strokes(2)
+    dataset = treat(log_of(motion, sliding_effort(motion), step=1e-6), STATED, 100.0, 10)
+    scales = scales_of(dataset, 9.0)
+    assert scales.slowest >= 1e-4 * scales.speed
+    assert scales.slowest > 0.0
+
+
+def test_the_stroke_is_that_of_a_single_segment():
+    motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.25,), phases=(0.0,))
+    halves = log_of(motion, sliding_effort(motion), segments=(slice(0, 2000), slice(2000, 4000)))
+    dataset = treat(halves, STATED, 100.0, 10)
+    assert stroke_of(dataset) == pytest.approx(0.02, rel=0.01)
+
+
+def test_roles_follow_from_quantity_and_excitation():
+    assert {role: names_of(role, lugre.variables) for role in Role} == {
+        **{role: [] for role in Role},
+        Role.LEVEL: ["F_C"],
+        Role.BREAK_AWAY: ["F_S"],
+        Role.FALL: ["v_S"],
+        Role.STIFFNESS: ["sigma_0"],
+        Role.MICRO_DAMPING: ["sigma_1"],
+        Role.VISCOUS: ["sigma_2"],
+    }
+    assert name_of(Role.LEVEL, lugre.variables) == "F_C"
+    assert name_of(Role.INERTIA, lugre.variables) is None
+    assert names_of(Role.LEVEL, with_slots(stribeck, ["asymmetry"]).variables) == ["F_C_pos", "F_C_neg"]
+    assert [name for name in lugre.variables if acts_in_sliding(lugre.variables[name])] == ["F_C", "F_S"]
+
+
+def test_the_constant_force_is_the_offset_plus_half_the_difference_of_levels():
+    model = with_slots(coulomb_viscous, ["asymmetry"])(F_C_pos=9.0, F_C_neg=5.0, F_v_pos=1.0, F_v_neg=1.0, offset=1.5)
+    variables, values = model.component.variables, model.values
+    assert offset_of(variables, values) == 1.5
+    assert constant_of(variables, values) == pytest.approx(3.5)
+    assert offset_of(variables, {}) == 0.0
+    assert offset_of({}, values) == 0.0
+    assert constant_of(coulomb_viscous.variables, {"F_C": 3.0, "F_v": 1.0}) == 0.0
+
+
+def held_by(name, velocity=(1.0, -1.0), effort=(8.0, -6.0), reach=0.03, **known):
+    """The parameters of a model in a log of these rows, all of them fast, and of samples alike."""
+    velocity, effort = (np.tile(signal, 50) for signal in (velocity, effort))
+    segment = SimpleNamespace(position=np.array([0.01, 0.01 + reach]), surroundings={})
+    facts = {"velocity": velocity, "all_velocities": velocity, "effort": effort, "acceleration": np.zeros(velocity.size)}
+    dataset = SimpleNamespace(segments=(segment,), kind="translational", units={}, **facts)
+    return parameters_of(find(name), PriorKnowledge(**known), dataset)
+
+
+def test_redundant_parameters_are_fixed_at_round_numbers_and_known_ones_as_given():
+    for reach, length in ((0.03, 0.01), (0.3, 0.1)):
+        parameters = held_by("bouc_wen_classic", reach=reach)
+        beta = parameters.fixed["beta"]
+        assert parameters.is_redundant("beta")
+        power = exponents_of(parameters.variables["beta"].quantity).get("length", 0.0)
+        assert beta.value == pytest.approx(length**power)
+        assert (beta.reason, beta.numbers) == ("redundant", {"products": ("beta*gamma", "beta*delta")})
+    known = held_by("coulomb_viscous", values={"M": 3.0}, offset=2.0, measured={"M": (4.0, 0.5)})
+    assert (known.fixed["M"].value, known.fixed["M"].reason, known.held["offset"]) == (3.0, "held_known", 2.0)
+    measured = held_by("coulomb_viscous", measured={"M": (4.0, 0.5)})
+    assert (measured.fixed["M"].value, measured.fixed["M"].half_width, measured.free) == (4.0, 0.5, ("F_v", "F_C", "offset"))
+    place = held_by("coulomb_viscous+position").held
+    assert (place["x_0"], place["x_L"]) == pytest.approx((0.025, 0.015))
+    shape = held_by("dahl")
+    assert shape.fixed["exponent"].reason == "held_default"
+    assert "exponent" in held_by("dahl", free=("exponent",)).free
+    assert held_by("coulomb_viscous+periodic", pitch=0.005).fixed["pitch"].value == 0.005
+
+
+def test_a_log_of_one_direction_does_not_identify_a_constant_with_a_level():
+    for velocity, side in (((1.0,), "forward"), ((-1.0,), "backward")):
+        offset = held_by("coulomb_viscous", velocity, (8.0,)).fixed["offset"]
+        assert (offset.value, offset.reason, offset.numbers) == (0.0, "held_one_direction", {"level": "F_C", "direction": side})
+        with pytest.raises(InputError, match=f"the log contains only {side} motion"):
+            held_by("coulomb_viscous+asymmetry", velocity, (8.0,))
+    assert "offset" in held_by("coulomb_viscous").free
+
+
+def test_a_constant_with_directional_levels_is_guessed_if_the_effort_keeps_its_sign():
+    velocity = (1.0, 2.0, -1.0, -2.0)
+    held = held_by("coulomb_viscous+asymmetry", velocity, (11.0, 14.0, 4.0, 1.0)).fixed["offset"]  # levels of 8 and 7, no weight
+    assert (held.reason, held.numbers) == ("held_constant", {"levels": ("F_C_pos", "F_C_neg")})
+    assert held.value == pytest.approx(7.5)
+    # Rows below a tenth of the largest speed are not asked.
+    slow = held_by("coulomb_viscous+asymmetry", (*velocity, 0.19, -0.19), (11.0, 14.0, 4.0, 1.0, 50.0, 50.0)).fixed["offset"]
+    assert slow.value == pytest.approx(7.5)
+    none = held_by("coulomb_viscous+asymmetry", velocity, (8.0, 11.0, -6.0, -9.0)).fixed["offset"]
+    assert (none.value, none.reason) == (0.0, "held_levels")
+
+
+BLOCKS = 40  # over which residuals may be correlated
+ROWS = 20 * BLOCKS
+
+
+def one_way_log(**friction):
+    # Ten samples a row, and fifty more at either edge.
+    motion = Motion(*(signal[: 10 * ROWS + 100] for signal in one_way()))
+    return log_of(motion, sliding_effort(motion, **friction))
+
+
+def test_a_level_alone_is_a_mean():
+    log, message = one_way_log(F_v=0.0, offset=0.0), {"mass": 12.0, "offset": 0.0, "axis": Axis(held=False)}
+    fit = identify(log, "coulomb", blocks=0, draws=0, **message).best
+    level, friction = fit.parameters["F_C"], fit.traces.friction
+    assert friction.size == ROWS
+    assert level.value == pytest.approx(friction.mean())
+    assert level.std == pytest.approx(stats.sem(friction), rel=1e-9)
+    # For errors that last: of the means over blocks, which are independent then.
+    assert level.robust_std == pytest.approx(stats.sem(friction.reshape(BLOCKS, -1).mean(axis=1)), rel=1e-9)
+
+
+def test_viscous_friction_with_an_offset_is_a_straight_line():
+    fit = identify(one_way_log(F_C=0.0), "viscous", mass=12.0, blocks=0, draws=0).best
+    line = stats.linregress(fit.traces.velocity, fit.traces.friction)
+    slope, intercept = (fit.parameters[name] for name in ("F_v", "offset"))
+    assert (slope.value, intercept.value) == pytest.approx((line.slope, line.intercept), rel=1e-6)
+    assert (slope.std, intercept.std) == pytest.approx((line.stderr, line.intercept_stderr), rel=1e-6)
+
+
+def test_a_variance_negative_by_rounding_has_no_error():
+    with np.errstate(all="raise"):
+        assert _root(np.array([-1e-30, 0.0, 4.0])).tolist() == [np.inf, 0.0, 2.0]
+
+
+# Patterns of eight rows that are orthogonal on each chunk of eight, so on each quarter of the rows too.
+WALSH = [np.tile(part, 40) for part in ([1.0, -1.0] * 4, [1.0, 1.0, -1.0, -1.0] * 2, [1.0] * 4 + [-1.0] * 4, [1.0] * 8)]
+COUNT = 320
+
+
+def fitted(values, columns, size, space=ParameterSpace):
+    """The fit of a signal to columns, which leaves a residual of this size beside all of them, and its problem."""
+    names, theta = tuple(values), np.array(list(values.values()))
+    jacobian = np.column_stack(columns)
+    signal = jacobian @ theta + size * WALSH[3]
+    problem = SimpleNamespace(
+        residual=lambda free: signal - jacobian @ np.array([free[name] for name in names]),
+        dataset=SimpleNamespace(kind="translational"),
+        parameters=SimpleNamespace(complete=dict),
+    )
+    ends = np.full(theta.size, np.inf)
+    return problem, Solution(space(names, -ends, ends), theta, jacobian)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "effect", "half_width", "status"),
+    [
+        ("mass", 1e-3, 1.1, "unidentifiable"),
+        ("mass", 1e-3, 0.9, "identified"),
+        ("mass", 0.1, 1.1, "identified"),  # it matters: known roughly
+        ("force", 1e-3, 1.1, "identified"),  # known to be small
+    ],
+)
+def test_a_parameter_of_small_effect_and_wide_interval_is_not_identified(quantity, effect, half_width, status):
+    estimate = Estimate("M", "kg", "", 2.0, 0.1, interval=(2.0 - half_width, 2.0 + half_width), effect=effect)
+    result = _judged(estimate, SimpleNamespace(quantity=quantity), "translational")
+    assert result.status == status
+    assert (result.reason.code if result.reason else None) == ("small_effect" if status == "unidentifiable" else None)
+
+
+NEAR = (12.4, 12.8), (11.0, 11.6), (11.9, 12.1), (12.5, 12.8), (11.0, 11.5)
+STAGES = Diagnostic("stages_differ", "M", "warning", {"first": 12.0, "value": 12.0})
+
+
+@pytest.mark.parametrize(
+    ("name", "ends", "first", "interval", "warning"),  # of replicates; of the first stage; of the estimate
+    [
+        ("M", (12.6, 12.8), (12.0, 0.5), (11.5, 12.8), STAGES),
+        ("M", (11.0, 11.4), (12.0, 0.5), (11.0, 12.5), STAGES),
+        # What was fitted lies in its interval.
+        *(("M", ends, (12.0, 0.5), (min(ends[0], 12.0), max(ends[1], 12.0)), None) for ends in NEAR),
+        *(
+            (name, (12.6, 12.8), first, (12.0, 12.8), None)
+            for name, first in (("F_C", (12.0, 0.5)), ("M", (12.0, None)), ("M", (None, 0.5)))
+        ),
+        ("M", (12.6, 12.6), (12.0, 0.5), None, None),  # all replicates on the edge
+        ("F_v", (12.6, 12.8), (12.0, 0.5), None, None),  # not fitted to replicates
+    ],
+)
+def test_the_interval_of_an_inertia_includes_that_of_the_first_stage_if_disjoint(name, ends, first, interval, warning):
+    replicates = SimpleNamespace(reported=("M", "F_C"), interval=lambda name: ends)
+    dataset = SimpleNamespace(alignment=Alignment(mass=first[0], mass_half_width=first[1]), kind="translational")
+    problem = SimpleNamespace(dataset=dataset, parameters=SimpleNamespace(plant=SimpleNamespace(variables=inertia.variables)))
+    estimate, told = _with_interval(Estimate(name, "kg", "", 12.0, 0.1), replicates, problem)
+    assert estimate.interval == interval
+    assert (told and replace(told, kind=STAGES.kind)) == warning
+
+
+@pytest.mark.parametrize(("size", "factor"), [(0.5, 1.0), (3.0, 1.5)])
+def test_bands_grow_until_they_contain_19_of_20_held_out_rows(monkeypatch, size, factor):
+    problem, solution = fitted({"a": 2.0}, WALSH[:1], size)
+    outside = np.arange(COUNT) < 160
+    folds = [
+        Fold(outside, ~outside, outside),
+        Fold(outside, ~outside, np.zeros(COUNT, dtype=bool)),
+        Fold(~outside, np.zeros(COUNT, dtype=bool), outside),
+    ]
+    problem.folds = lambda count: ("time blocks", folds)
+    problem.effort_residual = lambda free, residual: residual
+    monkeypatch.setattr(uncertainty, "half_width", lambda *_: np.full(COUNT, 2.0))
+    fit, estimation = SimpleNamespace(plant=None, friction=None), SimpleNamespace(resampled=(problem, solution))
+    assert _inflation(None, fit, estimation, linear=True) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(("is_effort", "unexplained"), [(True, 0.3), (False, 0.0)])
+def test_bands_contain_the_draws_the_disturbance_and_the_unexplained_effort(is_effort, unexplained):
+    problem = SimpleNamespace(is_effort=is_effort, row_time=0.01, parameters=SimpleNamespace(loop={"lag": None}))
+    replicates = SimpleNamespace(
+        members=[{"F_C": 1.0, "lag": 2.0}, {"F_C": 3.0, "lag": 4.0}],
+        unexplained=0.3,
+        residual=np.full(COUNT, 0.3),
+        disturbance=Disturbance(0.0, 0.2, 1e-6, 1e-7),
+        scatter=SimpleNamespace(value=0.0),
+    )
+    bands = _bands(replicates, SimpleNamespace(resampled=(problem, None), finished=dict))
+    assert {name: draws.tolist() for name, draws in bands.draws.items()} == {"F_C": [1.0, 3.0]}
+    assert (bands.scatter, bands.noise, bands.unexplained) == (0.0, 0.2, unexplained)
+    assert (bands.left_in_closed_loop, bands.left_in_open_loop) == (1e-7, 1e-7)
+    assert bands.lasting == pytest.approx(0.01 * COUNT / 40 if is_effort else 0.0)
+
+
+class AskedError(Exception):
+    """What a bootstrap is asked for."""
+
+
+@pytest.mark.parametrize(
+    ("structure", "scale"), [(None, 1.0), ((3.0, 4.0), 1.25), ((0.0, 4.0), 1.0), ((10.0, 4.0), 2.0), ((1.0, 0.0), 2.0)]
+)
+def test_errors_of_replicates_grow_by_a_missing_force_and_a_doubtful_treatment(monkeypatch, structure, scale):
+    problem, solution = fitted({"F_C": 2.0, "sigma_0": 3.0}, WALSH[:2], 0.5)
+    problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
+    asked = []
+
+    def bootstrap(problem, solution, draws, **requested):
+        asked.append(requested | {"draws": draws})
+        raise AskedError
+
+    monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
+    about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
+    for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
+        fit = SimpleNamespace(estimates=[], diagnostics=[*about, *doubts], friction=None)
+        with pytest.raises(AskedError):
+            uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
+        requested = asked[-1]
+        assert (requested["draws"], requested["linear"], requested["scale"]) == (7, True, pytest.approx(scale))
+        assert (None if requested["wide"] is None else requested["wide"].tolist()) == wide

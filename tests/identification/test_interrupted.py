@@ -1,4 +1,4 @@
-"""Ctrl-C during an identification returns the best result so far, marked unfinished."""
+"""Ctrl-C or a model that fails leaves the other results; what is missing is named."""
 
 import json
 import signal
@@ -12,6 +12,7 @@ from tests.identification.rigid import IDENTIFYING, identify
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
+from bristle.core import InputError
 from bristle.identification import fitting, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
@@ -30,6 +31,11 @@ def handled():
 @pytest.fixture(scope="module")
 def log():
     return slow_log(TRUTH, duration=8.0)
+
+
+@pytest.fixture(scope="module")
+def sliding():
+    return log_of(sines(2.0), sliding_effort(sines(2.0)))
 
 
 @pytest.fixture
@@ -137,19 +143,25 @@ def test_progress_reports_the_best_error_so_far(log):
     assert best == sorted(best, reverse=True)
 
 
-def test_progress_reaches_the_end_with_simulated_logs():
-    shares = []
-    log = log_of(sines(2.0), sliding_effort(sines(2.0)))
-    identify(log, "coulomb_viscous", axis=STATED, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
+def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sliding):
+    told = []
+    identify(sliding, "coulomb_viscous,viscous", axis=STATED, blocks=0, draws=20, progress=lambda *message: told.append(message))
+    shares = [share for share, _ in told]
     assert shares == sorted(shares)
-    assert shares[-1] == 1.0
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
     assert len({share for share in shares if share > 0.5}) > 4
+    assert {"fitting coulomb_viscous", "fitting viscous"} <= {text.partition(",")[0] for _, text in told}
+
+
+def test_an_interruption_by_who_is_told_the_progress_is_raised(sliding):
+    with pytest.raises(KeyboardInterrupt):
+        identify(sliding, "coulomb_viscous", axis=STATED, progress=Mock(side_effect=KeyboardInterrupt), draws=0)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
-def test_interrupted_intervals_keep_the_fit(monkeypatch, error):
+def test_interrupted_intervals_keep_the_fit(sliding, monkeypatch, error):
     monkeypatch.setattr(intervals, "with_uncertainty", Mock(side_effect=error))
-    identification = identify(log_of(sines(2.0), sliding_effort(sines(2.0))), "coulomb_viscous", axis=STATED, blocks=0)
+    identification = identify(sliding, "coulomb_viscous", axis=STATED, blocks=0)
     assert identification.unfinished == "interrupted: intervals from simulated logs are missing"
     assert identification.best.parameters["F_C"].status == "identified"
 
@@ -172,3 +184,58 @@ def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, l
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: the fit of lugre")
     assert "interrupted: the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (tmp_path / "out" / "model.toml").read_text()
+
+
+MODELS = "coulomb_viscous,viscous,coulomb"
+ERRORS = [
+    FloatingPointError("overflow"),
+    np.linalg.LinAlgError("singular"),
+    InputError("diverges", path="model"),
+    InputError("empty", path="F_C"),
+]
+
+
+@pytest.fixture(scope="module")
+def ranked(sliding):
+    return [fit.name for fit in identify(sliding, MODELS, axis=STATED, blocks=2, draws=0).fits]
+
+
+def failing_for(name, original, error):
+    """The function, with an error if one of its arguments has this name."""
+
+    def computed(*arguments):
+        if any(getattr(argument, "name", "") == name for argument in arguments):
+            raise error
+        return original(*arguments)
+
+    return computed
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_a_model_whose_fit_fails_is_omitted(sliding, monkeypatch, error):
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb_viscous", IDENTIFYING.fit, error))
+    result = identify(sliding, MODELS, axis=STATED, blocks=2, draws=0)
+    assert {fit.name for fit in result.fits} == {"viscous", "coulomb"}
+    assert result.left_out == {"coulomb_viscous": getattr(error, "message", str(error))}
+    with pytest.raises(type(error)):
+        identify(sliding, "coulomb_viscous", axis=STATED, blocks=2, draws=0)
+
+
+def test_a_fault_of_the_log_is_no_fault_of_a_model(sliding, monkeypatch):
+    error = InputError("has no load", path="log")
+    monkeypatch.setattr(IDENTIFYING, "fit", failing_for("coulomb", IDENTIFYING.fit, error))
+    with pytest.raises(InputError, match="has no load"):
+        identify(sliding, MODELS, axis=STATED, blocks=2, draws=0)
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_a_model_whose_intervals_fail_gives_way_to_the_next(sliding, ranked, monkeypatch, error):
+    (best, second, last), drawn = ranked, []
+    monkeypatch.setattr(intervals, "with_uncertainty", failing_for(best, lambda fit, *_: drawn.append(fit.name) or fit, error))
+    result = identify(sliding, MODELS, axis=STATED, blocks=2, draws=20)
+    assert [(fit.name, fit.rank) for fit in result.fits] == [(second, 1), (last, 2)]
+    assert drawn == [second]
+    assert result.unfinished == ""
+    assert result.notes[-1].startswith(f"{best} is omitted: its intervals from simulated logs failed: ")
+    with pytest.raises(type(error)):
+        identify(sliding, best, axis=STATED, blocks=2, draws=20)

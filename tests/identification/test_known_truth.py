@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from unittest.mock import Mock, patch
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from tests.identification.rigid import IDENTIFYING, identify
+from tests.identification.rigid import identify
 
 import bristle as br
 from bristle.core import InputError
@@ -29,8 +29,7 @@ def identified():
     inertia = 3.0 * np.gradient(np.gradient(POSITION, DT), DT)
     effort = inertia + br.response(friction, POSITION, dt=DT) + 0.03 * np.random.default_rng(1).standard_normal(COUNT)
     log = br.Log.from_columns({"time": TIME, "position": STEP * np.round(POSITION / STEP), "effort": effort}, axis=AXIS)
-    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None):
-        return br.identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=20, blocks=0)
+    return identify(log, "dahl", axis=AXIS, method="inverse_dynamics", draws=20, blocks=0, by=br.identify)
 
 
 def determined(identified, *, axis=AXIS, fit=None, count=2):

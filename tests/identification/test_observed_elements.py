@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import virgin_curve
+from tests.identification.rigid import identify
 from tests.identification.watched import watched
 
 import bristle as br
@@ -16,15 +18,10 @@ from bristle.identification.observed_elements import SpreadSpace, spread_model, 
 from bristle.identification.parameter_space import ParameterSpace
 from bristle.report.messages import message
 
-pytestmark = pytest.mark.usefixtures("of_one_mass")
-
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
+TRUTH = {"F_C": np.sum(LEVELS), "nu_i": LEVELS / np.sum(LEVELS), "k_i": LEVELS / SLIPS}
 DT, FINER, STEP = 1e-3, 20, 2e-7
 AT = (1e-6, 3e-6, 10e-6)
-
-
-def virgin_curve(levels, slips, x):
-    return np.minimum(np.divide.outer(np.asarray(x), np.asarray(slips)), 1.0) @ np.asarray(levels)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +47,7 @@ def calls(columns):
     """The calls of an identification that end with its result."""
     places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "gathered"), (ladder, "sandwich"), (intervals, "with_loops"))
     with watched(*places) as calls:
-        br.identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
+        identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
     return calls
 
 
@@ -61,9 +58,7 @@ def fits(calls):
 
 
 def errors_of(fit):
-    values = fit.friction.values
-    levels = np.asarray(values["nu_i"]) * values["F_C"]
-    return virgin_curve(levels, levels / values["k_i"], AT) / virgin_curve(LEVELS, SLIPS, AT) - 1.0
+    return virgin_curve(fit.friction.values, AT) / virgin_curve(TRUTH, AT) - 1.0
 
 
 def test_an_observer_finds_the_virgin_curve_behind_a_coarse_encoder(fits):
@@ -98,10 +93,8 @@ def test_intervals_contain_level_and_curve(fits):
     assert low < np.sum(LEVELS) < high
     assert high - low < 0.03 * np.sum(LEVELS)
     x, force, low, high = np.array(fit.resampling.curve).T
-    values = fit.friction.values
-    levels = np.asarray(values["nu_i"]) * values["F_C"]
-    assert force == pytest.approx(virgin_curve(levels, levels / values["k_i"], x), rel=1e-6)
-    truth = virgin_curve(LEVELS, SLIPS, x)
+    assert force == pytest.approx(virgin_curve(fit.friction.values, x), rel=1e-6)
+    truth = virgin_curve(TRUTH, x)
     # A corner between two thresholds is cut, by 3 % at most.
     assert np.all((low <= 1.03 * truth) & (0.97 * truth <= high))
     assert np.all((high - low)[x > 5.0 * STEP] < 0.1 * truth[x > 5.0 * STEP])

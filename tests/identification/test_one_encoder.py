@@ -2,17 +2,16 @@
 
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from benchmarks.two_mass import columns_of, drive_of
+from tests.identification.rigid import IDENTIFYING
 from tests.identification.watched import watched
 
 import bristle as br
-from bristle.core import with_unit
-from bristle.core.axis import Axis
+from bristle.core import Axis, with_unit
 from bristle.figures.two_masses import response_of_motor
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder
@@ -46,8 +45,7 @@ def found_in(seed):
 def found():
     """The one identification of these tests: its drive, its result, the response of the motor, and the fit of both masses."""
     drive = drive_of(742)
-    identifying = import_module("bristle.identification.identify")
-    with watched((identifying, "with_masses"), (one_encoder, "spectra_of"), (one_encoder, "_solution")) as calls:
+    with watched((IDENTIFYING, "with_masses"), (one_encoder, "spectra_of"), (one_encoder, "_solution")) as calls:
         result = identify(columns_of(drive), "coulomb_viscous", axis=Axis(resolution=drive.step), blocks=0, draws=0)
     (response, pairs), coupling = calls["with_masses"][0]
     spectra, solution = calls["spectra_of"][0].returned, calls["_solution"][0].returned

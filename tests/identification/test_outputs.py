@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction
-from bristle.core.axis import Axis
-from bristle.core.errors import InputError
+from bristle.core import Axis, InputError
 from bristle.identification import output_error
 from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, Simulation, loop_of

@@ -1,17 +1,23 @@
-"""Gravity of a link, cogging and known columns are recovered from simulated logs."""
+"""Gravity, springs, cogging, known columns, and friction that rises with the transmitted effort."""
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import sines
+from tests.identification.rigid import identify
+from tests.simulation import transmitted_truth as truth
 
-from bristle import identify
-from bristle.core import InputError
-from bristle.files import read_model, write_model
-from bristle.files.axis import read_axis
-from bristle.logs.log import Log
-from bristle.plants import inertia
-from bristle.plants.terms import effort_of_columns, with_terms
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
+import bristle as br
+from bristle import friction
+from bristle.core import Axis, InputError
+from bristle.files import axis_text, read_axis, read_model, write_model
+from bristle.files.axis import axis_from
+from bristle.friction.next_model import model_with
+from bristle.identification import request
+from bristle.logs import Log
+from bristle.logs.check import checked
+from bristle.plants import inertia, with_terms
+from bristle.plants.terms import effort_of_columns
+from bristle.report.messages import message
 
 RATE = 1000.0
 COLUMNS = {"time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"}}
@@ -28,16 +34,9 @@ def axis(kind="rotational", **tables):
 
 
 def swing(seconds, amplitude, slowest, seed=0):
-    """A sum of sines, its velocity and acceleration, on the time of a log."""
-    rng = np.random.default_rng(seed)
-    t = np.arange(round(seconds * RATE)) / RATE
-    q, v, a = np.zeros((3, t.size))
-    for share, factor in ((0.7, 1.0), (0.2, 2.7), (0.1, 5.3)):
-        w, phase = 2.0 * np.pi * slowest * factor, rng.uniform(0.0, 2.0 * np.pi)
-        q += amplitude * share * np.sin(w * t + phase)
-        v += amplitude * share * w * np.cos(w * t + phase)
-        a -= amplitude * share * w * w * np.sin(w * t + phase)
-    return t, q, v, a
+    """A sum of sines of random phases."""
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
+    return sines(seconds, 1.0 / RATE, amplitude * np.array([0.7, 0.2, 0.1]), slowest * np.array([1.0, 2.7, 5.3]), phases)
 
 
 def arm(mass, seed=0, seconds=12.0):
@@ -168,3 +167,189 @@ def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
 def test_impossible_terms_are_rejected(kind, tables, told):
     with pytest.raises(InputError, match=told):
         axis(kind, **tables)
+
+
+ARM = axis(plant={"gravity": "link"}, identification={"decimation": 10, "cutoff": "100 Hz"})
+RIPPLED = axis(
+    "translational",
+    timing={},
+    transmission={"lead": "5 mm"},
+    identification={"decimation": 4},
+    cogging=[{"turn": "motor", "harmonics": [1, 6]}],
+)
+SLOTTED = ("coulomb_viscous", "coulomb_viscous+transmitted")
+
+
+def held_out(fit):
+    assert fit.held_out is not None
+    return fit.held_out.mean_percent
+
+
+@pytest.fixture(scope="module")
+def geared():
+    """Fits with the slot and without it, to friction that rises with the transmitted effort."""
+    fits = identified(truth.log(seconds=12.0), ARM, list(SLOTTED), blocks=2).fits
+    return {fit.name: fit for fit in fits}
+
+
+def test_friction_of_a_gear_rises_with_the_transmitted_effort(geared):
+    with_slot, without = geared["coulomb_viscous+transmitted"], geared["coulomb_viscous"]
+    assert with_slot.rank == 1
+    assert held_out(without) > 2.0 * held_out(with_slot)
+    values = with_slot.friction.values
+    assert values["c_T"] == pytest.approx(truth.SHARE, rel=0.03)
+    assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
+    assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
+    assert "structure" not in {diagnostic.code for diagnostic in with_slot.diagnostics}  # no force is missing
+
+
+def test_the_slot_does_no_harm_for_constant_friction():
+    fits = {fit.name: fit for fit in identified(truth.log(share=0.0, seconds=12.0), ARM, list(SLOTTED), blocks=2).fits}
+    plain, slotted = (fits[name] for name in SLOTTED)
+    assert held_out(slotted) < 1.02 * held_out(plain)
+    assert abs(slotted.friction.values["c_T"]) < 0.005
+
+
+def test_a_gear_is_named_by_the_input_of_its_friction():
+    best = identified(truth.log(), ARM, "coulomb_viscous", blocks=0).best
+    said = {diagnostic.code: diagnostic for diagnostic in best.diagnostics}
+    assert said["structure"].numbers["causes"][0] == "transmitted"
+    assert said["missing_transmitted"].numbers["model"] == "coulomb_viscous+transmitted"
+    assert "`coulomb_viscous+transmitted`" in message(said["missing_transmitted"])
+
+
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_gear_is_not_named_for_constant_friction(seed):
+    best = identified(truth.log(share=0.0, seed=seed), ARM, "coulomb_viscous", blocks=0).best
+    assert "structure" not in {diagnostic.code for diagnostic in best.diagnostics}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [truth.SHARE, 0.0])
+def test_all_models_include_the_gear_if_the_log_shows_it(share, monkeypatch):
+    monkeypatch.setattr(request, "MODELS", {"coulomb": request.MODELS["coulomb"]})
+    identification = identified(truth.log(share=share, seconds=10.0), ARM, "all", blocks=2)
+    names = [fit.name for fit in identification.fits]
+    if share:
+        assert names[0] == "coulomb_viscous+transmitted"
+        plain = next(fit for fit in identification.fits if fit.name == "coulomb")
+        assert held_out(plain) > 2.0 * held_out(identification.best)
+    else:
+        assert not any("transmitted" in name for name in names)
+
+
+def test_elements_are_not_referred_to_an_impossible_slot():
+    assert model_with("transmitted", friction.maxwell_slip(**friction.maxwell_slip.example)) == ""
+    assert model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
+
+
+@pytest.mark.slow
+def test_cogging_is_distinguished_from_rippling_friction():
+    t, q, v, a = truth.swing(25.0, 3)
+    q, v, a = (0.02 * signal for signal in (q, v, a))
+    angle = 2.0 * np.pi * q / 5e-3
+    # Six in a hundred of the friction each: even once and six times a turn, odd once a turn.
+    even = 0.9 * np.cos(angle + 1.0) + 0.9 * np.sin(6.0 * angle)
+    u = 12.0 * a + even + (15.0 + 0.9 * np.sin(angle - 0.3)) * np.sign(v) + 60.0 * v
+    noisy = u + 0.05 * np.random.default_rng(5).standard_normal(t.size)
+    best = identified({"t": t, "q": q, "u": noisy}, RIPPLED, "coulomb_viscous+ripple").best
+    plant, contact = best.plant.values, best.friction.values
+    assert np.hypot(plant["motor_1_cos"], plant["motor_1_sin"]) == pytest.approx(0.9, rel=0.1)
+    assert np.hypot(plant["motor_6_cos"], plant["motor_6_sin"]) == pytest.approx(0.9, rel=0.1)
+    assert np.hypot(contact["h_c1"], contact["h_s1"]) == pytest.approx(0.9, rel=0.1)
+    assert contact["h_s1"] == pytest.approx(0.9 * np.cos(0.3), rel=0.1)
+
+
+@pytest.mark.parametrize(("model", "told"), [("viscous+transmitted", "no friction level"), ("maxwell_slip+transmitted", r"\+transmitted")])
+def test_a_model_without_a_level_or_with_elements_has_no_such_slot(model, told):
+    with pytest.raises(InputError, match=told):
+        identified(truth.log(seconds=3.0), ARM, model)
+
+
+DT, J, F_C, F_V = 2e-3, 0.2, 1.0, 0.5
+
+
+def joint(force, kind="rotational", scale=1.0, seconds=14.0):
+    """Return the log of a joint that moves in three sines: inertia, Coulomb and viscous friction, and a force of the position."""
+    t, q, v, a = sines(seconds, DT, scale * np.array([0.9, 0.5, 0.15]), np.array([0.7, 1.9, 4.4]) / (2.0 * np.pi))
+    noise = 0.02 * np.random.default_rng(0).normal(size=t.size)
+    effort = J * a / scale + F_C * np.sign(v) + F_V * v / scale + force(q / scale) + noise
+    return Log.from_columns({"time": t, "position": q, "effort": effort}, kind=kind)
+
+
+def forced(log, blocks=None, **options):
+    axis = Axis(kind=log.kind, **options)
+    return identify(log, "coulomb_viscous", axis=axis, method="inverse_dynamics", draws=0, blocks=blocks)
+
+
+def values(result):
+    return {name: estimate.value for name, estimate in result.best.parameters.items()}
+
+
+FORCES = {
+    "gravity": lambda q: 20.0 * np.sin(q + 0.3),
+    "strong gravity": lambda q: 80.0 * np.sin(q + 0.3),
+    "spring": lambda q: 5.0 * (q - 0.4),
+    "strong spring": lambda q: 60.0 * (q - 0.4),
+    "cable": lambda q: 1.5 * q**2 + 0.8 * q**3,
+}
+
+
+@pytest.mark.parametrize("force", FORCES)
+def test_a_force_of_the_position_does_not_count_as_a_stuck_axis(force):
+    assert "never_slides" not in {item.code for item in checked(joint(FORCES[force]))}
+
+
+@pytest.mark.parametrize("force", ["spring", "strong spring"])
+def test_the_same_force_over_a_short_stroke_may_be_a_stuck_axis(force):
+    codes = {item.code for item in checked(joint(FORCES[force], "translational", 1e-5))}
+    assert ("never_slides" in codes) == (force == "strong spring")
+
+
+@pytest.mark.parametrize(
+    ("force", "line", "expected"),
+    [
+        ("strong gravity", ("gravity", "link"), {"g_sin": 80.0 * np.cos(0.3), "g_cos": 80.0 * np.sin(0.3)}),
+        ("spring", ("spring", "cubic"), {"spring_1": 5.0, "offset": -2.0}),
+        ("strong spring", ("spring", "cubic"), {"spring_1": 60.0, "offset": -24.0}),
+    ],
+)
+def test_a_force_of_the_position_is_proposed_and_identified(force, line, expected):
+    result = forced(joint(FORCES[force]), blocks=2)
+    assert [(entry.section, entry.key, entry.value) for entry in result.second_pass.lines] == [("plant", *line)]
+    assert result.second_pass.taken
+    found = values(result)
+    for name, value in (expected | {"M": J}).items():
+        assert found[name] == pytest.approx(value, rel=0.02), name
+    assert found["F_C"] == pytest.approx(F_C, rel=0.1)
+
+
+def test_a_stated_spring_or_cable_is_identified_in_the_first_pass():
+    found = values(forced(joint(FORCES["spring"]), spring="linear", blocks=0))
+    assert found["spring_1"] == pytest.approx(5.0, rel=0.01)
+    assert "spring_2" not in found
+    found = values(forced(joint(FORCES["cable"], "translational"), spring="cubic", blocks=0))
+    assert (found["spring_2"], found["spring_3"]) == (pytest.approx(1.5, rel=0.03), pytest.approx(0.8, rel=0.03))
+
+
+def test_friction_that_varies_with_the_position_is_no_spring():
+    t = np.arange(0.0, 14.0, DT)
+    q = 0.9 * np.sin(0.7 * t) + 0.5 * np.sin(1.9 * t + 1.0)
+    v, a = np.gradient(q, DT), np.gradient(np.gradient(q, DT), DT)
+    effort = J * a + (F_C + 0.8 * q) * np.sign(v) + F_V * v + 0.02 * np.random.default_rng(0).normal(size=t.size)
+    result = forced(Log.from_columns({"time": t, "position": q, "effort": effort}, kind="rotational"))
+    (missing,) = [item for item in result.best.diagnostics if item.code == "missing_position"]
+    assert "alike" not in missing.numbers
+    assert result.second_pass is None
+
+
+def test_a_spring_is_a_line_of_the_axis_file(tmp_path):
+    lines = {"schema": 1, "kind": "rotational", "plant": {"spring": "cubic"}}
+    columns = {name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "rad"), ("effort", "N*m"))}
+    axis = axis_from(lines | {"columns": columns})
+    assert axis.spring == "cubic"
+    (tmp_path / "axis.toml").write_bytes(axis_text(axis))
+    assert read_axis(tmp_path / "axis.toml").spring == "cubic"
+    with pytest.raises(br.core.InputError, match="spring"):
+        axis_from(lines | {"columns": columns, "plant": {"spring": "quadratic"}})

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import replace
-from importlib import import_module
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.identification.rigid import IDENTIFYING, identify
 from tests.identification.watched import watched
 
 import bristle as br
@@ -21,11 +21,8 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Scales
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
-from bristle.plants import inertia
-from bristle.plants.terms import with_terms
+from bristle.plants import inertia, with_terms
 from bristle.report.messages import message
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}
 DT, FINER, STEP = 1e-3, 20, 2e-7
@@ -57,7 +54,7 @@ def columns():
 
 
 def identified_from(columns, **axis):
-    return br.identify(columns, "lugre", axis=Axis(resolution=STEP, **axis), blocks=0, draws=20)
+    return identify(columns, "lugre", axis=Axis(resolution=STEP, **axis), blocks=0, draws=20)
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +62,9 @@ def observed(columns):
     """The one identification of these tests: its result, the fit of inverse dynamics before it, and the ladder of observers."""
     places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "errors_of_replicates"))
     shares = []
-    with watched((import_module("bristle.identification.identify"), "with_intervals"), *places) as calls:
+    with watched((IDENTIFYING, "with_intervals"), *places) as calls:
         axis = Axis(resolution=STEP)
-        result = br.identify(columns, "lugre", axis=axis, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
+        result = identify(columns, "lugre", axis=axis, blocks=0, draws=20, progress=lambda share, _: shares.append(share))
     foreseeing, climbing = calls["foreseen"][0], calls["climb"][0]
     plain, estimation, context, logs, _ = foreseeing.given
     return Some(
@@ -110,7 +107,7 @@ def told_in(fit):
 
 @pytest.mark.parametrize(("name", "error"), [("M", 2e-3), ("F_C", 5e-3), ("F_S", 0.01), ("sigma_0", 0.02), ("v_S", 0.03)])
 def test_an_observer_finds_the_contact_despite_a_coarse_encoder_with_narrow_intervals(observed, name, error):
-    estimate = observed.result.parameters[name]
+    estimate = observed.result.best.parameters[name]
     assert estimate.value == pytest.approx(TRUTH[name], rel=error)
     low, high = estimate.interval
     assert low < TRUTH[name] < high
@@ -149,7 +146,7 @@ def test_progress_never_decreases_with_an_observer(observed):
 
 
 def test_plant_and_constant_force_are_those_of_inverse_dynamics(observed):
-    plain, result = observed.plain.parameters, observed.result.parameters
+    plain, result = observed.plain.parameters, observed.result.best.parameters
     assert plain["sigma_0"].value != result["sigma_0"].value
     assert plain["offset"].value == result["offset"].value
     assert (plain["M"].value, plain["M"].interval) == (result["M"].value, result["M"].interval)
@@ -325,7 +322,7 @@ def test_an_interrupted_observer_leaves_the_parameters_of_inverse_dynamics(obser
 
 def test_an_observer_without_draws_is_rejected(columns):
     with pytest.raises(InputError, match="draws") as refused:
-        br.identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
+        identify(columns, "lugre", axis=Axis(resolution=STEP), method="prediction_error", blocks=0, draws=0)
     assert "--method inverse_dynamics" in refused.value.mend
 
 
@@ -390,15 +387,15 @@ def test_a_fall_that_filtered_rows_hide_is_sought_again(observed, first_search):
 
 @pytest.mark.slow
 def test_a_fall_is_found_behind_a_low_cutoff(columns):
-    assert identified_from(columns, cutoff=8.0).parameters["v_S"].value == pytest.approx(TRUTH["v_S"], rel=0.1)
+    assert identified_from(columns, cutoff=8.0).best.parameters["v_S"].value == pytest.approx(TRUTH["v_S"], rel=0.1)
 
 
 @pytest.mark.slow
 def test_an_observer_finds_the_contact_despite_a_filtered_position(columns):
     result = identified_from({**columns, "position": through_filter(columns["position"], 3e-3, DT)})
     assert result.treatment["position_smoothing"] == pytest.approx(3e-3, rel=0.1)
-    assert result.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.05)
-    assert result.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
+    assert result.best.parameters["sigma_0"].value == pytest.approx(TRUTH["sigma_0"], rel=0.05)
+    assert result.best.parameters["F_S"].value == pytest.approx(TRUTH["F_S"], rel=0.02)
 
 
 @pytest.mark.parametrize("of_position", [True, False])

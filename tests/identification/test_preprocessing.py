@@ -1,20 +1,23 @@
+"""Segments of a log, the rows of signals along them, what hides in them, and periodic motions."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.signal import butter, sosfiltfilt
 from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, strokes
+from tests.identification.rigid import identify
 
 from bristle.core import Axis, InputError
-from bristle.identification import identify
+from bristle.engine import force_along
+from bristle.friction import coulomb_viscous, find, with_slots
 from bristle.identification.dataset import Alignment
-from bristle.identification.preprocessing import calmed, shifted, treat
+from bristle.identification.excitation import repeats_after
+from bristle.identification.preprocessing import aligned, calmed, differentiated, shifted, treat, treat_all
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
+from bristle.plants import inertia
 
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 MOTION = sines()
 
 
@@ -28,14 +31,8 @@ def test_derivatives_follow_a_known_motion():
     assert np.max(np.abs(acceleration - MOTION.acceleration[inner])) < 3e-4 * np.max(np.abs(MOTION.acceleration))
 
 
-def test_every_turning_point_is_a_reversal():
-    regression = treat(log_of(MOTION, sliding_effort(MOTION)), None)
-    side = np.sign(regression.without_edges(MOTION.velocity))
-    assert len(regression.reversals[0]) == np.count_nonzero(np.diff(side))
-
-
-@settings(max_examples=20, deadline=None)
-@given(weight=st.floats(-5.0, 5.0), decimation=st.sampled_from([1, 4, 10]))
+@pytest.mark.parametrize("decimation", [1, 4, 10])
+@pytest.mark.parametrize("weight", [-3.7, 0.2])
 def test_rows_superpose_and_keep_a_constant(weight, decimation):
     motion = sines(duration=3.0)
     regression = treat(log_of(motion, sliding_effort(motion)), None, decimation=decimation)
@@ -86,20 +83,12 @@ def test_rest_keeps_the_side_of_the_last_motion():
     assert np.all(np.signbit(velocity[at_near_end]))
 
 
-def test_axis_and_arguments_override_the_defaults():
-    log = sliding_log()
-    plain = treat(log, None)
-    assert (plain.cutoff, plain.decimation, plain.dropped) == (pytest.approx(100.0), 10, 50)
-    by_axis = treat(log, Axis(cutoff=50.0, decimation=5))
-    assert (by_axis.cutoff, by_axis.decimation, by_axis.dropped) == (50.0, 5, 100)
-    assert treat(log, Axis(cutoff=50.0), cutoff=80.0).cutoff == 80.0
-
-
 def test_segments_are_treated_separately():
-    gap = log_of(MOTION, sliding_effort(MOTION), segments=(slice(0, 4000), slice(4000, 10_000), slice(9990, 9995)))
+    gap = log_of(MOTION, sliding_effort(MOTION), segments=(slice(0, 300), slice(300, 4000), slice(4000, 10_000)))
     regression = treat(gap, None)
-    assert [stretch.time.size for stretch in regression.segments] == [4000, 6000]
-    assert regression.effort.size == regression.time.size == (4000 - 100) // 10 + (6000 - 100) // 10
+    assert [stretch.time.size for stretch in regression.segments] == [3700, 6000]
+    assert regression.effort.size == regression.time.size == (3700 - 100) // 10 + (6000 - 100) // 10
+    assert regression.segment_of_row.max() == 1
 
 
 def test_noise_of_the_position_is_measured():
@@ -262,3 +251,188 @@ def test_at_least_a_thousand_rows_remain(seconds, expected):
 def test_an_unknown_inertia_hides_no_friction(long_rows):
     assert calmed(replace(long_rows, alignment=None)) == (10, 0.0)
     assert calmed(replace(long_rows, alignment=Alignment(slow=20.0))) == (10, 0.0)
+
+
+SHORT = sines(4.0)
+DT = 1e-3
+LINK = replace(STATED, gravity=True, kind="translational")
+
+
+def dataset_of(motion=SHORT, effort=None, cutoff=100.0, decimation=10, axis=STATED, **passed):
+    return treat(log_of(motion, sliding_effort(motion, noise=0.0) if effort is None else effort, **passed), axis, cutoff, decimation)
+
+
+@pytest.fixture(scope="module")
+def dataset():
+    return dataset_of()
+
+
+def test_rows_are_decimated_samples_without_the_edges(dataset):
+    assert dataset.dropped == 50  # five periods of the cut-off
+    assert np.allclose(np.diff(dataset.time), 0.01)
+    assert dataset.sampled([np.arange(4000)]).tolist() == list(range(50, 3950, 10))
+    assert dataset.effort.size == dataset.time.size == 390
+
+
+def test_weights_of_samples_in_a_row_keep_a_constant(dataset):
+    response = dataset.response
+    assert response == pytest.approx(response[::-1], abs=1e-4)
+    assert np.argmax(response) == response.size // 2
+    assert dataset.rows_of([np.full(4000, 3.0)]) == pytest.approx(3.0)
+    assert dataset.reach == 2 + 10
+    assert replace(dataset, decimation=1).reach == 20
+    assert dataset.bandwidth == 50.0
+    assert replace(dataset, decimation=4).bandwidth == 100.0
+
+
+def test_distances_from_reversals_and_rests_count_samples(dataset):
+    (turns,) = dataset.reversals
+    truth = np.flatnonzero(np.diff(np.sign(SHORT.velocity))) + 1
+    inside = truth[(truth > 50) & (truth < 3950)]
+    assert np.abs(np.array(turns) - inside).max() <= 3
+    sample = np.round(dataset.time / DT).astype(int)
+    expected = np.min(np.abs(sample[:, None] - np.array(turns)), axis=1)
+    assert dataset.samples_from_reversal.tolist() == expected.tolist()
+    assert dataset.samples_from_rest.tolist() == expected.tolist()
+    one_way = dataset_of(SHORT._replace(position=0.1 * SHORT.time, velocity=0.1 + 0.0 * SHORT.time))
+    assert np.all(np.isinf(one_way.samples_from_reversal))
+
+
+def test_rests_are_not_rows_unless_kept():
+    motion = strokes(2)
+    moving = dataset_of(motion)
+    assert moving.rest_share == pytest.approx(0.44, abs=0.08)
+    kept = dataset_of(motion, axis=replace(STATED, keeps_rests=True))
+    assert kept.time.size > 1.5 * moving.time.size
+    assert kept.rest_share == moving.rest_share
+    assert np.all(np.abs(moving.velocity) > 0.0)
+    assert np.max(moving.samples_from_rest) < np.max(moving.samples_from_reversal)
+
+
+def test_noise_of_the_position_counts_by_the_fifth_power_of_the_bandwidth(dataset):
+    noisy = replace(dataset, noise=1e-6)
+    share = noisy.acceleration_noise_share
+    # Of white noise, twice differentiated, what is below 50 Hz.
+    square = np.trapezoid(2.0 * DT * 1e-12 * (2.0 * np.pi * np.linspace(0.0, 50.0, 1000)) ** 4, np.linspace(0.0, 50.0, 1000))
+    assert share == pytest.approx(square / np.mean(dataset.acceleration**2), rel=0.03)
+    assert replace(noisy, noise=2e-6).acceleration_noise_share == pytest.approx(4.0 * share)
+    assert replace(noisy, noise=1e3).acceleration_noise_share == 1.0
+
+
+def test_plant_and_friction_explain_the_effort_made_with_them(dataset):
+    plant, friction = inertia(M=12.0), with_slots(coulomb_viscous, [])(F_C=8.0, F_v=30.0, offset=1.5)
+    (explained,) = dataset.explained(plant, friction)
+    np.testing.assert_allclose(explained[100:-100], dataset.segments[0].effort[100:-100], atol=0.6)
+    assert dataset.contacts(friction, plant) == (None,)
+    np.testing.assert_allclose(dataset.mechanical_rows(plant), 12.0 * dataset.acceleration, atol=1e-9)
+
+
+def test_a_periodic_motion_runs_through_its_first_cycle():
+    motion = sines(4.0, amplitudes=(0.02,), frequencies=(0.5,), phases=(0.3,))
+    segment = dataset_of(motion, axis=replace(STATED, in_cycle=True)).segments[0]
+    assert segment.first_cycle == pytest.approx(2000, abs=2)
+    signals = segment.signals(DT)
+    assert signals["v"].size == 4000 + segment.first_cycle
+    assert signals["v"][segment.first_cycle :].tolist() == segment.velocity.tolist()
+    np.testing.assert_allclose(signals["x"][segment.first_cycle :], segment.position + 0.5 * DT * segment.velocity, rtol=1e-12)
+
+
+def test_logs_follow_each_other_in_time_and_noise_is_their_root_mean_square():
+    logs = [log_of(SHORT, sliding_effort(SHORT, seed=seed, noise=noise), step=1e-6) for seed, noise in ((1, 0.3), (2, 0.9))]
+    parts = [treat(log, STATED, 100.0, 10) for log in logs]
+    both = treat_all(logs, [STATED, STATED], 100.0, 10)
+    assert np.all(np.diff(both.time) > 0.0)
+    assert both.segments[1].time[0] == pytest.approx(both.segments[0].time[-1] + DT)
+    assert both.log_of_row.tolist() == [0] * parts[0].time.size + [1] * parts[1].time.size
+    for name in ("effort_noise", "noise"):
+        assert getattr(both, name) == pytest.approx(np.hypot(*(getattr(part, name) for part in parts)) / 2.0**0.5)
+
+
+@pytest.mark.parametrize("delay", [0.004, -0.0035])
+def test_a_lagging_effort_is_shifted_back(dataset, delay):
+    late = np.interp(SHORT.time - delay, SHORT.time, SHORT.position)
+    moved = shifted(dataset_of(effort=late), delay)
+    np.testing.assert_allclose(moved.segments[0].effort[100:-100], dataset.segments[0].position[100:-100], atol=2e-6)
+    assert moved.delay == delay
+    assert shifted(dataset, 0.0) is dataset
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_filter_of_the_position_is_removed_from_all_derived_signals(dataset, way):
+    (segment,) = aligned(dataset, Alignment(delay=0.0, smoothing=-way * 3e-3, of_position=True)).segments
+    # A first-order filter without its delay hardly turns slow sines, and makes the fastest one smaller.
+    change = np.std(segment.acceleration[200:-200]) / np.std(dataset.segments[0].acceleration[200:-200])
+    assert change == pytest.approx((1.0 + (2.0 * np.pi * 3.1 * 3e-3) ** 2) ** (0.5 * way), rel=2e-3)
+    np.testing.assert_allclose(segment.effort, dataset.segments[0].effort)
+
+
+def test_a_derivative_of_fourth_order_is_that_of_a_fast_sine():
+    fast = sines(1.0, dt=2e-3, amplitudes=(0.01,), frequencies=(10.0,), phases=(0.4,))
+    coarse, truth = dataset_of(fast, cutoff=200.0, decimation=1), fast.acceleration[60:-60]
+    accelerations = [item.segments[0].acceleration[60:-60] for item in (coarse, differentiated(coarse))]
+    error = [np.max(np.abs(acceleration - truth)) / np.max(truth) for acceleration in accelerations]
+    assert 4e-3 < error[0] < 8e-3
+    assert error[1] < 5e-4
+
+
+def test_data_of_an_alignment_contain_only_known_values():
+    known = {"delay": 2e-3, "delay_half_width": 1e-4, "smoothing": -3e-3, "smoothing_half_width": 1e-3, "mass": 12.0, "slow": 5.0}
+    assert Alignment(**known).as_data() == known
+    assert (
+        Alignment(**known, of_position=True).as_data().items()
+        >= {"position_smoothing": 3e-3, "position_smoothing_half_width": 1e-3}.items()
+    )
+    assert Alignment().as_data() == {}
+
+
+@pytest.mark.parametrize(
+    ("motion", "axis", "stated", "expected"),
+    [
+        (SHORT, Axis(), (), (100.0, 10)),
+        (SHORT, Axis(cutoff=60.0, decimation=5), (), (60.0, 5)),
+        (SHORT, Axis(cutoff=60.0, decimation=5), (70.0, 4), (70.0, 4)),
+        (SHORT, Axis(cutoff=50.0), (80.0,), (80.0, 10)),
+        (SHORT, LINK, (100.0,), (100.0, 10)),
+        (sines(2.0), LINK, (100.0,), (100.0, 5)),
+    ],
+)
+def test_a_cutoff_is_a_tenth_of_the_sampling_frequency_and_short_logs_keep_rows_by_default(motion, axis, stated, expected):
+    treated = treat(log_of(motion, sliding_effort(motion)), axis, *stated)
+    assert (treated.cutoff, treated.decimation) == expected
+    assert treated.dropped == pytest.approx(5.0 / (treated.cutoff * DT), abs=1)
+
+
+def test_a_zero_order_hold_delays_the_effort_by_half_a_sample(dataset):
+    ramp = np.arange(4000.0)
+    plain, held = dataset_of(effort=ramp), dataset_of(effort=ramp, axis=replace(STATED, held=True))
+    np.testing.assert_allclose((plain.segments[0].effort - held.segments[0].effort)[200:-200], 0.5, atol=1e-6)
+
+
+SLIPPING = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
+
+
+def one_amplitude(length=60e-6):
+    motion = strokes(5, length=length, move=0.6, dwell=0.3)
+    friction = force_along(find("maxwell_slip")(**SLIPPING), motion.velocity, 1e-3, motion.position)
+    return log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.05, friction.size))
+
+
+def test_the_period_is_that_of_the_motion():
+    assert repeats_after(treat(log_of(strokes(6), np.ones(21_600)), None)) == pytest.approx(3.6, abs=0.01)
+    assert repeats_after(treat(log_of(sines(20.0), np.ones(20_000)), None)) is None
+
+
+def test_a_log_that_starts_within_a_cycle_is_run_in():
+    whole = one_amplitude()
+    first = 1800 + 130  # early in the stroke there, of the second cycle
+    part = {name: replace(getattr(whole, name), values=getattr(whole, name).values[first:]) for name in ("time", "position", "effort")}
+    cut = replace(whole, **part, segments=(slice(0, len(whole) - first),))
+    errors = {}
+    for in_cycle in (False, True):
+        axis = Axis(seeks_delay=False, mass=1e-3, cutoff=200.0, decimation=2, in_cycle=in_cycle, keeps_rests=True)
+        errors[in_cycle] = identify(cut, "maxwell_slip", axis=axis, blocks=0, draws=0).best.force_error_percent
+    assert errors[True] < 1.5
+    assert errors[False] > 3.0 * errors[True]
+    away = sines(2.0, amplitudes=(0.02, 0.0, 0.0), frequencies=(0.05, 1.0, 1.0), phases=(0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="never returns to its first value"):
+        treat(log_of(away, np.ones(2000)), Axis(in_cycle=True), decimation=1)

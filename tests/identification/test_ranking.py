@@ -1,20 +1,27 @@
-"""The order of models with nearly equal held-out errors."""
+"""Comparison of models: held-out errors, information criteria and the order."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.rigid import identify
+from tests.identification.test_elements import KNOWN, elements_log
 
+from bristle import friction
+from bristle.core import InputError
+from bristle.files import load_code
 from bristle.friction import find
-from bristle.identification import HeldOut, identify
+from bristle.identification import HeldOut
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.identification.validation import held_out_error, in_order, ranked, with_information
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
+from bristle.report.messages import warnings_of
+from bristle.report.model_tables import comparison_table
 
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 
@@ -163,3 +170,121 @@ def test_held_out_errors_are_relative_to_the_signal_of_each_part():
     assert held_out.block_errors_percent == pytest.approx((10.0, 20.0))
     assert (held_out.mean_percent, held_out.std_percent) == pytest.approx((15.0, 50.0**0.5))
     assert shares == [0.0, 0.5]
+
+
+def asymmetric_log():
+    motion = sines()
+    forward, backward = sliding_effort(motion, F_C=9.0), sliding_effort(motion, F_C=6.0, F_v=45.0)
+    return log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_model_with_the_structure_of_the_truth_wins_in_any_requested_order(order):
+    names = ["coulomb", "viscous", "coulomb_viscous", "coulomb_viscous+asymmetry"][::order]
+    result = identify(asymmetric_log(), names, axis=STATED, draws=0)
+    assert [(fit.rank, fit.name) for fit in result.fits][:2] == [(1, "coulomb_viscous+asymmetry"), (2, "coulomb_viscous")]
+    errors = [fit.held_out.mean_percent for fit in result.fits]
+    assert errors == sorted(errors)
+    assert errors[0] < 0.5 * errors[1]
+
+
+def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
+    motion = sines()
+    effort = sliding_effort(motion)
+    last = motion.time >= 8.0
+    strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
+    held_out, plain = (
+        identify(log_of(motion, item), "coulomb_viscous", axis=STATED, draws=0).best.held_out.block_errors_percent
+        for item in (strange, effort)
+    )
+    # The last block alone has friction of its own: nothing fitted to the others knows of it.
+    assert held_out[-1] > 10.0 * plain[-1]
+    assert np.argmax(held_out) == 4
+
+
+@pytest.mark.parametrize(("block", "beside"), [(1, -0.1), (0, 0.1)])
+def test_rows_smeared_into_a_block_by_a_filter_are_not_fitted(block, beside):
+    motion = sines(4.0)
+    effort = sliding_effort(motion)
+    # A push of 40 ms, two periods of the cut-off before or after the block.
+    push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
+    pushed, plain = (
+        identify(log_of(motion, item), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        for item in (effort + push, effort)
+    )
+    # The other half, whose part it is, is predicted badly; this one as if there had been no push.
+    assert pushed[1 - block] > 50.0
+    assert pushed[block] < 2.0 * plain[block]
+
+
+def test_without_blocks_models_rank_by_their_error():
+    best = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0).best
+    assert (best.name, best.held_out) == ("coulomb_viscous+asymmetry", None)
+    assert "held_out_error_percent" not in best.metrics
+
+
+def test_a_short_log_has_as_many_blocks_as_fit():
+    log = log_of(sines(1.5), sliding_effort(sines(1.5)))
+    identification = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0)
+    assert len(identification.best.held_out.block_errors_percent) == 3
+    with pytest.raises(InputError, match="too many for this log; found 5, allowed 2 to 3"):
+        identify(log, "coulomb_viscous", axis=STATED, blocks=5, draws=0)
+
+
+def test_a_log_without_room_for_two_blocks_has_a_warning():
+    log = log_of(sines(0.7), sliding_effort(sines(0.7)))
+    best = identify(log, "coulomb_viscous,coulomb", axis=STATED, draws=0).best
+    assert (best.name, best.held_out) == ("coulomb_viscous", None)
+    assert warnings_of(best)[0].startswith("the log is too short for held-out stretches")
+
+
+@pytest.fixture(scope="module")
+def compared():
+    motion = sines(6.0)
+    identification = identify(
+        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0, blocks=0
+    )
+    return {fit.name: fit for fit in identification.fits}
+
+
+def test_the_truth_costs_least(compared):
+    bic = {name: fit.information.bic for name, fit in compared.items()}
+    assert min(bic, key=bic.get) == "coulomb_viscous"
+    assert bic["viscous"] > 100.0
+    assert bic["coulomb_viscous+asymmetry"] > 0.0
+
+
+def test_each_criterion_is_the_difference_from_its_smallest_value(compared):
+    assert [min(getattr(fit.information, criterion) for fit in compared.values()) for criterion in ("aic", "bic")] == [0.0, 0.0]
+
+
+def price_between(item, other):
+    """How many parameters one fit has more than another, from the prices of both criteria."""
+    aic, bic = (getattr(other.information, name) - getattr(item.information, name) for name in ("aic", "bic"))
+    return (bic - aic) / (np.log(item.information.measurements) - 2.0)
+
+
+def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
+    item, other = compared["coulomb_viscous"], compared["coulomb_viscous+asymmetry"]
+    assert price_between(item, other) == pytest.approx(len(other.correlation_names) - len(item.correlation_names))
+    assert item.information.measurements <= item.traces.time.size
+    assert {"aic", "bic"} <= set(item.metrics)
+
+
+def test_each_element_that_slips_has_its_price():
+    identification = identify(elements_log(duration=6.0), "dahl,maxwell_slip", axis=KNOWN, draws=0, blocks=0)
+    fits = {fit.name: fit for fit in identification.fits}
+    item, other = fits["dahl"], fits["maxwell_slip"]
+    elements = len(other.friction.values["k_i"])
+    assert elements >= 3
+    # Stiffness of each element, viscous friction and offset.
+    assert price_between(item, other) == pytest.approx(elements + 2 - len(item.correlation_names))
+    assert int({row[0]: row[2] for row in comparison_table(identification).rows}["maxwell_slip"]) == elements + 2
+
+
+def test_a_model_that_ignores_its_parameters_identifies_none_of_them(tmp_path):
+    text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
+    (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
+    log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
+    identification = identify(log, load_code(tmp_path / "own.py"), axis=STATED, mass=28.0, offset=0.0, draws=0, blocks=0)
+    assert identification.best.parameters["F_C"].status == "unidentifiable"

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sliding_effort, strokes
+from tests.identification.rigid import identify
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
-from bristle.identification import identify
 from bristle.identification.dataset import Alignment
 from bristle.identification.elasticity import Elastic
 from bristle.identification.missing_force import Missing
@@ -25,8 +25,6 @@ from bristle.identification.structure import (
     with_structure,
 )
 from bristle.plants import inertia
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 
 def data(**changes):
@@ -175,6 +173,7 @@ def test_each_treatment_of_a_log_is_reported():
 
 
 SLIDING = coulomb_viscous(F_C=8.0, F_v=30.0)
+TRACES = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
 TURNING = coulomb(kind="rotational", F_C=2.0)
 
 
@@ -236,9 +235,8 @@ class FakeFit:
 
 
 def test_the_residual_of_a_static_model_without_sliding_is_presliding():
-    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
     never = Diagnostic("never_slides")
-    fit = with_structure(FakeFit(SLIDING, traces, (never,)), None, DEFAULT)
+    fit = with_structure(FakeFit(SLIDING, TRACES, (never,)), None, DEFAULT)
     remark, kept = fit.diagnostics
     assert kept is never
     assert (remark.code, remark.severity) == ("missing_presliding", "warning")
@@ -267,9 +265,8 @@ def test_the_treatment_of_a_log_is_reported_in_numbers():
 
 
 def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(monkeypatch):
-    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
     estimates, other = (estimate("F_C"), estimate("F_v", status="held")), Diagnostic("correlated")
-    fit = FakeFit(SLIDING, traces, (other,), estimates)
+    fit = FakeFit(SLIDING, TRACES, (other,), estimates)
     for scale, severity in ((1.0, "warning"), (0.0045, "note")):  # of a friction of 4 N; 0.6 % of it may matter
         forces = (Missing("position", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
         monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7))
@@ -285,8 +282,7 @@ def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(
 
 
 def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkeypatch):
-    traces = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
-    fit = FakeFit(SLIDING, traces, (Diagnostic("filter_suspect"), Diagnostic("correlated")), (estimate("F_C"),))
+    fit = FakeFit(SLIDING, TRACES, (Diagnostic("filter_suspect"), Diagnostic("correlated")), (estimate("F_C"),))
     monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((Missing("position", 0.4, 1.0),), 0.7))
     _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
     assert [named.code, *(item.code for item in others)] == ["missing_position", "filter_suspect", "correlated"]

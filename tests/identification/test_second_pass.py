@@ -1,28 +1,25 @@
 """Lines that a first pass proposes for the axis file are tried in a second pass, and judged by the held-out error."""
 
-import importlib
 from dataclasses import dataclass, replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.rigid import IDENTIFYING, identify
 from tests.identification.test_structure import WEIGHT, swinging, with_scatter
 from tests.identification.watched import watched
 
 import bristle as br
-from bristle.core import Axis, Diagnostic
+from bristle.core import Axis, Diagnostic, InputError
 from bristle.core.axis import KnownColumn
-from bristle.core.errors import InputError
 from bristle.files import axis_text, read_axis
-from bristle.identification import HeldOut, identify, intervals
+from bristle.identification import HeldOut, intervals
 from bristle.identification.second_pass import Passed, axis_with, proposed_lines, second_pass
 from bristle.logs import Channel
 from bristle.report.brief import brief
 from bristle.report.messages import message, second_pass_of
 
-pytestmark = pytest.mark.usefixtures("of_one_mass")
-
-identifying = importlib.import_module("bristle.identification.identify")
 AMPLITUDE, TURN = 5.0, 0.01
 AXIS = Axis(seeks_delay=False, offset=0.0, resolution=1e-7)
 
@@ -37,31 +34,31 @@ def cogged():
 
 @pytest.fixture(scope="module")
 def passes(cogged):
-    """The calls of an identification that takes a second pass, and its result."""
-    with watched((identifying, "_passed"), (identifying, "elastic_coupling")) as calls:
+    """The calls of an identification that takes a second pass, the search for an elastic load, and its result."""
+    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None) as sought, watched((IDENTIFYING, "_passed")) as calls:
         result = br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
-    return calls, result
+    return calls["_passed"], sought, result
 
 
 @pytest.fixture(scope="module")
 def taken(passes):
-    return passes[1]
+    return passes[2]
 
 
 @pytest.fixture
 def fitted(monkeypatch):
     """The names of the fitted models, in order."""
-    names, original = [], identifying.fit
-    monkeypatch.setattr(identifying, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
+    names, original = [], IDENTIFYING.fit
+    monkeypatch.setattr(IDENTIFYING, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
     return names
 
 
 @pytest.fixture
 def once_more(passes, cogged, monkeypatch):
     """Identify with both passes as they were, where a test changes what follows them."""
-    first, second = (call.returned for call in passes[0]["_passed"])
-    monkeypatch.setattr(identifying, "_passed", lambda common, share, pairs, *_, **__: second if pairs[0][1].cogging else first)
-    return lambda **options: br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, **options)
+    first, second = (call.returned for call in passes[0])
+    monkeypatch.setattr(IDENTIFYING, "_passed", lambda common, share, pairs, *_, **__: second if pairs[0][1].cogging else first)
+    return lambda **options: identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, by=br.identify, **options)
 
 
 def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken, once_more):
@@ -77,8 +74,9 @@ def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken,
 
 
 def test_an_elastic_coupling_is_sought_in_the_first_pass_only(passes):
-    assert len(passes[0]["_passed"]) == 2
-    assert len(passes[0]["elastic_coupling"]) == 1
+    calls, sought, _ = passes
+    assert len(calls) == 2
+    sought.assert_called_once()
 
 
 def test_result_and_summary_state_both_errors_and_the_lines(taken):
@@ -95,7 +93,7 @@ def test_result_and_summary_state_both_errors_and_the_lines(taken):
 
 
 def test_the_written_axis_file_has_the_lines_and_needs_no_second_pass(taken, cogged, fitted):
-    again = br.identify(cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0)
+    again = identify(cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0)
     assert (again.second_pass, fitted) == (None, ["coulomb_viscous"])
     assert again.best.held_out.mean_percent == pytest.approx(taken.best.held_out.mean_percent, rel=1e-6)
 
@@ -127,14 +125,14 @@ def test_rejected_lines_leave_the_first_pass_and_state_both_errors(taken, once_m
 
 
 def test_lines_with_which_no_model_fits_are_rejected(passes, once_more, monkeypatch):
-    as_before = identifying._passed
+    as_before = IDENTIFYING._passed
 
     def refused(common, share, pairs, *reason, **first):
         if pairs[0][1].cogging:
             raise InputError("has too few rows", path="log")
         return as_before(common, share, pairs)
 
-    monkeypatch.setattr(identifying, "_passed", refused)
+    monkeypatch.setattr(IDENTIFYING, "_passed", refused)
     result = once_more()
     assert (result.second_pass.taken, result.second_pass.error_with) == (False, np.inf)
     assert "No model fits" in second_pass_of(result.best)
@@ -155,10 +153,10 @@ def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch
 
 
 def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypatch):
-    as_before = identifying._passed
-    part = passes[0]["_passed"][1].returned._replace(unfinished="interrupted: a part")
+    as_before = IDENTIFYING._passed
+    part = passes[0][1].returned._replace(unfinished="interrupted: a part")
     monkeypatch.setattr(
-        identifying, "_passed", lambda common, share, pairs, *_, **__: part if pairs[0][1].cogging else as_before(common, share, pairs)
+        IDENTIFYING, "_passed", lambda common, share, pairs, *_, **__: part if pairs[0][1].cogging else as_before(common, share, pairs)
     )
     result = once_more()
     assert result.unfinished == "interrupted: the second pass with the proposed lines is incomplete"
@@ -169,7 +167,7 @@ def test_gravity_of_a_link_is_taken():
     motion = swinging(6.0)
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4)
     axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6)
-    result = br.identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, blocks=2, draws=0)
+    result = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, blocks=2, draws=0, by=br.identify)
     assert result.axis.gravity
     assert np.hypot(result.parameters["g_sin"].value, result.parameters["g_cos"].value) == pytest.approx(WEIGHT, rel=0.04)
     assert "the gravity of a link" in second_pass_of(result.best)
@@ -182,7 +180,7 @@ def test_a_joint_with_the_bodies_of_an_arm_has_no_second_gravity():
     log = replace(log_of(motion, effort, step=1e-6, kind="rotational"), regressors=(Channel(bodies, "1", "arm"),))
     known = KnownColumn("arm", "arm", coefficient=1.0, log="0" * 64)
     axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6, regressors=(known,))
-    result = br.identify(log, "coulomb_viscous", axis=axis, draws=0)
+    result = identify(log, "coulomb_viscous", axis=axis, draws=0, by=br.identify)
     codes = [diagnostic.code for diagnostic in result.best.diagnostics]
     assert "bodies_differ" in codes
     assert "missing_gravity" not in codes
@@ -290,6 +288,6 @@ def test_a_spring_is_not_taken_for_gravity():
     noise = 0.5 * np.random.default_rng(3).normal(size=motion.time.size)
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * (motion.position + 0.3 * motion.position**3) + noise
     axis = Axis(kind="rotational", seeks_delay=False, offset=1.5, resolution=1e-6)
-    result = br.identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, draws=0)
+    result = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, draws=0, by=br.identify)
     assert [line.key for line in result.second_pass.lines] == ["spring"]
     assert result.parameters["spring_3"].value == pytest.approx(0.3 * WEIGHT, rel=0.03)

@@ -2,19 +2,18 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+from tests.identification.own_models import own_model
+from tests.identification.rigid import identify
 
-from bristle.core import FrictionModel, InputWarning
+from bristle.core import InputWarning
 from bristle.core.tangent import DIRECTIONS
 from bristle.friction import find
-from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.identification import dataset, inverse_dynamics, sensitivities
 from bristle.identification.estimation import context_of
-from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.parameters import PriorKnowledge, parameters_of
@@ -22,8 +21,6 @@ from bristle.identification.preprocessing import treat
 from bristle.identification.sensitivities import by_differences, friction_rows
 from bristle.plants import inertia
 from bristle.translation.scope import NotExportableError
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
@@ -77,29 +74,15 @@ def test_a_contact_that_never_slips_remembers_how_its_start_depends_on_the_param
     assert column == pytest.approx((high - low) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(column).max())
 
 
+OWN = {name: find("coulomb_viscous").variables[of] for name, of in (("F_C", "F_C"), ("sigma_2", "F_v"))}
+
+
 def own_trial(state, memory, motion, dt, p):
     return p.F_C * math.tanh(motion.v / 1e-3) + p.sigma_2 * motion.v, state
 
 
-def own_commit(state, memory, move, p):
-    return state
-
-
-def own_model(trial):
-    """A model of one's own with a level and a damping."""
-
-    class Parameters(NamedTuple):
-        F_C: CoulombForceAboveZero
-        sigma_2: ViscousCoefficient = 0.0
-
-    class State(NamedTuple):
-        pass
-
-    return FrictionModel(name="own", description="smooth", Parameters=Parameters, State=State, trial=trial, commit=own_commit)
-
-
 def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(rows):
-    own = own_model(own_trial)
+    own = own_model(own_trial, OWN)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
     with pytest.warns(InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"):

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from bristle import plants
-from bristle.core.axis import Axis
-from bristle.core.errors import InputError
+from bristle.core import Axis, InputError
 from bristle.friction import coulomb, coulomb_viscous
 from bristle.identification import simulated_bands
 from bristle.identification.simulated_bands import Bands, Widths, _rounding, half_width, simulated_widths, with_loops, with_parameters

@@ -2,15 +2,14 @@
 
 import re
 from dataclasses import replace
-from importlib import import_module
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
+from tests.identification.rigid import IDENTIFYING, identify
 
-from bristle.core.errors import InputError
-from bristle.identification import identify
+from bristle.core import InputError
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
@@ -19,8 +18,6 @@ from bristle.report.identification import why_only_similar
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
 from bristle.report.model_tables import parameter_table
-
-pytestmark = pytest.mark.usefixtures("of_one_mass")
 
 LEVEL = 8.0  # [N], of the sliding effort
 
@@ -270,16 +267,15 @@ def test_thresholds_decide_the_diagnostics(motion, cause):
 @pytest.mark.parametrize("refused", [False, True])
 def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(monkeypatch, refused):
     motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    # The function of that name hides its module.
-    module, request = (import_module(f"bristle.identification.{name}") for name in ("identify", "request"))
-    fit, suggested = module.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+    request = IDENTIFYING.request
+    fit, suggested = IDENTIFYING.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 
     def refusing(context, component, *rest):
         if refused and "+" in component.name:
             raise InputError("cannot be fitted", path="model", value=component.name)
         return fit(context, component, *rest)
 
-    monkeypatch.setattr(module, "fit", refusing)
+    monkeypatch.setattr(IDENTIFYING, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
     result = identify(log, "all", axis=STATED, blocks=2, draws=0, settings={"lines_gain": 1.0})

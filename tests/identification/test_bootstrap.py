@@ -1,4 +1,6 @@
-"""Coverage of intervals from replicates, in comparison with plain intervals."""
+"""Intervals from replicates: draws, the scatter of the level, bands, and coverage."""
+
+from dataclasses import replace
 
 import benchmarks.bootstrap
 import numpy as np
@@ -7,15 +9,16 @@ from benchmarks.coverage import AXIS, FITTED, MAXWELL, UNSEEN, motion, recorded
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
-from bristle import friction
+from bristle import friction, plants
 from bristle.core import Axis, InputError
-from bristle.identification.bootstrap import bootstrap, turned
-from bristle.identification.half_cycles import Disturbance
+from bristle.identification.bootstrap import CERTAIN, ChiSquare, Level, Levels, bootstrap, turned
+from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.least_squares import linear
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
+from bristle.identification.simulated_bands import Bands
 from bristle.prediction import predict
 
 PAIRS = 15
@@ -161,3 +164,118 @@ def test_benchmark_of_intervals_finds_the_functions_that_it_times(monkeypatch):
         monkeypatch.setattr(benchmarks.bootstrap, name, count)
     (ratio,) = benchmarks.bootstrap.bootstrap()
     assert ratio.ours > 0.0
+
+
+MEAN = 0.0025
+
+
+def squares(freedom: int, count: int) -> np.ndarray:
+    """Mean squares of so many normal numbers."""
+    return MEAN * np.mean(np.random.default_rng(freedom).standard_normal((count, freedom)) ** 2, axis=1)
+
+
+@pytest.mark.parametrize("freedom", [3, 10, 40])
+def test_mean_and_freedom_are_recovered(freedom):
+    result = ChiSquare.of(squares(freedom, 20_000))
+    assert result.mean == pytest.approx(MEAN, rel=0.02)
+    assert result.freedom == pytest.approx(freedom, rel=0.06)
+
+
+@pytest.mark.parametrize("freedom", [10, 40])
+def test_share_of_deviations_below_a_quantile_is_right(freedom):
+    drawn = squares(freedom, 20_000)
+    result = ChiSquare.of(drawn)
+    for share in (0.025, 0.5, 0.975):
+        below = np.mean(np.sqrt(drawn / MEAN) < result.deviation(share))
+        assert below == pytest.approx(share, abs=0.008)
+
+
+def test_an_outlier_in_a_hundred_changes_little():
+    drawn = squares(40, 100)
+    result = ChiSquare.of(drawn)
+    drawn[7] *= 1e4
+    astray = ChiSquare.of(drawn)
+    assert astray.mean == pytest.approx(result.mean, rel=0.05)
+    assert astray.freedom == pytest.approx(result.freedom, rel=0.25)
+    # By moments there would be hardly one degree of freedom left.
+    assert 2.0 * np.mean(drawn) ** 2 / np.var(drawn) < 0.1
+
+
+def test_equal_estimates_have_no_uncertainty():
+    assert ChiSquare.of(np.zeros(5)) == CERTAIN
+    assert ChiSquare.of(np.full(5, MEAN)).deviation(0.975) == 1.0
+
+
+def test_without_apparent_scatter_the_ratio_gives_the_scatter():
+    level = Level(0.04, 0.0, 1.0, ChiSquare(0.04, 9.0))
+    assert level.scatter() == pytest.approx(0.2)
+    for deviation in (0.5, 2.0):
+        assert level.scatter(deviation) == pytest.approx(0.2 / deviation)
+        assert level.visible_of(level.scatter(deviation)) == pytest.approx(0.2 / deviation)
+
+
+def test_an_invisible_scatter_may_exist():
+    level = Level(0.9, 1.0, 0.5, ChiSquare(1.0, 8.0))
+    assert level.scatter() == level._replace(gain=0.0).scatter() == 0.0
+    assert level.scatter(level.squares.deviation(0.025)) > 0.5
+    assert level.scatter(level.squares.deviation(0.975)) == 0.0
+
+
+@pytest.mark.parametrize("corner", [0.0, 5.0])
+def test_errors_next_to_reversals_are_not_scatter(corner):
+    rng, count, rows = np.random.default_rng(4), 24, 40
+    cycles, place = Groups(np.repeat(np.arange(count), rows)), np.tile(np.arange(rows), count)
+    slope, away = np.where(cycles.of_rows % 2, -1.0, 1.0), (place > 4) & (place < rows - 4)
+    levels = 0.05 * rng.standard_normal(count)
+    residual = levels[cycles.of_rows] * slope + 0.01 * rng.standard_normal(slope.size)
+    residual += np.where(away, 0.0, corner * rng.standard_normal(slope.size))
+    assert Levels.of(cycles, slope, away).scatter(residual) == pytest.approx(np.std(levels), rel=0.1)
+
+
+def test_all_rows_count_if_most_half_cycles_have_no_rows_away_from_reversals():
+    cycles = Groups(np.repeat(np.arange(10), 20))
+    assert Levels.of(cycles, np.ones(200), cycles.of_rows < 4).rows.all()
+    assert not Levels.of(cycles, np.ones(200), cycles.of_rows < 6).rows.all()
+
+
+NOISE = 0.3
+PLANT = plants.inertia(M=TRUTH["M"])
+FRICTION = friction.coulomb_viscous(**{name: TRUTH[name] for name in ("F_C", "F_v")})
+
+
+# Bands of a model that is known exactly, and has no noise.
+KNOWN = Bands({name: np.full(40, TRUTH[name]) for name in ("M", "F_C", "F_v")}, scatter=0.0, noise=0.0, unexplained=0.0)
+
+
+@pytest.fixture(scope="module")
+def log():
+    motion = sines(6.0)
+    return log_of(motion, sliding_effort(motion, noise=NOISE, offset=0.0))
+
+
+@pytest.mark.parametrize(("cutoff", "decimation"), [(100.0, 10), (100.0, 1), (30.0, 5), (200.0, 2)])
+def test_bands_of_noise_contain_19_of_20_rows(log, cutoff, decimation):
+    assert (
+        92.0 < predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=replace(KNOWN, noise=NOISE)).inside_percent < 98.0
+    )
+
+
+def test_unexplained_force_and_uncertainty_add_their_squares(log):
+    levels = TRUTH["F_C"] + np.random.default_rng(0).normal(0.0, 0.5, 40)
+    lacking, unsure, both = (
+        np.median(predict(PLANT, FRICTION, log, bands=replace(KNOWN, **changes)).half_width)
+        for changes in (
+            {"unexplained": 0.7},
+            {"draws": KNOWN.draws | {"F_C": levels}},
+            {"unexplained": 0.7, "draws": KNOWN.draws | {"F_C": levels}},
+        )
+    )
+    assert lacking == pytest.approx(1.96 * 0.7, rel=1e-3)
+    # Sliding, the force is as unsure as its level.
+    assert unsure == pytest.approx(1.96 * np.std(levels, ddof=1), rel=0.02)
+    assert both == pytest.approx(np.hypot(lacking, unsure), rel=1e-3)
+
+
+def test_bands_of_a_scattering_level_are_as_wide_as_its_friction(log):
+    half_width = predict(PLANT, FRICTION, log, bands=replace(KNOWN, scatter=0.05)).half_width
+    assert np.median(half_width) == pytest.approx(1.96 * 0.05 * TRUTH["F_C"], rel=0.15)
