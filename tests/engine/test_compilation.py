@@ -1,8 +1,10 @@
 """What compiled entries are kept under, and who may write where they lie."""
 
+import hashlib
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -16,6 +18,14 @@ def test_a_product_is_stored_by_name_signature_and_code():
     assert len(names) == 4
     assert _EntryCache("a/b", "s", "c")._file.startswith("a-b-")
     assert all(len(name) == len("a-") + 16 + len(".bin") for name in names)
+
+
+def test_a_product_that_names_a_module_of_another_time_is_compiled_anew(monkeypatch, tmp_path):
+    monkeypatch.setattr(compilation, "cache_folder", lambda: tmp_path)
+    entry = _EntryCache("run", "()", "code")
+    payload = b"cbristle.a_module_that_was_moved\nkernel\n."  # pickled by its name
+    (tmp_path / entry._file).write_bytes(hashlib.sha256(payload).digest() + payload)
+    assert entry.load_overload(None, SimpleNamespace(refresh=lambda: None)) is None
 
 
 def test_only_products_unused_for_a_month_are_removed(tmp_path):

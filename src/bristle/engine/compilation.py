@@ -241,10 +241,13 @@ class _EntryCache:
         checksum, payload = content[:32], content[32:]
         if hashlib.sha256(payload).digest() != checksum:
             return None
-        machine, reduced = pickle.loads(payload)
-        if machine != target.codegen().magic_tuple():
-            return None
-        return CompileResult._rebuild(target, *reduced)
+        try:
+            machine, reduced = pickle.loads(payload)
+            if machine != target.codegen().magic_tuple():
+                return None
+            return CompileResult._rebuild(target, *reduced)
+        except (ImportError, AttributeError):
+            return None  # the same code is in a module of another name now
 
     def save_overload(self, signature: Any, product: Any) -> None:
         from numba.core.serialize import dumps
