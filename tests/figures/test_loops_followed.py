@@ -7,8 +7,7 @@ import pytest
 from tests.figures.gallery import PLAIN, F, T, X, looped, simulated
 
 from bristle.core import Status
-from bristle.figures import loop_rows
-from bristle.figures.first_screen import gain_at_reversal
+from bristle.figures import gain_at_reversal, loop_rows
 from bristle.figures.following_error import following_error, has_completed, open_loop
 from bristle.figures.report_figure import FIGURES
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core import FrictionModel
-from bristle.core.status import Status
+from bristle.core import FrictionModel, Status
 from bristle.exports.page import loop as page_loop
 from bristle.exports.page.described import head_of
 from bristle.exports.page.loop import followed_described

@@ -8,8 +8,7 @@ import pytest
 from tests.lab.scripts import needs_node, node
 
 from bristle.controllers.law import law
-from bristle.core.contracts import Reference
-from bristle.core.experiment import Feedforward
+from bristle.core import Feedforward, Reference
 from bristle.engine import run_closed_loop
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.page.described import example_named, model_described

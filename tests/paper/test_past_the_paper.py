@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from benchmarks.compensation import file_of
 
-from bristle.files.experiment import read_experiment
-from bristle.files.model import read_model
+from bristle.files import read_experiment, read_model
 from bristle.paper.rig import SETS, compensator_from_log
 from bristle.simulation import simulate
 

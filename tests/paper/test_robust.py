@@ -13,8 +13,7 @@ from tests.cli.conftest import bristle  # noqa: F401
 from tests.report.pages import Page
 
 from bristle import friction
-from bristle.core import Axis, InputError, Status
-from bristle.core.content import content_of
+from bristle.core import Axis, InputError, Status, content_of
 from bristle.engine import force_along, interpreted
 from bristle.files import read_experiment, read_model
 from bristle.friction.uneven import uneven

@@ -8,8 +8,7 @@ import pytest
 
 from bristle.files.experiment import read_experiment
 from bristle.paper import write_experiments
-from bristle.simulation import simulate
-from bristle.simulation.compensation import on_another_rig
+from bristle.simulation import on_another_rig, simulate
 
 FOLDER = files("bristle.paper") / "experiments"
 

@@ -11,9 +11,7 @@ from tests.identification.known_logs import STATED, sliding_log
 
 from bristle import controllers
 from bristle.cli.terminal import show_lines
-from bristle.core import Diagnostic
-from bristle.core.axis import Axis
-from bristle.core.contracts import example_of
+from bristle.core import Axis, Diagnostic, example_of
 from bristle.friction import MODELS
 from bristle.identification import identify
 from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance

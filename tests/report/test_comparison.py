@@ -10,8 +10,7 @@ from tests.report.pages import Page
 
 import bristle as br
 from bristle.comparison import Change, Comparison
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
+from bristle.core import Diagnostic, InputError
 from bristle.figures import as_csv, numbers_of
 from bristle.identification import identify as fitted
 from bristle.report import compared as sides_module

@@ -12,8 +12,7 @@ from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
 from bristle import controllers, friction, plants, references
-from bristle.core import Status
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Status
 from bristle.prediction.following import Following
 from bristle.report import simulation as simulation_module
 from bristle.report.compensation import (
@@ -30,9 +29,7 @@ from bristle.report.compensation import (
     standing,
 )
 from bristle.report.simulation import simulation_ruling
-from bristle.simulation import compensation_experiment, simulate, statistics_of
-from bristle.simulation.result import SimulationResult
-from bristle.simulation.statistics import Statistics
+from bristle.simulation import SimulationResult, Statistics, compensation_experiment, simulate, statistics_of
 
 
 def with_error(result, name, error):

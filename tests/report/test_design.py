@@ -14,14 +14,10 @@ from tests.report.pages import Page, without_plots
 from tests.report.test_pages import ALL, COMMON, assert_harmless
 
 from bristle import controllers
-from bristle.core.axis import Axis
-from bristle.core.experiment import Experiment, Feedforward, Run
+from bristle.core import Axis, Experiment, Feedforward, Run
 from bristle.files.components import controller_from
-from bristle.loop import design
-from bristle.loop.assessment import Assessment
+from bristle.loop import Assessment, Circle, Delays, Design, Proposal, design
 from bristle.loop.budget import Budget, Entry
-from bristle.loop.design import Circle, Design
-from bristle.loop.tuning import Delays, Proposal
 from bristle.report import design as report
 from bristle.report.design import (
     budget_table,

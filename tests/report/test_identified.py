@@ -14,15 +14,12 @@ from tests.identification.known_logs import sliding_log
 
 import bristle as br
 from bristle import identification
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core import Diagnostic, InputError, MissingExtraError
 from bristle.demo import axis_simulated
-from bristle.exports.described import Source
-from bristle.exports.targets import Request
+from bristle.exports import Request, Source
 from bristle.exports.writing import files_for
-from bristle.files import arrays
+from bristle.files import arrays, read_model
 from bristle.files.axis import axis_from, axis_text
-from bristle.files.model import read_model
 from bristle.identification.settings import DEFAULT
 from bristle.identification.structure import with_structure
 from bristle.logs import Log

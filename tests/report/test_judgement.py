@@ -15,17 +15,13 @@ from tests.report.known import estimate
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.symbols import symbolic
+from bristle.core import Diagnostic, symbolic
 from bristle.friction import MODELS, find
-from bristle.identification import identify
+from bristle.identification import Settings, identify
 from bristle.identification.estimate import MATTERS
-from bristle.identification.settings import Settings
 from bristle.identification.structure import CODES
 from bristle.logs import Log
-from bristle.prediction import drive_table, predict
-from bristle.prediction.drive_table import level_values
-from bristle.prediction.following import Following, following_of, loop_of
+from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
 from bristle.report.judgement import (
@@ -45,8 +41,7 @@ from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import parameter_table
 from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
-from bristle.simulation import simulate
-from bristle.simulation.statistics import statistics_of
+from bristle.simulation import simulate, statistics_of
 
 USUAL = Settings()
 

@@ -26,8 +26,7 @@ from bristle.exports.page.rows import fitted_rows, turns_of
 from bristle.files.results import results_folder
 from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
-from bristle.simulation import simulate
-from bristle.simulation.compensation import COMPENSATED, compensation_experiment
+from bristle.simulation import COMPENSATED, compensation_experiment, simulate
 
 MOST = 400_000  # bytes that a report grows by
 AGREES, THINNED = 0.01, 0.03  # of the report's own number

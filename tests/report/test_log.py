@@ -12,8 +12,7 @@ from tests.report import known
 from bristle.core import InputError
 from bristle.identification.result import Identification, Resampling, Scatter
 from bristle.identification.simulated_bands import Bands
-from bristle.logs.break_away import BreakAway
-from bristle.logs.passages import Passage
+from bristle.logs import BreakAway, Passage
 from bristle.report import exported
 from bristle.report import log as report
 from bristle.report.exported import ExportedModel, _loop_beside

@@ -10,10 +10,8 @@ from hypothesis import strategies as st
 from tests.report import known
 
 from bristle import friction, plants
-from bristle.core import Axis
-from bristle.core.axis import Column
-from bristle.identification import HeldOut
-from bristle.identification.settings import Settings
+from bristle.core import Axis, Column
+from bristle.identification import HeldOut, Settings
 from bristle.report import identification as report
 from bristle.report import model_tables
 from bristle.report import summary as summary_module

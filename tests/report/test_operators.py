@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bristle import hysteresis
-from bristle.core import Status
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Status
 from bristle.report import operators as report
 from bristle.report import prediction as prediction_module
 from bristle.report.operators import comparison_of_operators, operator_ruling, operator_summary

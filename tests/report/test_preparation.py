@@ -10,9 +10,7 @@ import pytest
 from tests.simulation.test_run import loop
 
 from bristle import controllers, sensors
-from bristle.core import InputError
-from bristle.core.axis import Axis
-from bristle.core.experiment import Run
+from bristle.core import Axis, InputError, Run
 from bristle.engine import interpreted
 from bristle.report import identified, prepared
 from bristle.report.prepared import Prepared, prepare

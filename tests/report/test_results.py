@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 from tests.figures.gallery import gallery
 
 import bristle as br
-from bristle.core import InputError
-from bristle.core.errors import InputWarning
+from bristle.core import InputError, InputWarning
 from bristle.figures import ReportFigure, style
 from bristle.files.results import results_folder
 from bristle.report import page, results

@@ -13,10 +13,7 @@ from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
 from bristle import controllers, friction
-from bristle.core import Status, number
-from bristle.core.axis import Axis
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.experiment import Feedforward
+from bristle.core import Axis, Diagnostic, Feedforward, Status, number
 from bristle.core.units import convert
 from bristle.report import loops as loops_module
 from bristle.report import simulation as report

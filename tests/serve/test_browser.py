@@ -13,8 +13,7 @@ from tests.serve.yard import served
 
 from bristle.cli.main import main
 from bristle.demo.axis_simulated import AXIS_FILE, write_log
-from bristle.files import read_experiment
-from bristle.files.owned import NOTE
+from bristle.files import NOTE, read_experiment
 from bristle.simulation import simulate
 
 pytestmark = [

@@ -13,9 +13,8 @@ import pytest
 from starlette.requests import ClientDisconnect
 
 from bristle.core.errors import InputError
-from bristle.server import tasks, worker
+from bristle.server import Limits, tasks, worker
 from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, announced_by, json_of, label_of, stored
-from bristle.server.limits import Limits
 from bristle.server.worker import Interruption, main
 
 

@@ -11,11 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bristle.core.content import Content
-from bristle.core.errors import InputError
-from bristle.files import NOTE, read_axis
-from bristle.files.axis_form import edited, form_of
-from bristle.files.summary import plain
+from bristle.core import Content, InputError
+from bristle.files import NOTE, edited, form_of, plain, read_axis
 from bristle.server import loop, tasks
 from bristle.server.errand import BUCKETS, Errand, LabelledLog, as_table, thinned, zipped
 from bristle.server.tasks import look

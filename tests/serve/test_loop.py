@@ -11,8 +11,7 @@ import pytest
 from markupsafe import Markup
 from tests.cli.conftest import EXPERIMENT
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
+from bristle.core import Diagnostic, InputError
 from bristle.files import read_axis, read_experiment
 from bristle.report import page
 from bristle.server import loop

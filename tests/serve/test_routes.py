@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 from tests.serve.yard import TOKEN, begun, put, served
 
-from bristle.server import routes
+from bristle.server import Limits, routes
 from bristle.server.cases import Job, Part
-from bristle.server.limits import Limits
 
 LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3, jobs=2)
 

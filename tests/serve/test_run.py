@@ -13,8 +13,7 @@ import pytest
 from tests.serve.yard import begun, lab_process, put
 
 from bristle.core.errors import InputError
-from bristle.server import run
-from bristle.server.limits import Limits
+from bristle.server import Limits, run
 from bristle.server.run import NOTE, PREFIX, listening_on, own_folder, serve, server_of
 
 
