@@ -10,7 +10,7 @@ from tests.figures.gallery import PLAIN, F, T, V, X, fit, looped, predicted
 
 from bristle.figures import first_screen as figures
 from bristle.figures import fit as fit_module
-from bristle.figures.report_figure import FIGURES
+from bristle.figures import report_figure
 
 NAMES = ("base", "plain", "fed")
 
@@ -235,9 +235,9 @@ def test_a_prediction_shows_the_predicted_signals(unknown, first, errors):
     vars(result).update(dict.fromkeys(unknown))
     assert fit_module.prediction(result).axes[0].get_ylabel() == first
     assert [axes.get_ylabel() for axes in fit_module.prediction_error(result).axes] == errors
-    assert [FIGURES[name].applies(result, "translational") for name in ("fit.prediction", "fit.error")] == [True, True]
+    assert [report_figure.FIGURES[name].applies(result, "translational") for name in ("fit.prediction", "fit.error")] == [True, True]
     result.effort_predicted = result.position_predicted = None
-    assert not FIGURES["fit.prediction"].applies(result, "translational")
+    assert not report_figure.FIGURES["fit.prediction"].applies(result, "translational")
 
 
 def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
@@ -255,4 +255,4 @@ def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
 def test_a_caption_mentions_a_band_only_if_it_is_drawn(band):
     result = predicted()
     result.half_width = band
-    assert (FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)
+    assert (report_figure.FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)

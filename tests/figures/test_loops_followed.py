@@ -7,11 +7,10 @@ import pytest
 from tests.figures.gallery import PLAIN, F, T, X, looped, simulated
 
 from bristle.core import Status
-from bristle.figures import gain_at_reversal, loop_rows
+from bristle.figures import gain_at_reversal, loop_rows, report_figure
 from bristle.figures.following_error import following_error, has_completed, open_loop
-from bristle.figures.report_figure import FIGURES
 
-AT_REVERSAL, FIGURE = FIGURES["first_screen.reversal"], FIGURES["following_error.following"]
+AT_REVERSAL, FIGURE = report_figure.FIGURES["first_screen.reversal"], report_figure.FIGURES["following_error.following"]
 NAMES = ("base", "plain", "fed")
 
 

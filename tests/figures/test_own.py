@@ -6,7 +6,6 @@ import pytest
 
 from bristle.core import InputError
 from bristle.figures import ReportFigure, own, style
-from bristle.figures.own import draw_own, figures_named, load_figure_file, refuse_unfit
 
 FILE = """
 from bristle.figures import ReportFigure, style
@@ -24,10 +23,10 @@ def written(folder, **changes):
 
 
 def test_a_file_defines_a_figure(tmp_path):
-    figure = load_figure_file(written(tmp_path))
+    figure = own.load_figure_file(written(tmp_path))
     assert (figure.name, figure.needs) == ("mine", ("simulation",))
-    assert load_figure_file(written(tmp_path, name="a" + "b" * 40)).name == "a" + "b" * 40
-    assert load_figure_file(written(tmp_path, takes='("log", "design")')).needs == ("log", "design")
+    assert own.load_figure_file(written(tmp_path, name="a" + "b" * 40)).name == "a" + "b" * 40
+    assert own.load_figure_file(written(tmp_path, takes='("log", "design")')).needs == ("log", "design")
 
 
 @pytest.mark.parametrize(
@@ -48,7 +47,7 @@ def test_a_file_defines_a_figure(tmp_path):
 )
 def test_an_incomplete_file_is_refused(tmp_path, changes, words):
     with pytest.raises(InputError, match=words):
-        load_figure_file(written(tmp_path, **changes))
+        own.load_figure_file(written(tmp_path, **changes))
 
 
 def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels(2.0)[0], **more):
@@ -64,17 +63,17 @@ def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels
     ],
 )
 def test_a_figure_is_on_reports_with_its_inputs(takes, report, others, words):
-    refuse_unfit(figure(), "run", [figure()], "")
+    own.refuse_unfit(figure(), "run", [figure()], "")
     with pytest.raises(InputError, match=words):
-        refuse_unfit(figure(takes=takes), report, [figure()] * others, "")
+        own.refuse_unfit(figure(takes=takes), report, [figure()] * others, "")
 
 
 def test_figures_are_given_as_objects_or_files(tmp_path):
-    first, second = figures_named([figure("other"), written(tmp_path)], "run")
+    first, second = own.figures_named([figure("other"), written(tmp_path)], "run")
     assert (first.name, second.name) == ("other", "mine")
-    assert figures_named((), "run") == ()
+    assert own.figures_named((), "run") == ()
     with pytest.raises(InputError, match="another figure has the same name"):
-        figures_named([figure(), written(tmp_path)], "run")
+        own.figures_named([figure(), written(tmp_path)], "run")
 
 
 def test_a_figure_is_drawn_from_copies():
@@ -84,16 +83,16 @@ def test_a_figure_is_drawn_from_copies():
         simulation["a"].append(2)
         return style.panels(2.0)[0]
 
-    assert draw_own(figure(draw=draw), facts).axes
+    assert own.draw_own(figure(draw=draw), facts).axes
     assert facts == {"simulation": {"a": [1]}}
     with pytest.raises(InputError, match="returned a int, not a Figure"):
-        draw_own(figure(draw=lambda simulation: 3), facts)
+        own.draw_own(figure(draw=lambda simulation: 3), facts)
 
 
 def test_a_figure_is_not_kept_by_the_stateful_interface(monkeypatch):
     closed = []
     monkeypatch.setitem(own.sys.modules, "matplotlib.pyplot", Some(close=closed.append))
-    drawing = draw_own(figure(), {"simulation": 1})
+    drawing = own.draw_own(figure(), {"simulation": 1})
     assert closed == [drawing]
 
 

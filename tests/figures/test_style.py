@@ -11,9 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.transforms import IdentityTransform
 
-from bristle.figures import style
-from bristle.figures.drawing import own_settings, width
-from bristle.figures.files import Drawing
+from bristle.figures import drawing, files, style
 from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
 from bristle.figures.style import envelope, line, runs, spread
 
@@ -27,7 +25,7 @@ WORDS = {
 
 @pytest.fixture(autouse=True)
 def common_look():
-    with own_settings():
+    with drawing.own_settings():
         yield
 
 
@@ -174,13 +172,13 @@ def test_a_title_is_cut_to_the_panel_and_keeps_the_number_after_the_name():
         style.title(axes, f"{name}: 5 %", name, beside)
         text = axes.get_title(loc="right")
         assert text.endswith(": 5 %")
-        assert width(text, 8.5) <= available - beside < width(text, 8.5) + 0.3
+        assert drawing.width(text, 8.5) <= available - beside < drawing.width(text, 8.5) + 0.3
         whole.append(text)
     assert len(whole[1]) < len(whole[0])
     style.title(axes, f"of {name}", name)
     assert re.match("of W+…", axes.get_title(loc="right"))
     style.title(axes, name)
-    assert width(axes.get_title(loc="right"), 8.5) > available - 0.3
+    assert drawing.width(axes.get_title(loc="right"), 8.5) > available - 0.3
     style.title(axes, "short", "short")
     assert axes.get_title(loc="right") == "short"
 
@@ -279,7 +277,7 @@ def test_a_function_of_figures_draws_with_the_common_look():
         """Words."""
         return style.panels(height, rows=rows)[0]
 
-    assert isinstance(drawn(3.0, rows=1), Drawing)
+    assert isinstance(drawn(3.0, rows=1), files.Drawing)
     assert drawn.__doc__ == "Words."
 
 

@@ -1,7 +1,6 @@
 """How many blocks of walks a page of the lab proves itself with."""
 
-from bristle.exports.page.described import example_named
-from bristle.exports.page.switches import offered
+from bristle.exports.page import described, switches
 from bristle.friction import MODELS
 
 GIVEN = "gms+asymmetry"
@@ -12,4 +11,4 @@ def blocks_with_given():
 
     Of the given model, each slot and all of them are one.
     """
-    return sum(21 + 2 ** len(offered(example_named(name))) // 16 + 1 for name in MODELS) + 5 + 1 + 1
+    return sum(21 + 2 ** len(switches.offered(described.example_named(name))) // 16 + 1 for name in MODELS) + 5 + 1 + 1

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 from tests.lab.scripts import needs_node, node
 
-from bristle.certificates.certify import closure, drift
-from bristle.certificates.quasi_static import holding_of
+from bristle.certificates import certify, quasi_static
 from bristle.core import InputError
-from bristle.exports.page.described import example_named, model_described
-from bristle.exports.page.packing import plain
+from bristle.exports.page import described, packing
 from bristle.friction import MODELS, unvaried, with_slots
 from bristle.testing import example_of
 
@@ -41,11 +39,11 @@ say(answers);
 
 @cache
 def page_model(name, slots=()):
-    return plain(model_described(model_of(name, slots)))
+    return packing.plain(described.model_described(model_of(name, slots)))
 
 
 def model_of(name, slots=()):
-    return example_of(with_slots(MODELS[name], slots)) if slots else example_named(name)
+    return example_of(with_slots(MODELS[name], slots)) if slots else described.example_named(name)
 
 
 def moved(model, count):
@@ -72,8 +70,8 @@ def moved(model, count):
 def of_python(model):
     """Return verdict and number of each certificate; None where it does not apply."""
     still = unvaried(model)
-    holding = holding_of(still)
-    answers = [drift(still, holding, None, is_magnet=False), closure(still, holding, None)]
+    holding = quasi_static.holding_of(still)
+    answers = [certify.drift(still, holding, None, is_magnet=False), certify.closure(still, holding, None)]
     return [[each.passed, each.value] if each.applies else None for each in answers]
 
 
@@ -82,7 +80,7 @@ def coded(model):
     for name, value in model.values.items():
         variable = model.component.variables[name]
         rows[name] = [float(x) for x in np.atleast_1d(variable.choices.index(value) if isinstance(value, str) else value)]
-    return plain(rows)
+    return packing.plain(rows)
 
 
 def compared(name, slots, count, folder):

@@ -9,10 +9,8 @@ import pytest
 
 import bristle as br
 from bristle.core.experiment import Feedforward, Run, Start, Variant
-from bristle.exports.page import switches
-from bristle.exports.page.loop import loop_described, trace_described, tracking_described
+from bristle.exports.page import loop, rows, switches
 from bristle.exports.page.packing import as_json, differences, packed, packed_numbers, plain, unpacked
-from bristle.exports.page.rows import turns_of
 from bristle.friction import lugre
 from bristle.lab.page import paper_experiment
 
@@ -44,7 +42,7 @@ def whole(message, count, parts):
 
 
 def described(**changes):
-    facts, reason = loop_described(variant(**changes), FRICTION)
+    facts, reason = loop.loop_described(variant(**changes), FRICTION)
     assert reason == ""
     return facts
 
@@ -106,7 +104,7 @@ def test_different_friction_of_the_axis_is_included():
     ],
 )
 def test_uncomputable_loops_are_reported(changes, words):
-    facts, reason = loop_described(variant(**changes), FRICTION)
+    facts, reason = loop.loop_described(variant(**changes), FRICTION)
     assert facts is None
     assert words in reason
 
@@ -115,18 +113,18 @@ def test_a_following_error_is_some_of_its_samples():
     time = 2.0 + DT * np.arange(100)
     error = 1e-6 * np.sin(np.arange(100.0))
     samples = np.array([0, 3, 7, 50, 99])
-    trace = trace_described("error", time, error, samples)
+    trace = loop.trace_described("error", time, error, samples)
     assert (trace["count"], trace["time"], trace["sampleTime"]) == (5, 2.0, pytest.approx(DT))
     assert trace["step"] == pytest.approx(np.max(np.abs(error)) / 4096)
     places, values = whole(trace["numbers"], 5, 2)
     assert np.cumsum(np.cumsum(places)).tolist() == samples.tolist()
     np.testing.assert_allclose(trace["step"] * np.cumsum(values), error[samples], atol=0.51 * trace["step"])
-    assert trace_described("error", time, 0.0 * error, samples)["step"] == 1.0
+    assert loop.trace_described("error", time, 0.0 * error, samples)["step"] == 1.0
 
 
 def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
     plain, observing = ({variant.name: variant for variant in paper_experiment().variants}[name] for name in ("none", "observer"))
-    data = tracking_described(plain, observing)
+    data = loop.tracking_described(plain, observing)
     assert (data["sampleTime"], data["delay"]) == (plain.run.sample_time, plain.run.delay)
     assert data["paper"] == {
         "K_2": plain.controller.values["K_2"],
@@ -202,4 +200,4 @@ FORTH_AND_BACK = [0.0, 1.0, 3.0, 2.9, 4.0, 4.0, 1.0, 1.5, 0.0]
     ],
 )
 def test_turns_are_reversals_deeper_than_the_depth(x, depth, turns):
-    assert turns_of(np.array(x), depth).tolist() == turns
+    assert rows.turns_of(np.array(x), depth).tolist() == turns

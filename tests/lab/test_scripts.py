@@ -10,10 +10,9 @@ from tests.lab.test_certificates import CLOSE, of_python
 
 import bristle as br
 from bristle.core.contracts import Motion
+from bristle.exports.page import sliders, switches
 from bristle.exports.page.described import example_named, model_described
 from bristle.exports.page.packing import plain
-from bristle.exports.page.sliders import Scales, conditions_of
-from bristle.exports.page.switches import begun, combinations, offered, plain_of, slots_of
 from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
@@ -245,7 +244,7 @@ def test_conditions_are_the_relations_of_the_model(tmp_path):
         """
         assert node(tmp_path, [page_model(model)], script) == truths
         assert len(set(truths)) == 2
-        assert conditions_of(model.component)
+        assert sliders.conditions_of(model.component)
 
 
 def test_shares_add_up_to_one_after_any_move(tmp_path):
@@ -313,7 +312,7 @@ def only(*names):
 def begun_named(name, slots):
     model = example_named(name)
     facts = next(row for row in page_data()["models"] if row["name"] == name)
-    return begun(model, slots, Scales(**facts["scales"]))
+    return switches.begun(model, slots, sliders.Scales(**facts["scales"]))
 
 
 def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
@@ -328,7 +327,7 @@ def test_every_model_walks_as_in_python_with_every_set_of_slots(tmp_path):
     counts = run(tmp_path, script, page_data())
     assert [row[:2] for row in counts] == [[name, 0] for name in MODELS]
     for name, _, blocks in counts:
-        assert blocks == 21 + 2 ** len(offered(example_named(name))) // 16 + 1
+        assert blocks == 21 + 2 ** len(switches.offered(example_named(name))) // 16 + 1
 
 
 def test_a_single_different_bit_with_slots_is_detected(tmp_path):
@@ -374,7 +373,7 @@ def test_a_slot_over_a_channel_is_refused_by_its_name():
     ],
 )
 def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
-    slots = offered(example_named(name))
+    slots = switches.offered(example_named(name))
     sets = [(), *((slot,) for slot in slots[::3]), ("periodic", "asymmetry"), slots]
     script = f"""
     const [model] = data.models;
@@ -389,12 +388,12 @@ def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
         assert {key: facts[key] for key in FACTS} == {key: wanted[key] for key in FACTS}
         assert [[row[key] for key in ROWS] for row in facts["variables"]] == [[row[key] for key in ROWS] for row in wanted["variables"]]
         assert [row for row in facts["conditions"] if "least" not in row] == wanted["conditions"]
-        assert facts["slots"] == list(slots_of(model))
+        assert facts["slots"] == list(switches.slots_of(model))
 
 
 def test_copied_text_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
-        for slots in combinations(offered(example_named(name)), complete=False):
+        for slots in switches.combinations(switches.offered(example_named(name)), complete=False):
             script = f"""
             const model = withSlots(data.models[0], {json.dumps(slots)}, offers(data.models[0]));
             const values = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));
@@ -422,7 +421,7 @@ def test_a_removed_slot_leaves_the_mean_of_both_directions(tmp_path):
     first, off, on, name, is_named = run(tmp_path, script, data)
     values = [*first["F_C_pos"], *off["F_C"], *off["F_S"], *on["F_C_pos"]]
     mean = 0.5 * (30.0 + model.values["F_C_neg"])
-    assert values == pytest.approx([model.values["F_C_pos"], mean, plain_of(model).values["F_S"], 1.1 * mean])
+    assert values == pytest.approx([model.values["F_C_pos"], mean, switches.plain_of(model).values["F_S"], 1.1 * mean])
     assert (name, is_named) == ("gms", False)
 
 

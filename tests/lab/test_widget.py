@@ -10,8 +10,7 @@ import pytest
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
-from bristle.exports.page.described import example_named, model_described
-from bristle.exports.page.packing import plain
+from bristle.exports.page import described, packing
 from bristle.lab import Widget
 
 needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
@@ -63,7 +62,7 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
     assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [19.0, 21.0]
     widget.parameters = {"F_C": 22.0}
     assert widget._described is first
-    gms = example_named("gms")
+    gms = described.example_named("gms")
     widget.model = gms
     assert widget._described["model"] == "gms"
     assert "F_v" not in widget._values or widget._values["nu_i"] == gms.values["nu_i"].tolist()
@@ -170,13 +169,18 @@ OTHER = """
 @needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
 def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, shown):
-    widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
+    widget, other = Widget(lugre), Widget(described.example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     tab = shown(page.as_uri(), width=width)
-    values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
+    values = {
+        "esm": widget._esm,
+        "state": state,
+        "other": rest,
+        "proven": packing.plain(described.model_described(described.example_named("lugre"))),
+    }
     for name, value in values.items():
         tab.run(f"window.{name} = {json.dumps(value)}; 0")
     tab.run(STUB + "0")

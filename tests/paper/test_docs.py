@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle.paper import reproduce, write_experiments
-from bristle.paper.setting import SECTIONS, read_setting
+from bristle.paper import reproduce, setting, write_experiments
 
 pytestmark = pytest.mark.slow
 
@@ -19,14 +18,14 @@ def test_the_experiment_in_the_docs_runs(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
     texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
     custom = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
-    result, on_bench = [custom.write_text(text, encoding="utf-8") and read_setting(custom) for text in texts]
+    result, on_bench = [custom.write_text(text, encoding="utf-8") and setting.read_setting(custom) for text in texts]
     assert reproduce([8], folder=custom.parent)[0].verdict == "calibrated"
-    assert set(on_bench.numbers["bench"]) == set(SECTIONS["bench"])
+    assert set(on_bench.numbers["bench"]) == set(setting.SECTIONS["bench"])
     assert list(result.contacts) == ["LuGre", "virtual rig"]
     assert result.contacts["virtual rig"].values["scatter"] == 0.0
     message = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))
-    assert message == {"contact", "operator", "plant", *SECTIONS}
-    for keys in SECTIONS.values():
+    assert message == {"contact", "operator", "plant", *setting.SECTIONS}
+    for keys in setting.SECTIONS.values():
         assert all(f"`{key}`" in page for key in keys)
 
 

@@ -11,13 +11,12 @@ from matplotlib.mathtext import MathTextParser
 from bristle.cli.application import app
 from bristle.cli.main import main
 from bristle.engine import interpreted
-from bristle.paper import FIGURES
-from bristle.paper.equations import EQUATIONS, SETUP
+from bristle.paper import FIGURES, equations
 
 ROOT = Path(__file__).parents[2]
 GROUP = typer.main.get_command(app)
 CHEAP = "bristle models"  # the others take seconds to minutes, and have their own tests
-each = pytest.mark.parametrize("one", EQUATIONS, ids=lambda equation: str(equation.number))
+each = pytest.mark.parametrize("one", equations.EQUATIONS, ids=lambda equation: str(equation.number))
 
 
 def numbers_in(text):
@@ -29,7 +28,7 @@ def numbers_in(text):
 
 
 def test_all_23_are_there_in_order():
-    assert [equation.number for equation in EQUATIONS] == list(range(1, 24))
+    assert [equation.number for equation in equations.EQUATIONS] == list(range(1, 24))
 
 
 @each
@@ -63,18 +62,20 @@ def test_formulas_can_be_typeset(one):
 @pytest.fixture(scope="module")
 def session():
     names = {}
-    for line in SETUP:
+    for line in equations.SETUP:
         exec(line, names)
     return names
 
 
-@pytest.mark.parametrize("equation", [equation for equation in EQUATIONS if equation.gives], ids=lambda equation: str(equation.number))
+@pytest.mark.parametrize(
+    "equation", [equation for equation in equations.EQUATIONS if equation.gives], ids=lambda equation: str(equation.number)
+)
 @interpreted()
 def test_the_python_line_gives_the_stated_result(equation, session):
     assert str(eval(equation.run, session)) == equation.gives
 
 
-@pytest.mark.parametrize("command", sorted({equation.run for equation in EQUATIONS if not equation.gives}))
+@pytest.mark.parametrize("command", sorted({equation.run for equation in equations.EQUATIONS if not equation.gives}))
 def test_the_command_can_be_run(command, tmp_path, monkeypatch, capsys):
     words = shlex.split(command)
     assert words.pop(0) == "bristle"

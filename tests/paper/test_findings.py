@@ -8,7 +8,6 @@ import pytest
 
 from bristle.core.content import NOWHERE
 from bristle.paper.robust import findings, page
-from bristle.paper.robust.findings import Claim, Interval, best_family, claims, error_of, interval, no_better, numbers, share_left
 from bristle.paper.robust.trial import Cell, Plan, Trial
 from bristle.paper.robust.truths import NOMINAL, Truth
 
@@ -39,7 +38,7 @@ def test_a_plan_contains_each_loop_and_feedforward_of_each_family():
 
 def size_of(*case, **of):
     """The peak-to-peak error of a loop [µm]."""
-    return lambda trial: 1e6 * error_of(trial, *case, **of).peak_to_peak
+    return lambda trial: 1e6 * findings.error_of(trial, *case, **of).peak_to_peak
 
 
 @pytest.mark.parametrize(
@@ -48,19 +47,19 @@ def size_of(*case, **of):
         (size_of("set_a", "lugre", "none"), pytest.approx(1.5)),
         (size_of("set_a", "lugre", "feedforward", family="gms"), pytest.approx(0.3)),
         (size_of("set_a", "lugre", "observer", "level_1.6"), pytest.approx(0.6)),
-        (lambda trial: error_of(trial, "set_c", "lugre", "none"), None),
+        (lambda trial: findings.error_of(trial, "set_c", "lugre", "none"), None),
         # What remains is a share of the error without compensation.
-        (lambda trial: share_left(trial, "set_a", "lugre", "observer"), pytest.approx(1.0 / 3.0)),
-        (lambda trial: share_left(trial, "set_a", "lugre", "feedforward", "gms"), pytest.approx(0.2)),
+        (lambda trial: findings.share_left(trial, "set_a", "lugre", "observer"), pytest.approx(1.0 / 3.0)),
+        (lambda trial: findings.share_left(trial, "set_a", "lugre", "feedforward", "gms"), pytest.approx(0.2)),
         # The best family has the smallest remaining error; a stranger is of another structure.
-        (lambda trial: best_family(trial, "set_a", FIRST), "gms"),
-        (lambda trial: best_family(trial, "set_a", FIRST, strangers=True), "maxwell_slip"),
-        (lambda trial: best_family(trial, "set_a", OTHER, strangers=True), "gms"),
-        (lambda trial: best_family(trial, "set_c", FIRST), ""),
+        (lambda trial: findings.best_family(trial, "set_a", FIRST), "gms"),
+        (lambda trial: findings.best_family(trial, "set_a", FIRST, strangers=True), "maxwell_slip"),
+        (lambda trial: findings.best_family(trial, "set_a", OTHER, strangers=True), "gms"),
+        (lambda trial: findings.best_family(trial, "set_c", FIRST), ""),
         # A claim holds up to its limit.
-        (lambda trial: Claim("x", 0.5, {"a": 0.5, "b": 0.4}).holds, True),
-        (lambda trial: Claim("x", 0.5, {"a": 0.5, "b": 0.501}).holds, False),
-        (lambda trial: claims(trial, "set_c"), []),
+        (lambda trial: findings.Claim("x", 0.5, {"a": 0.5, "b": 0.4}).holds, True),
+        (lambda trial: findings.Claim("x", 0.5, {"a": 0.5, "b": 0.501}).holds, False),
+        (lambda trial: findings.claims(trial, "set_c"), []),
     ],
 )
 def test_numbers_of_a_trial_are_found_by_their_loop(trial, read, expected):
@@ -69,8 +68,8 @@ def test_numbers_of_a_trial_are_found_by_their_loop(trial, read, expected):
 
 def test_a_loop_without_a_run_has_no_error(trial):
     trial.errors[Cell("set_a", "lugre", NOMINAL, "none", "")] = np.empty(0)
-    assert error_of(trial, "set_a", "lugre", "none") is None
-    assert math.isnan(share_left(trial, "set_a", "lugre", "observer"))
+    assert findings.error_of(trial, "set_a", "lugre", "none") is None
+    assert math.isnan(findings.share_left(trial, "set_a", "lugre", "observer"))
 
 
 @pytest.mark.parametrize(("both", "named"), [(0.499, ["lugre"]), (0.48, []), (0.5, ["lugre"]), (0.6, ["lugre"])])
@@ -78,19 +77,19 @@ def test_both_together_do_better_by_more_than_their_intervals(trial, both, named
     cells = [Cell("set_a", "lugre", NOMINAL, name, family) for name, family in (("observer", ""), ("observer_feedforward", "maxwell_slip"))]
     trial.errors[cells[0]] = 1e-6 * np.array([0.499, 0.5, 0.501])
     trial.errors[cells[1]] = 1e-6 * (both + np.array([-0.001, 0.0, 0.001]))
-    assert no_better(trial, "set_a") == named
+    assert findings.no_better(trial, "set_a") == named
     trial.errors = {}
-    assert no_better(trial, "set_a") == []
+    assert findings.no_better(trial, "set_a") == []
 
 
 def test_a_single_run_has_no_interval_to_exceed(trial):
     for name, family, size in (("observer", "", 0.5), ("observer_feedforward", "maxwell_slip", 0.499)):
         trial.errors[Cell("set_a", "lugre", NOMINAL, name, family)] = np.array([size * 1e-6])
-    assert no_better(trial, "set_a") == []
+    assert findings.no_better(trial, "set_a") == []
 
 
 def test_claims_are_of_the_rig_at_every_level_and_of_all_other_truths(trial):
-    first, others = claims(trial)
+    first, others = findings.claims(trial)
     assert (first.limit, others.limit) == (0.45e-6, 0.5e-6)
     assert first.errors == {NOMINAL: pytest.approx(0.4e-6), "level_1.6": pytest.approx(0.48e-6)}
     assert others.errors == {"lugre": pytest.approx(0.4e-6)}
@@ -98,7 +97,7 @@ def test_claims_are_of_the_rig_at_every_level_and_of_all_other_truths(trial):
 
 
 def test_numbers_contain_every_loop_and_family(trial):
-    data = numbers(trial)
+    data = findings.numbers(trial)
     assert data["robust"]["lugre"]["level_1.6"]["none"]["peak_to_peak"] == pytest.approx(1.8e-6)
     family = data["families"]["lugre"]["lugre"]
     assert family["own_structure"] is True
@@ -119,9 +118,9 @@ def test_numbers_contain_every_loop_and_family(trial):
     ("told", "number", "words"),
     [
         (findings.micrometres, None, "–"),
-        (findings.micrometres, interval([math.inf, 1e-6]), "diverged"),
-        (findings.micrometres, interval([1.234e-6]), "1.23"),
-        (findings.micrometres, Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
+        (findings.micrometres, findings.interval([math.inf, 1e-6]), "diverged"),
+        (findings.micrometres, findings.interval([1.234e-6]), "1.23"),
+        (findings.micrometres, findings.Interval(1.234e-6, 1.134e-6, 1.334e-6, 1.4e-6, 3), "1.23 (1.13 to 1.33)"),
         (findings._percent, math.nan, "–"),
         (findings._percent, math.inf, "diverged"),
         (findings._percent, 0.123, "12"),

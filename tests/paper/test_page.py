@@ -7,9 +7,7 @@ import pytest
 from tests.report.pages import Page, without_plots
 
 from bristle.files.summary import as_json
-from bristle.paper import FIGURES, paper_report, paper_summary
-from bristle.paper.equations import EQUATIONS
-from bristle.paper.errata import ERRATA, KINDS, errata_of
+from bristle.paper import FIGURES, equations, errata, paper_report, paper_summary
 
 pytestmark = pytest.mark.slow
 
@@ -48,16 +46,16 @@ def test_the_page_is_self_contained(html):
 
 def test_every_erratum_is_listed_with_its_kind(html):
     page = Page(html)
-    for item in ERRATA:
+    for item in errata.ERRATA:
         assert " ".join(item.correct.split()) in page.words
-        assert page.cells.count(item.kind) == len(errata_of(item.kind))
-    for what in KINDS.values():
+        assert page.cells.count(item.kind) == len(errata.errata_of(item.kind))
+    for what in errata.KINDS.values():
         assert what[1:] in page.words
 
 
 def test_every_equation_is_listed(html):
     cells = Page(html).cells
-    for equation in EQUATIONS:
+    for equation in equations.EQUATIONS:
         start = cells.index(equation.title) - 1
         assert cells[start : start + 5] == [f"({equation.number})", equation.title, equation.stands, equation.file, equation.run]
 

@@ -19,11 +19,8 @@ from bristle.files import read_experiment, read_model
 from bristle.friction.uneven import uneven
 from bristle.identification.result import Identification
 from bristle.paper import EXPERIMENTS, rig
-from bristle.paper.robust import loops
+from bristle.paper.robust import findings, loops
 from bristle.paper.robust import trial as trials
-from bristle.paper.robust.findings import claims, error_of, interval
-from bristle.paper.robust.loops import VARIANTS, loop, peak_to_peak, setting
-from bristle.paper.robust.trial import Plan, run_trial
 from bristle.paper.robust.truths import FOLDER, NOMINAL, SIMULATED, truths_named, under
 from bristle.plants import inertia
 
@@ -128,13 +125,13 @@ def quick(monkeypatch):
 
 def test_each_loop_runs_with_each_compensator_that_was_identified(quick):
     words = []
-    plan = Plan(tuple(truths_named(["lugre"])), 3, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=("dahl",))
-    trial = run_trial(plan, lambda share, text: words.append((share, text)))
-    assert quick == {"runs": 3 * 2 * len(VARIANTS), "fits": 2}
+    plan = trials.Plan(tuple(truths_named(["lugre"])), 3, conditions=(NOMINAL, "level_1.6"), sets=("set_a",), families=("dahl",))
+    trial = trials.run_trial(plan, lambda share, text: words.append((share, text)))
+    assert quick == {"runs": 3 * 2 * len(loops.VARIANTS), "fits": 2}
     assert trial.fits["lugre", "dahl"].reason == "not in this log"
     assert trial.fits["lugre", "maxwell_slip"].friction == ELEMENTS
-    assert error_of(trial, "set_a", "lugre", "feedforward", family="dahl") is None
-    assert error_of(trial, "set_a", "lugre", "none").seeds == 3
+    assert findings.error_of(trial, "set_a", "lugre", "feedforward", family="dahl") is None
+    assert findings.error_of(trial, "set_a", "lugre", "none").seeds == 3
     assert words[0] == (0.0, "lugre: identifying dahl")
     # Of nine loops that of dahl is not run.
     assert sorted(share for share, _ in words if share) == pytest.approx([count / 9.0 for count in range(1, 9)])
@@ -200,12 +197,12 @@ def test_conflicting_options_are_refused(bristle, tmp_path, monkeypatch, argumen
 
 
 def test_the_interval_is_that_of_student():
-    message = interval([1.0, 2.0, 3.0, 6.0])
+    message = findings.interval([1.0, 2.0, 3.0, 6.0])
     assert message.peak_to_peak == 3.0
     assert (message.low, message.high) == pytest.approx((-0.4374, 6.4374), abs=1e-4)  # 3 ± 3.182 * 2.160 / 2
     assert (message.largest, message.seeds) == (6.0, 4)
-    assert math.isnan(interval([1.0]).low)
-    assert interval([1.0, math.inf]).peak_to_peak == math.inf
+    assert math.isnan(findings.interval([1.0]).low)
+    assert findings.interval([1.0, math.inf]).peak_to_peak == math.inf
 
 
 def told_in_the_docs():
@@ -263,16 +260,16 @@ def test_the_run_of_the_docs_meets_the_claims():
 @pytest.mark.slow
 def test_claims_for_observer_and_feedforward_hold_on_every_truth():
     levels = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
-    trial = run_trial(Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=()))
-    result = claims(trial)
+    trial = trials.run_trial(trials.Plan(tuple(truths_named()), 4, conditions=levels, sets=("set_a",), families=()))
+    result = findings.claims(trial)
     assert len(result) == 2
     for claim in result:
         assert claim.holds, claim
     message = told_in_the_docs()["robust"]
     for truth in trial.plan.truths:
         for condition in levels:
-            for variant in VARIANTS:
-                error = error_of(trial, "set_a", truth.name, variant, condition).peak_to_peak
+            for variant in loops.VARIANTS:
+                error = findings.error_of(trial, "set_a", truth.name, variant, condition).peak_to_peak
                 of_docs = message[truth.name][condition][variant]
                 assert error == pytest.approx(of_docs["peak_to_peak"], rel=0.08, abs=3e-8), (truth.name, condition)
 
@@ -281,9 +278,9 @@ def test_claims_for_observer_and_feedforward_hold_on_every_truth():
 def test_fewer_integration_steps_give_the_same_result():
     (truth,) = truths_named(["thirty_sliders"])
     for variant in ("none", "observer"):
-        coarse = loop(setting("set_a")[variant], truth.friction, None)
+        coarse = loops.loop(loops.setting("set_a")[variant], truth.friction, None)
         fine = replace(coarse, run=replace(coarse.run, substeps=25))
-        few, many = (interval([peak_to_peak(each, number) for number in range(20)]) for each in (coarse, fine))
+        few, many = (findings.interval([loops.peak_to_peak(each, number) for number in range(20)]) for each in (coarse, fine))
         apart = abs(few.peak_to_peak - many.peak_to_peak)
         assert apart <= math.hypot(few.high - few.peak_to_peak, many.high - many.peak_to_peak)
 
@@ -292,14 +289,14 @@ def test_fewer_integration_steps_give_the_same_result():
 
 
 def test_a_loop_of_a_trial_has_the_friction_and_the_compensator_and_is_run_once():
-    plain, fed = (setting("set_a")[name] for name in ("none", "feedforward"))
+    plain, fed = (loops.setting("set_a")[name] for name in ("none", "feedforward"))
     rig, model = truths_named(["lugre"])[0].friction, friction.coulomb(F_C=3.0)
     for variant in (plain, fed):
-        made = loop(variant, rig, model)
+        made = loops.loop(variant, rig, model)
         assert (made.friction, made.run.substeps, made.run.seeds) == (rig, 4, 1)
         assert made.run.sample_time == variant.run.sample_time
-    assert loop(plain, rig, model).feedforward == plain.feedforward
-    assert (loop(fed, rig, model).feedforward.friction, loop(fed, rig, model).feedforward.fitted_to) == (model, "")
+    assert loops.loop(plain, rig, model).feedforward == plain.feedforward
+    assert (loops.loop(fed, rig, model).feedforward.friction, loops.loop(fed, rig, model).feedforward.fitted_to) == (model, "")
 
 
 @pytest.mark.parametrize(("number", "status", "error"), [(0, Status.OK, 2e-6), (3, Status.OK, 2e-6), (1, Status.NOT_FINITE, math.inf)])
@@ -311,12 +308,12 @@ def test_each_run_of_a_loop_has_other_scatter_and_noise(monkeypatch, number, sta
         return SimpleNamespace(variants={asked[0].name: SimpleNamespace(status=status, following_error=SimpleNamespace(peak_to_peak=2e-6))})
 
     monkeypatch.setattr(loops, "simulate", simulated)
-    variant = loop(setting("set_a")["none"], truths_named(["lugre"])[0].friction, None)
-    assert peak_to_peak(variant, number) == error
+    variant = loops.loop(loops.setting("set_a")["none"], truths_named(["lugre"])[0].friction, None)
+    assert loops.peak_to_peak(variant, number) == error
     for model, now in ((variant.friction, asked[0].friction), (variant.sensor, asked[0].sensor)):
         assert now.values == model.values | {"seed": model.values["seed"] + number}
     del asked[:]
-    peak_to_peak(replace(variant, friction=friction.coulomb(F_C=3.0)), number)
+    loops.peak_to_peak(replace(variant, friction=friction.coulomb(F_C=3.0)), number)
     assert asked[0].friction == friction.coulomb(F_C=3.0)  # nothing scatters
 
 

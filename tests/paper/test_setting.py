@@ -8,8 +8,7 @@ import pytest
 from bristle import friction
 from bristle.core.errors import InputError
 from bristle.files import read_experiment
-from bristle.paper import EXPERIMENTS, reproduce, write_experiments
-from bristle.paper.bench import follow, walk
+from bristle.paper import EXPERIMENTS, bench, reproduce, write_experiments
 from bristle.paper.setting import KEYS, SECTIONS, _number, _numbers, read_setting
 
 
@@ -141,7 +140,7 @@ def test_an_operator_is_moved_like_a_contact(setting):
     values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
     model = friction.preisach_contact(**values)
     turns = [3e-6, -1e-6, 2e-6]
-    led, followed = walk(model, turns, 1e-6, 8e-4), follow(operator, turns, 8e-4)
+    led, followed = bench.walk(model, turns, 1e-6, 8e-4), bench.follow(operator, turns, 8e-4)
     assert led.at_turns == pytest.approx(followed.at_turns, rel=1e-9)
 
 

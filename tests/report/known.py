@@ -7,8 +7,7 @@ import numpy as np
 from bristle import friction, plants
 from bristle.identification.estimate import Estimate
 from bristle.identification.result import Fit, Traces
-from bristle.loop.assessment import Assessment, Friction, Motions, WorkingPoint
-from bristle.loop.linear_system import LinearSystem, Margins, SampledLoop
+from bristle.loop import assessment, linear_system
 
 UNSTABLE = 2.5  # gain of a loop that diverges
 
@@ -38,12 +37,15 @@ def estimate(name, value=1.0, status="identified", half=None, **changes):
 def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
     """An integrator with a gain, a pole at 1 - gain, and a given phase margin [°]."""
     still = np.zeros(0)
-    plant, law = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0), LinearSystem(np.zeros((0, 0)), still, still, -gain)
-    made = WorkingPoint(Motions.ALL, Friction.NONE, SampledLoop(plant, law, 0, 1e-3))
-    vars(made)["margins"] = Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
+    plant, law = (
+        linear_system.LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0),
+        linear_system.LinearSystem(np.zeros((0, 0)), still, still, -gain),
+    )
+    made = assessment.WorkingPoint(assessment.Motions.ALL, assessment.Friction.NONE, linear_system.SampledLoop(plant, law, 0, 1e-3))
+    vars(made)["margins"] = linear_system.Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
     return made
 
 
 def assessed(name="plain", *phases, gain=0.05, switches=False):
     """The assessment of a loop with these phase margins [°]."""
-    return Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)
+    return assessment.Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)

@@ -28,7 +28,6 @@ from bristle.report.compensation import (
     pair_in,
     standing,
 )
-from bristle.report.simulation import simulation_ruling
 from bristle.simulation import SimulationResult, Statistics, compensation_experiment, simulate, statistics_of
 
 
@@ -370,7 +369,7 @@ def looped(stage, *sizes):
 )
 def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words, change, gain):
     result = looped(stage, *sizes)
-    assert simulation_ruling(result)[:2] == (level, words)
+    assert simulation_module.simulation_ruling(result)[:2] == (level, words)
     assert simulation_module._front(result, ()).title.replace("\u00a0", " ") == f"Friction feedforward: {change} µm peak to peak{gain}"
 
 
@@ -379,5 +378,5 @@ def test_variants_with_another_motion_are_not_compared_with_the_base(stage):
     *first, last = result.experiment.variants
     other = replace(last, reference=references.sine(amplitude=1e-3, frequency=1.0))
     moved = replace(result, experiment=replace(result.experiment, variants=(*first, other)))
-    assert simulation_ruling(result).words == "Compensation helps"
-    assert simulation_ruling(moved).level == "with_care"
+    assert simulation_module.simulation_ruling(result).words == "Compensation helps"
+    assert simulation_module.simulation_ruling(moved).level == "with_care"

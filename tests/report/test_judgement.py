@@ -17,11 +17,11 @@ from tests.report.test_pages import identification_page
 
 from bristle.core import Diagnostic, symbolic
 from bristle.friction import MODELS, find
-from bristle.identification import Settings, identify
+from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
-from bristle.identification.structure import CODES
 from bristle.logs import Log
 from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
+from bristle.report import messages, model_tables, page
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
 from bristle.report.judgement import (
@@ -37,9 +37,6 @@ from bristle.report.judgement import (
     next_measurements,
     ruling_of,
 )
-from bristle.report.messages import assumptions_of, warnings_of
-from bristle.report.model_tables import parameter_table
-from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
 from bristle.simulation import simulate, statistics_of
 
@@ -146,7 +143,7 @@ def test_levels_are_by_direction_without_the_weight():
 
 def test_errors_come_before_warnings(actual):
     fit = doubted(actual.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
-    assert "sign of the effort" in warnings_of(fit)[0]
+    assert "sign of the effort" in messages.warnings_of(fit)[0]
 
 
 @pytest.mark.parametrize(
@@ -166,7 +163,9 @@ def test_parameter_names_are_symbols(text, symbol):
 
 
 def test_code_is_not_typeset():
-    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == ("<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3")
+    assert page.worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == (
+        "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"
+    )
 
 
 KIND = SimpleNamespace(kind="translational")
@@ -281,7 +280,7 @@ def test_next_steps_are_errors_then_missing_models(actual):
 
 
 def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
-    assert set(LACKING) == set(CODES)
+    assert set(LACKING) == set(structure.CODES)
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")}))
     assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
 
@@ -356,7 +355,7 @@ def moved_by(shift):
 
 
 def told_of(log, **options):
-    return " ".join(assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
+    return " ".join(messages.assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
 
 
 @pytest.mark.fast_cases(1)
@@ -375,7 +374,7 @@ def test_a_delay_that_hardly_shows_or_was_stated_is_not_told(options):
 def test_interval_of_the_table_uses_the_larger_error(workbench):
     fit = workbench.identified.best
     wider = tuple(replace(item, robust_std=item.std and 3.0 * item.std) for item in fit.estimates)
-    table = parameter_table(replace(fit, estimates=wider))
+    table = model_tables.parameter_table(replace(fit, estimates=wider))
     shown = [row[table.heads.index("95 % interval [%]")] for row in table.rows]
     # Of what was found before any model, the interval itself is known.
     percents = [item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent for item in fit.estimates if item.std]
@@ -389,9 +388,9 @@ def test_unidentified_parameter_has_advice_to_measure(workbenches):
     unknown = [estimate.name for estimate in bench.identified.best.estimates if estimate.status == "unidentifiable"]
     assert unknown
     words = Page(identification_page(bench)).words
-    assert all(Page(worded(warning)).words in words for warning in warnings_of(bench.identified.best))
+    assert all(Page(page.worded(warning)).words in words for warning in messages.warnings_of(bench.identified.best))
     for names, motion in next_measurements(bench.identified.best):
-        assert Page(worded(f"{names}: {motion}")).words in words
+        assert Page(page.worded(f"{names}: {motion}")).words in words
 
 
 def test_every_excitation_has_advice():
@@ -401,7 +400,7 @@ def test_every_excitation_has_advice():
 
 def test_report_has_assumptions_and_provenance(stage):
     words = Page(identification_page(stage)).words
-    assert all(Page(worded(item)).words in words for item in assumptions_of(stage.identified.best))
+    assert all(Page(page.worded(item)).words in words for item in messages.assumptions_of(stage.identified.best))
     assert all(fact in words for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"))
 
 

@@ -20,9 +20,8 @@ from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
 from bristle.demo.run import run
+from bristle.exports.page import loop
 from bristle.exports.page import rows as rows_module
-from bristle.exports.page.loop import followed_described
-from bristle.exports.page.rows import fitted_rows, turns_of
 from bristle.files.results import results_folder
 from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
@@ -103,13 +102,13 @@ def test_residual_of_the_page_equals_that_of_the_report(workbench, tmp_path):
 @needs_node
 def test_thinned_log_keeps_reversals_and_number_of_rows(stage, tmp_path, monkeypatch):
     fit, log = stage.identified.best, stage.log
-    whole = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    whole = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     monkeypatch.setattr(rows_module, "MOST_INTERVALS", 1500)
-    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    rows = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     (stretch,), (all_of_it,) = rows.stretches, whole.stretches
     assert all_of_it.ends.tolist() == list(range(len(log)))
     assert stretch.ends.size < 1500
-    turns = turns_of(all_of_it.positions, 0.0)
+    turns = rows_module.turns_of(all_of_it.positions, 0.0)
     assert turns.size > 20
     assert {max(turn + k, 0) for turn in turns[1:-1] for k in range(-4, 5)} <= set(stretch.ends)
     _, percent, *_ = computed(living_of(stage), tmp_path, LEFT)
@@ -135,7 +134,7 @@ def test_rest_keeps_the_force_of_its_approach(stage, tmp_path):
 def test_long_logs_are_thinned(stage, monkeypatch):
     fit, log = stage.identified.best, stage.log
     monkeypatch.setattr(rows_module, "MOST_ROWS", 200)
-    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    rows = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     (stretch,) = rows.stretches
     assert 150 < stretch.rows.size <= 200
     times = log.sample_time * stretch.rows + stretch.time
@@ -203,15 +202,15 @@ def every(line):
 
 def test_loop_without_page_support_has_a_reason(stage):
     model = stage.identified.best.friction
-    assert followed_described(model, stage.looped, None, every)["reason"] == ""
-    assert followed_described(model, None, None, every) is None
+    assert loop.followed_described(model, stage.looped, None, every)["reason"] == ""
+    assert loop.followed_described(model, None, None, every) is None
     last = stage.looped.experiment.variants[-1]
     halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
     along_measured = replace(last, feedforward=replace(last.feedforward, along="measured"))
     for variant in (halved, along_measured):
         variants = (*stage.looped.experiment.variants[:-1], variant)
         other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
-        part = followed_described(model, other, None, every)
+        part = loop.followed_described(model, other, None, every)
         assert (part["loop"], "more than this friction" in part["reason"]) == (None, True)
         assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
 
@@ -220,12 +219,12 @@ def test_models_with_load_are_not_interactive(stage):
     best = stage.identified.best
     component = friction.with_slots(friction.stribeck, ["load", "asymmetry"])
     loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
-    assert fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
+    assert rows_module.fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
 
 
 def test_unrepeatable_treatment_is_not_interactive(stage):
     treatment = stage.identified.treatment | {"decimation": 7.0}
-    assert fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
+    assert rows_module.fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
 
 
 @pytest.mark.slow

@@ -32,8 +32,7 @@ from bristle.report.messages import (
     whole_sentence,
     why_effective,
 )
-from bristle.report.sentences import SENTENCES
-from bristle.report.sentences.loops import counted
+from bristle.report.sentences import SENTENCES, loops
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
 PACKAGE = Path(bristle.__file__).parent
@@ -436,7 +435,7 @@ def test_short_forms_build_sentences():
     ("count", "words"), [(0, "no samples"), (1, "one sample"), (2, "two samples"), (10, "ten samples"), (11, "11 samples")]
 )
 def test_samples_are_counted_in_words_up_to_ten(count, words):
-    assert counted(count) == words
+    assert loops.counted(count) == words
 
 
 def test_refused_loop_has_a_cause_for_each_reason():

@@ -15,18 +15,6 @@ from bristle.identification import HeldOut, Settings
 from bristle.report import identification as report
 from bristle.report import model_tables
 from bristle.report import summary as summary_module
-from bristle.report.identification import _for_the_drive
-from bristle.report.model_tables import (
-    as_csv,
-    certificate_table,
-    changed_settings,
-    comparison_table,
-    drive_rows,
-    drive_values,
-    parameter_table,
-    values_to_enter,
-)
-from bristle.report.summary import _described, _levels, _resampling
 from bristle.report.table import (
     Quantity,
     Table,
@@ -56,7 +44,7 @@ def fit(*estimates, **changes):
 
 def row_of(*estimates, **changes):
     """The first row of the table, by column head."""
-    table = parameter_table(fit(*estimates, **changes))
+    table = model_tables.parameter_table(fit(*estimates, **changes))
     return dict(zip(table.heads, table.rows[0], strict=True))
 
 
@@ -126,7 +114,7 @@ def test_very_large_and_small_half_widths_have_no_digits(percent, text):
 
 def test_infinite_constant_parameter_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
-    table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
+    table = model_tables.parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
     assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held constant"), ("F_v", "at the edge of its range")]
     assert table.caption == "Parameters of coulomb"
 
@@ -145,7 +133,7 @@ def test_remarks_of_a_parameter_are_joined(item, changes, remark):
 
 
 def test_products_of_parameters_are_the_last_rows():
-    table = parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
+    table = model_tables.parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
     assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [("F_C", "N"), ("a b", "–")]
 
 
@@ -154,12 +142,12 @@ VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V"
 
 def test_parameter_is_also_in_units_of_the_drive():
     axis = Axis(columns=VOLTS)
-    assert drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
+    assert model_tables.drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
         "F_C": {"V": pytest.approx(8.0 / 35.0)}
     }
-    table = parameter_table(fit(estimate()), axis)
+    table = model_tables.parameter_table(fit(estimate()), axis)
     assert dict(zip(table.heads, table.rows[0], strict=True))["In the drive's units"] == "0.2286 V"
-    assert drive_values(fit(estimate()), None) == {}
+    assert model_tables.drive_values(fit(estimate()), None) == {}
 
 
 @pytest.mark.parametrize(
@@ -187,17 +175,17 @@ def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
         model("best", 2.0, (2.0, 3.2), "at_edge", further=3),
         model("last", 3.0, None, "held", information=None),
     )
-    table = comparison_table(Some(fits=fits))
+    table = model_tables.comparison_table(Some(fits=fits))
     assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
     assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
     assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (["5", "2.60", "0"], "M", ["1", "–", "–"])
     assert "one standard error of the smallest" in table.caption
-    short = comparison_table(Some(fits=fits), details=False)
+    short = model_tables.comparison_table(Some(fits=fits), details=False)
     assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
 
 
 def test_without_held_out_blocks_the_table_of_models_names_the_error_of_the_fit_as_the_rule():
-    table = comparison_table(Some(fits=(model("a", 1.0, None), model("b", 2.0, None))))
+    table = model_tables.comparison_table(Some(fits=(model("a", 1.0, None), model("b", 2.0, None))))
     assert [row[0] for row in table.rows] == ["a", "b"]
     assert "error of the fit decides" in table.caption
 
@@ -206,12 +194,12 @@ STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]
 
 
 def test_drive_table_has_a_row_for_each_side_of_rest():
-    table = drive_rows(STEPS, "translational")
+    table = model_tables.drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
-    assert drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
-    assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
-    in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
+    assert model_tables.drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
+    assert model_tables.drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
+    in_volts = model_tables.drive_rows(STEPS, "translational", Axis(columns=VOLTS))
     assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
@@ -224,12 +212,12 @@ def test_drive_table_has_a_row_for_each_side_of_rest():
     ],
 )
 def test_drive_table_for_copying_is_in_si(table, kind, text):
-    assert as_csv(table, kind) == text
+    assert model_tables.as_csv(table, kind) == text
 
 
 def test_changed_thresholds_are_listed_with_their_defaults():
-    assert changed_settings(Settings()) is None
-    table = changed_settings(Settings.of({"usable_error": 12.5}))
+    assert model_tables.changed_settings(Settings()) is None
+    table = model_tables.changed_settings(Settings.of({"usable_error": 12.5}))
     ((name, value, default, *_),) = table.rows
     assert (name, value) == ("usable_error", "12.5")
     assert float(default) == Settings().usable_error
@@ -241,7 +229,7 @@ def test_certificate_is_reported_with_its_uses():
         "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),
         "closure": Some(passed=None, value=None, threshold=None, unit="1", advice=""),
     }
-    rows = certificate_table("lugre", handed).rows
+    rows = model_tables.certificate_table("lugre", handed).rows
     assert [row[:4] for row in rows] == [
         ["well_posed", "passed", "", ""],
         ["drift", "FAILED", "2 µm", "1 nm"],
@@ -356,7 +344,7 @@ def entered(monkeypatch):
 
     def rows(axis=None, item=None, **changes):
         monkeypatch.setattr("bristle.report.model_tables.level_values", lambda entered_fit: levels(**changes))
-        table = values_to_enter(item or entered_fit(), axis)
+        table = model_tables.values_to_enter(item or entered_fit(), axis)
         return table.caption, {row[0]: tuple(row[1:]) for row in table.rows}
 
     return rows
@@ -396,7 +384,7 @@ def test_units_of_the_drive_are_first(entered):
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
 def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda entered_fit, table: deviation)
-    lead, block = _for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
+    lead, block = report._for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
     assert f"Straight lines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
     assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")
@@ -425,7 +413,7 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
     monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: known_levels())
     monkeypatch.setattr(summary_module, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
-    reported = _levels(fit_in_summary(), Axis(columns=columns))
+    reported = summary_module._levels(fit_in_summary(), Axis(columns=columns))
     assert {name: reported[name] for name in vars(known_levels())} == vars(known_levels())
     assert (reported["reversal_distance"], reported["lag"], requested) == (4e-6, 1e-3, [("f", 0.5)])
     assert reported["units"]["mm"] == {"reversal_distance": pytest.approx(4e-3)}
@@ -435,25 +423,25 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
         "constant": None,
         "deviation": pytest.approx(0.1),
     }
-    assert _levels(fit_in_summary(), None)["units"].keys() <= {"N", "mm/s"}
+    assert summary_module._levels(fit_in_summary(), None)["units"].keys() <= {"N", "mm/s"}
     monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: None)
-    assert _levels(fit_in_summary(), None) is None
+    assert summary_module._levels(fit_in_summary(), None) is None
 
 
 def test_estimate_has_its_reason():
     names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
     item = Some(name="a", description="level", reason=None, **{name: name for name in names})
-    assert _described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
+    assert summary_module._described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
 
 
 def test_summary_has_the_numbers_of_the_draws():
-    assert _resampling(fit_in_summary(resampling=None)) is None
+    assert summary_module._resampling(fit_in_summary(resampling=None)) is None
     bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}
     scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
     curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
     custom = {"half_cycles": 30, "resolution": 1e-6, "curve": curve, "curve_from": "loops"}
-    reported = _resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
+    reported = summary_module._resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
     assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
     assert (reported["draws"], reported["noise"], reported["left_in_open_loop"]) == (20, 0.0, 6.0)
     assert (reported["scatter"], reported["virgin_curve_from"]) == ({"value": 0.03}, "loops")

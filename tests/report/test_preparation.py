@@ -13,7 +13,6 @@ from bristle import controllers, sensors
 from bristle.core import Axis, InputError, Run
 from bristle.engine import interpreted
 from bristle.report import identified, prepared
-from bristle.report.prepared import Prepared, prepare
 
 
 @dataclass(frozen=True)
@@ -52,15 +51,15 @@ def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkey
         return f"fit of {plan.name}"
 
     monkeypatch.setattr(prepared, "_identified", identify)
-    result = prepare(file, size_limit="2 kB", progress=lambda share, text: reports.append(share))
+    result = prepared.prepare(file, size_limit="2 kB", progress=lambda share, text: reports.append(share))
     assert result == (
-        Prepared("first", tmp_path / "1", "fit of first"),
-        Prepared("second", tmp_path / "2", None),
-        Prepared("third", tmp_path / "3", "fit of third"),
+        prepared.Prepared("first", tmp_path / "1", "fit of first"),
+        prepared.Prepared("second", tmp_path / "2", None),
+        prepared.Prepared("third", tmp_path / "3", "fit of third"),
     )
     assert fitted == [("first", file, 2000), ("third", file, 2000)]
     assert reports == pytest.approx([0.0, 1.0 / 6.0, 2.0 / 3.0, 5.0 / 6.0])
-    assert prepare(file)[0].best == "fit of first"  # whoever asks for no progress gets none
+    assert prepared.prepare(file)[0].best == "fit of first"  # whoever asks for no progress gets none
 
 
 def identified_of(tmp_path, monkeypatch, plan):

@@ -15,7 +15,6 @@ from starlette.requests import ClientDisconnect
 from bristle.core.errors import InputError
 from bristle.server import Limits, tasks, worker
 from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, announced_by, json_of, label_of, stored
-from bristle.server.worker import Interruption, main
 
 
 @pytest.fixture
@@ -389,7 +388,7 @@ def process(monkeypatch, tmp_path):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(json.dumps(request) + "\ncancel\n"))
         monkeypatch.setattr(tasks, "TASKS", {"look": task})
         with pytest.raises((SystemExit, ValueError)) as ended:
-            main()
+            worker.main()
         return getattr(ended.value, "code", None), [json.loads(line) for line in output.seen.splitlines()], done
 
     done, output = [], Output()
@@ -454,7 +453,7 @@ def orders(monkeypatch):
 
     def interruption(text):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(text))
-        return Interruption()
+        return worker.Interruption()
 
     interrupted, ended = [], []
     monkeypatch.setattr("_thread.interrupt_main", lambda: interrupted.append(True))
@@ -520,7 +519,7 @@ def test_a_run_on_a_machine_outlives_its_server_until_the_machine_is_restored(mo
     monkeypatch.setattr(worker.os, "_exit", ended.append)
     for restores, codes in ((True, []), (False, [1])):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(""))
-        interruption = Interruption(restores=restores)
+        interruption = worker.Interruption(restores=restores)
         for thread in threading.enumerate():
             if thread is not threading.main_thread() and thread.daemon:
                 thread.join(2.0)

@@ -15,7 +15,6 @@ from bristle.core import Content, InputError
 from bristle.files import NOTE, edited, form_of, plain, read_axis
 from bristle.server import loop, tasks
 from bristle.server.errand import BUCKETS, Errand, LabelledLog, as_table, thinned, zipped
-from bristle.server.tasks import look
 
 
 def errand_of(tmp_path, **changed):
@@ -117,7 +116,7 @@ def looked(tmp_path):
 
     def looked(text, **edits):
         errand = Errand(tmp_path, (log,), text, "axis.toml", {"edits": edits}, 2**20, None, lambda *_: None, nullcontext)
-        facts, data = look(errand)
+        facts, data = tasks.look(errand)
         return facts, json.loads(json.dumps(plain(data), allow_nan=False))
 
     return looked

@@ -11,11 +11,10 @@ from types import SimpleNamespace
 import pytest
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.cases import Job, Part
-from bristle.server.limits import Limits
+from bristle.server import cases, limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-LIMITS = Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
+LIMITS = limits.Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
 SLEEPS = "while True: time.sleep(0.02)"
 KEEPS_THE_BEST = """
 try:
@@ -158,7 +157,7 @@ assert sys.stdin.readline() == "cancel\\n"
 print(json.dumps({"facts": {"best": "until then"}}))
 """
     monkeypatch.setattr("bristle.server.cases.CODE", code)
-    job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
+    job = cases.Job("identify", limits.Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
     assert asyncio.run(job.run({}))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)
 
@@ -178,7 +177,7 @@ def moving(server, client, case):
     """Start a run on a machine, and return its process and the file that shows its restored machine."""
     opened = opened_in(server, case)
     opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
-    opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
+    opened.keep("planned", cases.Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
     process = started(server, client, case, "tune")
     while (job := client.get(case).json()["job"])["share"] < 0.5:
         assert job["state"] == "runs", job
@@ -212,7 +211,7 @@ def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(tempora
 
 def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work):
     work(RESTORES)
-    job, folder = Job("tune", LIMITS), temporary / "a" / "b" / "c"
+    job, folder = cases.Job("tune", LIMITS), temporary / "a" / "b" / "c"
     folder.mkdir(parents=True)
 
     async def scenario():
@@ -229,9 +228,9 @@ def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work
 
 def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):
     work("return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}")
-    job = Job("tune", LIMITS)
+    job = cases.Job("tune", LIMITS)
     job.kill()
     request = {"folder": str(temporary), "memory": 2**33, "logs": [], "options": {}}
     assert asyncio.run(job.run(request))
     assert job.facts == {"was_cancelled": True}
-    assert Job("tune", LIMITS)._limits.job_seconds > 3600.0
+    assert cases.Job("tune", LIMITS)._limits.job_seconds > 3600.0

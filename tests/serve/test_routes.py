@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 from tests.serve.yard import TOKEN, begun, put, served
 
-from bristle.server import Limits, routes
-from bristle.server.cases import Job, Part
+from bristle.server import Limits, cases, routes
 
 LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3, jobs=2)
 
@@ -33,11 +32,11 @@ def left(opened, name, facts=None, **files):
         place = folder / file.replace("__", "/").replace("_", ".")
         place.parent.mkdir(exist_ok=True)
         place.write_text(text)
-    opened.keep(name, Part(opened.number(), folder, facts or {}, opened.inputs_of(name)))
+    opened.keep(name, cases.Part(opened.number(), folder, facts or {}, opened.inputs_of(name)))
 
 
 def running(state="runs"):
-    job = Job("identify", LIMITS)
+    job = cases.Job("identify", LIMITS)
     job.state = state
     return job
 
@@ -186,7 +185,7 @@ def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monke
         job.facts, job.state = {"word": job.task}, "done"
         return True
 
-    monkeypatch.setattr(Job, "run", run)
+    monkeypatch.setattr(cases.Job, "run", run)
     client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}})
     parts = client.get(case).json()["parts"]
     assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
@@ -206,7 +205,7 @@ def test_a_failing_job_stores_no_result(client, case, opened, monkeypatch):
         job.state = "failed"
         return False
 
-    monkeypatch.setattr(Job, "run", run)
+    monkeypatch.setattr(cases.Job, "run", run)
     client.post(f"{case}/jobs", json={"task": "look"})
     assert client.get(case).json()["parts"] == {}
     assert list(opened.folder.iterdir()) == []
@@ -219,7 +218,7 @@ def test_an_axis_that_a_job_changes_makes_other_parts_old(client, case, opened, 
         job.facts, job.state = {"axis_text": "schema = 1\nname = 'x'\n", "ready": True}, "done"
         return True
 
-    monkeypatch.setattr(Job, "run", run)
+    monkeypatch.setattr(cases.Job, "run", run)
     client.post(f"{case}/jobs", json={"task": "look"})
     state = client.get(case).json()
     assert (state["axis"]["text"], state["parts"]["looked"]["ready"]) == ("schema = 1\nname = 'x'\n", True)
