@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import time
 from contextlib import ExitStack, contextmanager
@@ -109,7 +110,9 @@ class Browser:
 
 @contextmanager
 def browser(profile, *, width=1366, height=768, dark=False, moving=False):
-    """Give a browser with one empty tab of this size; unless `moving`, its user prefers reduced motion."""
+    """Give a browser with one empty tab of this size, or skip the test; unless `moving`, its user prefers reduced motion."""
+    if shutil.which("chromium") is None or os.name != "posix":
+        pytest.skip("needs chromium")
     to_read, to_send = os.pipe()
     from_read, from_write = os.pipe()
     fixed = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4

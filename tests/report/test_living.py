@@ -29,7 +29,6 @@ from bristle.simulation import COMPENSATED, compensation_experiment, simulate
 
 MOST = 400_000  # bytes that a report grows by
 AGREES, THINNED = 0.01, 0.03  # of the report's own number
-needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 
 
 def living_of(bench, simulation=None):
@@ -277,7 +276,6 @@ VIEW = "plots.get('velocity').panels[0].x.view"
 
 
 @pytest.mark.slow
-@needs_chromium
 @pytest.mark.parametrize("width", [360, 3840])
 def test_page_is_interactive_without_errors(file, width, shown):
     tab = shown(file.as_uri(), width=width, height=900)
@@ -317,7 +315,6 @@ def test_page_is_interactive_without_errors(file, width, shown):
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_the_strip_selects_the_part_of_the_large_picture(file, shown):
     tab = shown(file.as_uri(), width=1366, height=768)
     tab.run(READY)
@@ -353,7 +350,6 @@ HEIGHT_AT = """
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
     with results_folder(tmp_path / "demo") as folder:
         run(folder, command="bristle demo")
@@ -382,7 +378,6 @@ def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_a_link_opens_the_tab_of_its_section(file, shown):
     tab = shown(f"{file.as_uri()}#log", width=1366, height=768)
     assert tab.run("getComputedStyle(document.getElementById('log').parentElement).display") == "block"
@@ -400,7 +395,6 @@ return (async () => {
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_printed_page_is_the_static_report(file, shown):
     tab = shown(file.as_uri())
     tab.run(READY)
@@ -420,3 +414,31 @@ def test_page_has_no_errors_in_firefox(file, tmp_path):
         assert "rms" in message[1]
         assert tab.complaints("report.html") == []
         assert tab.complaints("Content-Security-Policy") == []
+
+
+# --- The printed report of a browser
+
+
+MOST_PAGES = 8  # of the identification of a loop, with all of its tabs
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+def test_report_of_a_loop_prints_on_eight_pages(stage, tmp_path):
+    (tmp_path / "report.html").write_text(identification_page(stage), encoding="utf-8")
+    subprocess.run(
+        [
+            "chromium",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--no-pdf-header-footer",
+            f"--print-to-pdf={tmp_path / 'report.pdf'}",
+            (tmp_path / "report.html").as_uri(),
+        ],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    assert 1 <= len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / "report.pdf").read_bytes())) <= MOST_PAGES

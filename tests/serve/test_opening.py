@@ -2,9 +2,7 @@
 
 import base64
 import hashlib
-import os
 import re
-import shutil
 import stat
 import time
 from pathlib import Path
@@ -139,7 +137,6 @@ def read(place):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None or os.name != "posix", reason="needs chromium, and pipes of POSIX")
 def test_chromium_comes_from_the_file_to_the_lab_and_may_load_it_again(tmp_path):
     with served() as server, browser(tmp_path / "profile") as tab:
         file = server.opening.offer()
