@@ -8,6 +8,13 @@ from bristle import friction, plants
 from bristle.identification.estimate import Estimate
 from bristle.identification.result import Fit, Traces
 from bristle.loop import assessment, linear_system
+from bristle.simulation import Statistics
+
+
+def errors(peak, rms=0.0, mean=0.0):
+    """Statistics of an error of this size, peak to peak."""
+    return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
+
 
 UNSTABLE = 2.5  # gain of a loop that diverges
 

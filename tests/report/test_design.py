@@ -9,8 +9,8 @@ from importlib import import_module
 import numpy as np
 import pytest
 from tests.loop.conftest import loop
-from tests.report.known import UNSTABLE, assessed, point
-from tests.report.pages import Page, without_plots
+from tests.report.known import UNSTABLE, assessed, errors, point
+from tests.report.pages import Page, plain, seen_by, without_plots
 from tests.report.test_pages import ALL, COMMON, assert_harmless
 
 from bristle import controllers
@@ -20,7 +20,6 @@ from bristle.loop import Assessment, Circle, Delays, Design, Proposal, design
 from bristle.loop.budget import Budget, Entry
 from bristle.report import design as report
 from bristle.report.loops import controller_text
-from bristle.simulation.statistics import Statistics
 
 
 @pytest.mark.slow
@@ -66,14 +65,10 @@ def test_unstable_loop_is_reported_with_stable_proposals():
     assert "with an observer" in page.words
 
 
-def error_of(peak):
-    return Statistics(peak_to_peak=peak, rms=0.5 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
-
-
 def proposal(name, peak, *, phase=45.0, effort=4.0, count=0.5, **changes):
     known = {
         "variant": loop(name, None),
-        "following_error": None if peak is None else error_of(peak),
+        "following_error": None if peak is None else errors(peak),
         "assessment": assessed(name, phase),
         "effort_rms": effort,
     }
@@ -81,8 +76,8 @@ def proposal(name, peak, *, phase=45.0, effort=4.0, count=0.5, **changes):
 
 
 def budget(*entries, everything=8e-6, nothing=1e-7, runs=1):
-    causes = [Entry(name, f"the {name}", error_of(alone), error_of(without)) for name, alone, without in entries]
-    return Budget("plain", error_of(everything), error_of(nothing), tuple(causes), runs)
+    causes = [Entry(name, f"the {name}", errors(alone), errors(without)) for name, alone, without in entries]
+    return Budget("plain", errors(everything), errors(nothing), tuple(causes), runs)
 
 
 ENTRIES = (("friction", 6e-6, 2e-6), ("lag", 7e-6, 5e-6))
@@ -96,10 +91,6 @@ def made(*proposals, gain=0.05, switches=False, lag=1e-3, **changes):
     known |= {"budget": budget(*ENTRIES), "circles": (), "friction": 10.0}
     known |= {"assessments": (assessed(gain=gain, switches=switches),), "delays": Delays(5e-4, 1e-3, 0.0, 2.5e-4)}
     return Design(**known | changes)
-
-
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -246,8 +237,7 @@ def test_first_page_of_a_kept_loop_has_no_comparison():
 
 @pytest.mark.parametrize(("runs", "words"), [(1, "one run each."), (3, "3 runs each.")])
 def test_page_of_a_design_has_the_values_of_the_recommended_loop_and_its_runs(monkeypatch, runs, words):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     monkeypatch.setattr(report, "law_lines", lambda variant: [variant.name])
     report.design_report(made(budget=budget(*ENTRIES, runs=runs)))
     gains, causes, *_ = seen["sections"]

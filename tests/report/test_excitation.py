@@ -7,6 +7,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_log
+from tests.report.pages import seen_by
 
 import bristle.excitation
 from bristle.core import Axis, InputError
@@ -110,30 +111,33 @@ def test_unit_follows_the_true_value_if_the_found_value_is_zero(value, put_in, u
 
 
 @pytest.mark.parametrize(
-    ("value", "half", "status", "misses"),
+    ("judged", "given", "result"),
     [
-        (5.34, 5.0, "identified", False),
-        (5.36, 5.0, "identified", True),
-        (4.64, 5.0, "identified", True),
-        (9.0, None, "identified", False),
-        (9.0, 5.0, "at_edge", False),
+        # Errors up to two percent outside the interval are ignored.
+        (report._misses, (estimate("a", 5.34), 5.0), False),
+        (report._misses, (estimate("a", 5.36), 5.0), True),
+        (report._misses, (estimate("a", 4.64), 5.0), True),
+        (report._misses, (estimate("a", 9.0, half=None), 5.0), False),
+        (report._misses, (estimate("a", 9.0, "at_edge"), 5.0), False),
+        # An error is in percent of the true value.
+        (report._error, (estimate("a", 6.0), 5.0), pytest.approx(20.0)),
+        (report._error, (estimate("a", 6.0), None), None),
+        (report._error, (estimate("a", 6.0), 0.0), None),
+        (report._error, (estimate("a", 6.0), math.inf), None),
+        # Limits belong to the motion.
+        (
+            report._limits,
+            (excited(),),
+            [
+                ("travel", pytest.approx(0.06), 0.1, "m"),
+                ("velocity", pytest.approx(0.2), None, "m/s"),
+                ("acceleration", pytest.approx(3.0), 5.0, "m/s^2"),
+            ],
+        ),
     ],
 )
-def test_errors_up_to_two_percent_outside_the_interval_are_ignored(value, half, status, misses):
-    assert report._misses(estimate("a", value, status, half), 5.0) is misses
-
-
-@pytest.mark.parametrize(("put_in", "percent"), [(5.0, pytest.approx(20.0)), (None, None), (0.0, None), (math.inf, None)])
-def test_error_is_in_percent_of_the_true_value(put_in, percent):
-    assert report._error(estimate("a", 6.0), put_in) == percent
-
-
-def test_limits_belong_to_the_motion():
-    assert report._limits(excited()) == [
-        ("travel", pytest.approx(0.06), 0.1, "m"),
-        ("velocity", pytest.approx(0.2), None, "m/s"),
-        ("acceleration", pytest.approx(3.0), 5.0, "m/s^2"),
-    ]
+def test_errors_and_limits_of_a_motion(judged, given, result):
+    assert judged(*given) == result
 
 
 def test_reasons_against_a_motion_name_the_parameters():
@@ -225,8 +229,7 @@ def test_pre_sliding_loops_are_also_fitted_by_elements(rehearsed, name, loops, m
 
 
 def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     report.excitation_report(excited(limit=20.0), identify="x")
     motion_, outlook, assumptions = seen["sections"]
     files, purposes, _, takes = motion_.blocks

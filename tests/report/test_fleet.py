@@ -6,7 +6,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.report.pages import Page
+from tests.report.pages import Page, seen_by
 
 from bristle.figures.joints import effort_of_joints
 from bristle.report import arm
@@ -117,21 +117,9 @@ def test_page_of_a_fleet_names_the_outliers():
         assert told in words
 
 
-@pytest.mark.parametrize(("values", "largest"), [([np.nan, np.inf], None), ([np.nan, 2.0, -3.0], 2.0)])
-def test_statistic_ignores_infinities(values, largest):
-    assert report._of_finite(np.max, np.array(values)) == largest
-
-
 def sisters(*values, half=0.2, verdicts=None):
     columns = fleet(values, half).columns
     return Runs(fleet().described, columns | ({} if verdicts is None else {"verdict": np.array(verdicts)}))
-
-
-@pytest.mark.parametrize(
-    ("values", "places"), [((5.0, 5.1, 6.0), [2]), ((5.0, 5.39, 5.1), []), ((5.0, 6.0), [0, 1]), ((5.0, 5.05, 5.1, 5.48), [3])]
-)
-def test_a_log_differs_if_its_interval_overlaps_less_than_half_of_the_others(values, places):
-    assert report.differing(sisters(*values).columns, "friction.F_C").tolist() == places
 
 
 def test_an_open_interval_does_not_differ():
@@ -161,16 +149,33 @@ def test_log_to_measure_again_is_not_good():
     assert report.fleet_ruling(sisters(5.0, verdicts=["measure_again"]))[:2] == ("measure_again", "Measure again")
 
 
+def differing(*values):
+    return report.differing(sisters(*values).columns, "friction.F_C").tolist()
+
+
+def names_of(folders, logs):
+    return report.short_names({"folder": np.array(folders), "log": np.array(logs)})
+
+
 @pytest.mark.parametrize(
-    ("folders", "logs", "names"),
+    ("found", "given", "result"),
     [
-        (["x", "x"], ["axis1.csv", "axis2.csv"], ["axis1", "axis2"]),
-        (["data/axis1", "data/axis2"], ["log.csv", "log.csv"], ["axis1", "axis2"]),
-        (["a", "a", "b"], ["1.csv", "2.csv", "1.csv"], ["a/1", "a/2", "b/1"]),
+        # A log differs if its interval overlaps less than half of the others.
+        (differing, (5.0, 5.1, 6.0), [2]),
+        (differing, (5.0, 5.39, 5.1), []),
+        (differing, (5.0, 6.0), [0, 1]),
+        (differing, (5.0, 5.05, 5.1, 5.48), [3]),
+        # Short names distinguish all logs.
+        (names_of, (["x", "x"], ["axis1.csv", "axis2.csv"]), ["axis1", "axis2"]),
+        (names_of, (["data/axis1", "data/axis2"], ["log.csv", "log.csv"]), ["axis1", "axis2"]),
+        (names_of, (["a", "a", "b"], ["1.csv", "2.csv", "1.csv"]), ["a/1", "a/2", "b/1"]),
+        # A statistic ignores infinities.
+        (report._of_finite, (np.max, np.array([np.nan, np.inf])), None),
+        (report._of_finite, (np.max, np.array([np.nan, 2.0, -3.0])), 2.0),
     ],
 )
-def test_short_names_distinguish_all_logs(folders, logs, names):
-    assert report.short_names({"folder": np.array(folders), "log": np.array(logs)}) == names
+def test_logs_that_differ_are_told_apart(found, given, result):
+    assert found(*given) == result
 
 
 def test_axes_of_one_log_have_a_row_with_their_verdict_and_only_friction():
@@ -404,15 +409,9 @@ def test_causes_are_sorted_by_strength_with_intervals(reported):
 
 def study_page(item, summary, monkeypatch, **facts):
     """The words of the page of a study, and the facts of its figures."""
-    seen = {}
-
-    def report_page(kind, facts, front, sections, **options):
-        seen.update(facts, page=(front, {section.id: section for section in sections}))
-        return ""
-
-    monkeypatch.setattr(study_module, "report_page", report_page)
+    seen = seen_by(monkeypatch, study_module)
     study_module.study_report(item, summary, command="x")
-    return seen
+    return seen | {"page": (seen["front"], {section.id: section for section in seen["sections"]})}
 
 
 def test_figure_has_a_line_for_each_of_few_points(reported, monkeypatch):

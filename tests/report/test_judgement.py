@@ -12,7 +12,7 @@ import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
 from tests.report import known
 from tests.report.known import estimate
-from tests.report.pages import Page
+from tests.report.pages import Page, plain
 from tests.report.test_pages import identification_page
 
 from bristle.core import Diagnostic, symbolic
@@ -147,25 +147,20 @@ def test_errors_come_before_warnings(actual):
 
 
 @pytest.mark.parametrize(
-    ("text", "symbol"),
+    ("written", "text", "symbol"),
     [
-        ("F_C_neg", "<i>F</i><sub>C\u2212</sub>"),
-        ("sigma_0", "<i>σ</i><sub>0</sub>"),
-        ("`F_S`", "`F_S`"),
-        ("stribeck_free", "stribeck_free"),
-        ("a < b", "a &lt; b"),
-        ("M ± 2 %", "<i>M</i> ± 2 %"),
-        ("F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
+        (symbolic, "F_C_neg", "<i>F</i><sub>C\u2212</sub>"),
+        (symbolic, "sigma_0", "<i>σ</i><sub>0</sub>"),
+        (symbolic, "`F_S`", "`F_S`"),
+        (symbolic, "stribeck_free", "stribeck_free"),
+        (symbolic, "a < b", "a &lt; b"),
+        (symbolic, "M ± 2 %", "<i>M</i> ± 2 %"),
+        (symbolic, "F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
+        (page.worded, 'F_C: `F_C = "2 N*m"`, not 2 N*m < 3', "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"),
     ],
 )
-def test_parameter_names_are_symbols(text, symbol):
-    assert symbolic(text) == symbol
-
-
-def test_code_is_not_typeset():
-    assert page.worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == (
-        "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"
-    )
+def test_parameter_names_are_symbols_and_code_is_not_typeset(written, text, symbol):
+    assert written(text) == symbol
 
 
 KIND = SimpleNamespace(kind="translational")
@@ -177,10 +172,6 @@ def measured(**changes):
     known |= {"force_error_percent": 5.0, "friction_alone_error_percent": 12.0, "missed_percent": 11.0, "error_percent": 5.0}
     known |= {"held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}
     return SimpleNamespace(**known | changes)
-
-
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
 
 
 HELD_OUT = "held-out error 6.00 %, over time blocks"

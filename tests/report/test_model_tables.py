@@ -104,14 +104,6 @@ def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value,
     assert row_of(estimate(value=value, std=None, interval=(low, 4.0)))["Unit"] == unit
 
 
-@pytest.mark.parametrize(
-    ("percent", "text"),
-    [(None, "–"), (math.inf, "–"), (1000.0, "1000"), (1001.0, "> 1000"), (1e-3, "0.0010"), (9e-4, "< 0.001"), (3.14, "3.1")],
-)
-def test_very_large_and_small_half_widths_have_no_digits(percent, text):
-    assert model_tables._half(percent) == text
-
-
 def test_infinite_constant_parameter_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
     table = model_tables.parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
@@ -148,19 +140,6 @@ def test_parameter_is_also_in_units_of_the_drive():
     table = model_tables.parameter_table(fit(estimate()), axis)
     assert dict(zip(table.heads, table.rows[0], strict=True))["In the drive's units"] == "0.2286 V"
     assert model_tables.drive_values(fit(estimate()), None) == {}
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("% of rated", "5.000 %"),
-        ("rpm of the motor", "5.000 rpm"),
-        ("deg of the motor", "5.000 deg (motor)"),
-        ("kg*m^2 at the motor", "5 kg·m² (motor)"),
-    ],
-)
-def test_units_of_a_drive_are_abbreviated(name, text):
-    assert model_tables._in_unit(5.0, name) == text
 
 
 def model(name, error, held_out=(3.0, 4.0), status="identified", **changes):
@@ -204,17 +183,6 @@ def test_drive_table_has_a_row_for_each_side_of_rest():
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 
-@pytest.mark.parametrize(
-    ("table", "kind", "text"),
-    [
-        (STEPS[2:], "translational", "velocity [m/s],effort [N]\n0,8\n0.1,9"),
-        ([(1 / 3, 2 / 3)], "rotational", "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
-    ],
-)
-def test_drive_table_for_copying_is_in_si(table, kind, text):
-    assert model_tables.as_csv(table, kind) == text
-
-
 def test_changed_thresholds_are_listed_with_their_defaults():
     assert model_tables.changed_settings(Settings()) is None
     table = model_tables.changed_settings(Settings.of({"usable_error": 12.5}))
@@ -241,16 +209,6 @@ def test_certificate_is_reported_with_its_uses():
 # --- Tables of text
 
 
-def test_empty_column_is_left_out():
-    table = Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns()
-    assert (table.heads, table.rows) == (["a", "c"], [["1", "x"], ["2", ""]])
-
-
-def test_column_of_numbers_is_distinguished_from_words():
-    table = Table("t", ["a", "b", "c"], [["−1.5", "–", "3 mm"], ["± 0.2", "∞", "4"]])
-    assert [table.is_number(column) for column in range(3)] == [True, True, False]
-
-
 @given(values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8))
 def test_cells_of_a_column_have_the_same_decimals(values):
     column = Quantity.of("m", values)
@@ -272,40 +230,48 @@ def test_column_of_zeros_has_the_plain_unit():
     assert (column.scale.unit, column.step, column.cell(0.0)) == ("m", 0.0, "0")
 
 
-def test_rows_by_head_make_a_table():
-    assert Table.of("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]) == ("t", ["a", "b"], [["1", "2"], ["3", "4"]])
-    assert Table.of("t", []) == ("t", [], [])
-    assert not Table("t", ["a"], []).is_number(0)
-
-
-@pytest.mark.parametrize(
-    ("text", "is_number"), [("1.5e−7", True), ("± 3 ± 0.1", True), ("−∞", True), ("1,5", False), ("", False), ("3 N", False)]
-)
-def test_number_is_distinguished_from_a_word(text, is_number):
-    assert Table("t", ["a"], [[text]]).is_number(0) is is_number
-
-
-def test_column_of_dashes_is_left_out():
-    assert Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns() == ("t", ["a"], [["1"], ["2"]])
-
-
-@pytest.mark.parametrize(
-    ("value", "kind", "text"),
-    [
-        (0.0, "translational", "0 m"),
-        (4.19e-7, "translational", "0.419 µm"),
-        (-4.19e-7, "rotational", "−0.419 µrad"),
-        (1e-6, "translational", "1 µm"),
-        (2.5e-3, "rotational", "2.5 mrad"),
-    ],
-)
-def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
-    assert length_text(value, kind).replace("\u00a0", " ") == text
+def is_number(*cells):
+    """Whether a column of these cells is one of numbers."""
+    return Table("t", ["a"], [[cell] for cell in cells]).is_number(0)
 
 
 @pytest.mark.parametrize(
     ("function", "arguments", "text"),
     [
+        # A column of numbers is distinguished from words, and an empty one or one of dashes is left out.
+        *((is_number, cells, True) for cells in (["−1.5", "± 0.2"], ["–", "∞"], ["1.5e−7"], ["± 3 ± 0.1"], ["−∞"])),
+        *((is_number, cells, False) for cells in (["3 mm", "4"], ["1,5"], [""], ["3 N"], [])),
+        (
+            Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns,
+            (),
+            ("t", ["a", "c"], [["1", "x"], ["2", ""]]),
+        ),
+        (Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns, (), ("t", ["a"], [["1"], ["2"]])),
+        # Rows by head make a table.
+        (Table.of, ("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]), ("t", ["a", "b"], [["1", "2"], ["3", "4"]])),
+        (Table.of, ("t", []), ("t", [], [])),
+        # Very large and small half-widths have no digits.
+        (model_tables._half, (None,), "–"),
+        (model_tables._half, (math.inf,), "–"),
+        (model_tables._half, (1000.0,), "1000"),
+        (model_tables._half, (1001.0,), "> 1000"),
+        (model_tables._half, (1e-3,), "0.0010"),
+        (model_tables._half, (9e-4,), "< 0.001"),
+        (model_tables._half, (3.14,), "3.1"),
+        # Units of a drive are abbreviated.
+        (model_tables._in_unit, (5.0, "% of rated"), "5.000 %"),
+        (model_tables._in_unit, (5.0, "rpm of the motor"), "5.000 rpm"),
+        (model_tables._in_unit, (5.0, "deg of the motor"), "5.000 deg (motor)"),
+        (model_tables._in_unit, (5.0, "kg*m^2 at the motor"), "5 kg·m² (motor)"),
+        # A drive table for copying is in SI.
+        (model_tables.as_csv, (STEPS[2:], "translational"), "velocity [m/s],effort [N]\n0,8\n0.1,9"),
+        (model_tables.as_csv, ([(1 / 3, 2 / 3)], "rotational"), "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
+        # The smallest unit of lengths is the micrometre.
+        (length_text, (0.0, "translational"), "0\u00a0m"),
+        (length_text, (4.19e-7, "translational"), "0.419\u00a0µm"),
+        (length_text, (-4.19e-7, "rotational"), "−0.419\u00a0µrad"),
+        (length_text, (1e-6, "translational"), "1\u00a0µm"),
+        (length_text, (2.5e-3, "rotational"), "2.5\u00a0mrad"),
         (fixed, (8.25, "N"), "8.25\u00a0N"),
         (short_text, (3.14159,), "3.14"),
         (percent_text, (12.345,), "12.3\u00a0%"),
@@ -321,7 +287,7 @@ def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
         (capital, ("",), ""),
     ],
 )
-def test_short_texts_of_numbers(function, arguments, text):
+def test_short_texts_and_tables_of_numbers(function, arguments, text):
     assert function(*arguments) == text
 
 

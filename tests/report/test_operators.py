@@ -4,6 +4,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.report.pages import plain, seen_by
 
 from bristle import hysteresis
 from bristle.core import Diagnostic, Status
@@ -97,8 +98,7 @@ def test_summary_of_an_operator_has_the_constant_output():
 
 
 def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
     levels = hysteresis.relays_of(hysteresis.preisach(s=1.0, f_p=1.0), 1.0, 4)
     for operator, parameter, text in ((FITS[0].operator, "f_p", "150 N"), (levels, "levels", "5 numbers, in the model file")):
@@ -113,8 +113,7 @@ def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
 
 @pytest.mark.parametrize(("count", "heading"), [(1, "Remarks"), (2, "Operators compared")])
 def test_several_operators_are_compared(monkeypatch, count, heading):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
     best = Some(**vars(FITS[0]) | {"prediction": prediction})
     report.operator_report(Some(best=best, fits=FITS[:count], recorded=RECORDED, notes=("a note",)), name="axis")
@@ -144,10 +143,6 @@ def predicted(mode="inverse", **changes):
     }
     known |= {"effort": np.array([3.0, -4.0]), "position": np.array([0.0, 3e-6]), "position_predicted": None}
     return Some(**known | changes)
-
-
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
 
 
 @pytest.mark.parametrize(

@@ -111,30 +111,30 @@ def test_fault_in_a_figure_leaves_the_other_figures(monkeypatch):
     assert isinstance(warning.message.__cause__, ValueError)
 
 
-@pytest.mark.parametrize(
-    ("text", "shown"), [("5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"), ("at 2 m/s", "at 2 m/s"), ("N*m alone", "N*m alone"), ("3 uN", "3 µN")]
-)
-def test_units_after_numbers_are_typeset(text, shown):
-    assert page.typeset_sentence(text) == shown
-
-
-def test_commands_are_code_and_markup_is_unchanged():
-    assert page.worded("see `a_b` and `c`") == "see <code>a_b</code> and <code>c</code>"
-    assert page.worded(Markup("<b>x</b>")) == "<b>x</b>"
+BREAKABLE = page._environment().filters["breakable"]
 
 
 @pytest.mark.parametrize(
-    ("name", "shown"),
+    ("written", "text", "shown"),
     [
-        ("short_name x", "short_name x"),
-        ("twelve_words", "twelve_words"),
-        ("thirteen_word", "thirteen_<wbr>word"),
-        ("a_rather_long x_y", "a_<wbr>rather_<wbr>long x_y"),
-        ("<" * 13, "&lt;" * 13),
+        # Units after numbers are typeset.
+        (page.typeset_sentence, "5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"),
+        (page.typeset_sentence, "at 2 m/s", "at 2 m/s"),
+        (page.typeset_sentence, "N*m alone", "N*m alone"),
+        (page.typeset_sentence, "3 uN", "3 µN"),
+        # Commands are code, and markup is unchanged.
+        (page.worded, "see `a_b` and `c`", "see <code>a_b</code> and <code>c</code>"),
+        (page.worded, Markup("<b>x</b>"), "<b>x</b>"),
+        # Long names can break.
+        (BREAKABLE, "short_name x", "short_name x"),
+        (BREAKABLE, "twelve_words", "twelve_words"),
+        (BREAKABLE, "thirteen_word", "thirteen_<wbr>word"),
+        (BREAKABLE, "a_rather_long x_y", "a_<wbr>rather_<wbr>long x_y"),
+        (BREAKABLE, "<" * 13, "&lt;" * 13),
     ],
 )
-def test_long_names_can_break(name, shown):
-    assert page._environment().filters["breakable"](name) == shown
+def test_a_text_is_written_for_a_page(written, text, shown):
+    assert written(text) == shown
 
 
 def test_long_and_unbroken_texts_and_prose_are_told_apart():

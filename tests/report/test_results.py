@@ -71,10 +71,6 @@ def test_full_disk_is_an_error():
         results._is_written(Some(write=fails), plate(), ["csv"])
 
 
-def test_captions_are_listed_by_file_name():
-    assert results.captions([plate(), plate("two")]) == "one\n  See 5 N·m.\n\ntwo\n  See 5 N·m.\n"
-
-
 @pytest.mark.parametrize(
     ("formats", "with_captions"), [(["csv"], False), (["svg"], True), (["csv", "svg", "svg"], True), ([], False), (None, False)]
 )
@@ -86,9 +82,7 @@ def test_captions_are_written_with_figures(formats, with_captions):
     assert len(folder) == len(set(formats or ())) + with_captions
 
 
-def test_figures_need_a_folder():
-    with pytest.raises(InputError, match="--format: needs a folder"), results.figure_files(None, ["svg"]):
-        pass
+def test_no_figures_need_no_folder_and_leave_no_captions():
     with results.figure_files(None, ()):
         page._plates.get().append(plate())
     folder = Folder()
@@ -116,15 +110,6 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
 DRAW = gallery()
 
 
-def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
-    """Draw figures for a report; return the sizes of the files."""
-    with results_folder(out) as folder, results.figure_files(folder, formats):
-        for name in names:
-            picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
-        folder.write("report.html", "")
-    return {item.name: item.stat().st_size for item in (out / "figures").glob("*")}
-
-
 @pytest.fixture
 def unencoded(monkeypatch):
     """Figures become files of their format's name: what is in them is said elsewhere."""
@@ -133,27 +118,29 @@ def unencoded(monkeypatch):
 
 @pytest.mark.usefixtures("unencoded")
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
-    result = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
+    with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]):
+        for name in ("expected", "errors_by_loop"):
+            picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
+        folder.write("report.html", "")
     files = {f"{name}.{form}" for name in ("expected", "errors-by-loop") for form in ("svg", "pdf", "png")}
-    assert set(result) == files | {"expected-panel-1.csv", "expected-panel-2.csv", "errors-by-loop.csv", "captions.txt"}
+    assert {item.name for item in (tmp_path / "run/figures").iterdir()} == files | {
+        "expected-panel-1.csv",
+        "expected-panel-2.csv",
+        "errors-by-loop.csv",
+        "captions.txt",
+    }
     with (tmp_path / "run/figures/errors-by-loop.csv").open(encoding="utf-8") as file:
         assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
 
 
-def test_captions_are_written_only_for_pictures(tmp_path):
-    assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
-    assert write(tmp_path / "b") == {}
-    assert not (tmp_path / "b/figures").exists()
-
-
 @pytest.mark.parametrize("formats", [["svg"], ["csv"]])
 def test_figures_without_a_folder_are_refused_early(formats):
-    with pytest.raises(InputError, match="--format"), results.figure_files(None, formats):
+    with pytest.raises(InputError, match="--format: needs a folder"), results.figure_files(None, formats):
         pytest.fail("the work must not begin")
 
 
 def test_captions_list_each_figure_by_file_name():
-    text = results.captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
+    text = results.captions([Plate("figure-06-economy", None, "short", "at  5 um of F_s"), Plate("other", None, "", "second")])
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
 
 

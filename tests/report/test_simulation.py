@@ -7,8 +7,8 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from tests.loop.conftest import loop
-from tests.report.known import UNSTABLE, assessed
-from tests.report.pages import Page
+from tests.report.known import UNSTABLE, assessed, errors
+from tests.report.pages import Page, seen_by
 from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
@@ -18,7 +18,6 @@ from bristle.report import compensation
 from bristle.report import loops as loops_module
 from bristle.report import simulation as report
 from bristle.report.sentences import SENTENCES
-from bristle.simulation.statistics import Statistics
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -49,16 +48,12 @@ def test_every_part_of_the_loop_is_named(stage):
     assert all(part in words for part in ("inertia", "stribeck", "cascade", "encoder", "recorded", "6000 values"))
 
 
-def statistics(peak):
-    return Statistics(peak_to_peak=peak, rms=0.25 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
-
-
 def ran(name, peak=2e-6, *, status=Status.OK, is_open=False, runs=1, spread=0.0, effort=2.0):
     time = 1e-3 * np.arange(400)
     reference = np.abs((time % 0.2) - 0.1)
     measured = reference - peak * (np.abs(time - 0.3) < 2e-3) - 1e-3 * (time < 0.05)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
-    numbers = {"following_error": statistics(peak), "motion": statistics(peak), "effort_rms": effort, "effort_peak": 2.0 * effort}
+    numbers = {"following_error": errors(peak, 0.25 * peak), "motion": errors(peak), "effort_rms": effort, "effort_peak": 2.0 * effort}
     about = {"name": name, "kind": "translational", "status": status, "is_open": is_open, "runs": runs, "spread": scatter}
     return Loop(reference=reference, measured=measured, **numbers, **about)
 
@@ -171,8 +166,7 @@ def test_summary_of_a_run_has_its_numbers():
 
 @pytest.mark.parametrize("is_open", [True, False])
 def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     for name in ("variant_table", "run_table", "parts_table", "direction_table"):
         monkeypatch.setattr(report, name, lambda *_, name=name: name)
     effort = Some(description="a sine") if is_open else None
@@ -189,10 +183,6 @@ def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
 
 
 # --- Tables and sentences of loops: errors in a common unit, parts with values, gains in units of the drive
-
-
-def errors(peak, rms=0.0, mean=0.0):
-    return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
 
 
 def looped(name, peak, *, status=Status.OK, is_open=False):
