@@ -224,6 +224,11 @@ def predicted():
     )
 
 
+def lines(axes):
+    """The lines of a panel by their labels."""
+    return {line.get_label(): line for line in axes.get_lines()}
+
+
 @cache
 def figure_of(name):
     """Return a figure, drawn once for all tests that only read it."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.figures.gallery import PLAIN, T, circles_of, compared, fleet
+from tests.figures.gallery import PLAIN, T, circles_of, compared, fleet, lines
 from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
@@ -19,10 +19,6 @@ from bristle.palette import LIGHT
 from bristle.paper import EXPERIMENTS
 
 FIGURE, WORST = report_figure.FIGURES["comparison.comparison"], report_figure.FIGURES["comparison.worst"]
-
-
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
 
 
 def without_reference(*left_out):

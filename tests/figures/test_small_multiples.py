@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from tests.certificates.ballscrew import UM, composite, lugre, maxwell_slip
+from tests.figures.gallery import lines
 from tests.figures.test_figures import assert_legible
 
 from bristle import figures, hysteresis
@@ -22,10 +23,6 @@ TRACES = {"a": (UP, FORCE), "b": (UP, 2.0 * FORCE)}
 
 def titles(figure):
     return [axes.get_title(loc="right") for axes in figure.axes]
-
-
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
 
 
 def test_forces_have_the_same_unit_and_a_margin():

@@ -14,6 +14,15 @@ SETTLED = "new Promise((done) => setTimeout(done, 150))"
 NO_DOCUMENT = "Cannot find default execution context"
 
 
+def awaited(holds, seconds=PATIENCE, words=""):
+    """Return what a condition gives once that is true."""
+    until = time.monotonic() + seconds
+    while not (value := holds()):
+        assert time.monotonic() < until, words
+        time.sleep(0.02)
+    return value
+
+
 class Browser:
     """A tab, and the events of it so far."""
 
@@ -92,11 +101,7 @@ class Browser:
 
     def waits(self, expression, seconds=PATIENCE):
         """Return the value of an expression once it is true; one that fails is not true yet."""
-        until = time.monotonic() + seconds
-        while not (value := self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()")):
-            assert time.monotonic() < until, expression
-            time.sleep(0.05)
-        return value
+        return awaited(lambda: self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()"), seconds, expression)
 
     def asked_for(self):
         """Return the addresses of all requests."""
@@ -167,6 +172,7 @@ def shown(tmp_path):
         def show(address, *, complains=False, **how):
             tab = stack.enter_context(browser(tmp_path / "profile", **how))
             tab.open(address)
+            tab.run(SETTLED)
             quiet.extend([tab] * (not complains))
             return tab
 

@@ -6,18 +6,27 @@ import shutil
 import pytest
 from tests.lab.browser import SETTLED
 from tests.lab.firefox import firefox
-from tests.lab.proved import GIVEN, blocks_with_given
 
-from bristle.exports.page.described import example_named
+from bristle.exports.page import described, switches
+from bristle.friction import MODELS
 from bristle.lab import lab_page
 
 pytestmark = pytest.mark.slow
+GIVEN = "gms+asymmetry"
+
+
+def blocks_with_given():
+    """Return the blocks of the page of the model that is given: of every set of slots sixteen are one block.
+
+    Of the given model, each slot and all of them are one.
+    """
+    return sum(21 + 2 ** len(switches.offered(described.example_named(name))) // 16 + 1 for name in MODELS) + 5 + 1 + 1
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("lab") / "lab.html"
-    custom = example_named(GIVEN)
+    custom = described.example_named(GIVEN)
     file.write_text(lab_page(custom, source="model.toml"), encoding="utf-8")
     return file
 
@@ -279,7 +288,6 @@ def test_a_chapter_plays_to_its_check_mark(number, bare, shown):
 
 def test_a_check_measures_and_does_not_count_time(bare, shown):
     tab = shown(f"{bare.as_uri()}#chapter=4")
-    tab.run(SETTLED)
     assert tab.run("[lab.model.name, lab.preset, lab.pin.model.name]") == ["lugre", "minor", "preisach_lugre"]
     assert tab.run(AT_END) == [1, 1]
     # The second model does not close, either; and a force above break-away does not hold.
@@ -309,7 +317,6 @@ def test_a_drag_in_the_loop_zooms_and_leaves_the_path(bare, shown):
 
 def test_a_handle_moves_its_parameter_by_pointer_and_keys(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre")
-    tab.run(SETTLED)
     assert tab.run("handles.map(({ key }) => key)") == ["slope", "plateau", "break", "peak", "corner", "rise"]
     x, y = middle_of(tab, "document.querySelector('[data-key=break]')")
     tab.drag((x, y), (x, y - 10), (x, y - 30))
@@ -338,7 +345,6 @@ def test_a_handle_moves_its_parameter_by_pointer_and_keys(bare, shown):
 
 def test_a_second_model_has_the_same_path_and_values(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre&path=loops&with=preisach_lugre&sigma_0=2e7")
-    tab.run(SETTLED)
     assert tab.run("[lab.pin.values.s[0], lab.pin.preset, byId('with').value]") == [2e7, "loops", "preisach_lugre"]
     assert tab.run("[lab.pin.run.x.length === lab.run.x.length, lab.pin.run.force[9000] !== lab.run.force[9000]]") == [True, True]
     tab.run("(() => { const list = byId('with'); list.value = ''; list.dispatchEvent(new Event('change')); })()")
@@ -371,7 +377,6 @@ def test_captions_and_units_follow_the_model(bare, shown):
 
 def test_block_and_spring_follow_pointer_and_keys(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre")
-    tab.run(SETTLED)
     press(tab, "machine", "ArrowRight")
     assert tab.run("[lab.preset, lab.turns.length]") == ["drawn", 2]
     end = tab.run("(({ x, y }) => [x + lab.machine.end, y + lab.machine.top + 23])(machine.getBoundingClientRect())")
@@ -387,7 +392,6 @@ def test_block_and_spring_follow_pointer_and_keys(bare, shown):
 @pytest.mark.parametrize(("width", "height", "dark"), [(1366, 768, False), (1366, 768, True), (390, 844, False)])
 def test_the_first_screen_is_whole(width, height, dark, bare, shown):
     tab = shown(bare.as_uri(), width=width, height=height, dark=dark)
-    tab.run(SETTLED)
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
     bottoms = tab.run("['chapters', 'machine', 'loop', 'speed'].map((name) => byId(name).getBoundingClientRect().bottom)")
     assert max(bottoms[: 4 if width > 1000 else 3]) < height
@@ -411,7 +415,7 @@ return (async () => {
 @pytest.mark.skipif(shutil.which("firefox-esr") is None, reason="needs firefox-esr")
 def test_firefox_computes_the_bits_of_python_without_complaints(tmp_path):
     page = tmp_path / "lab.html"
-    page.write_text(lab_page(example_named(GIVEN), source="model.toml"), encoding="utf-8")
+    page.write_text(lab_page(described.example_named(GIVEN), source="model.toml"), encoding="utf-8")
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
         assert tab.run(IN_FIREFOX % "/differ/.test(document.getElementById('selftest').textContent)")

@@ -8,8 +8,9 @@ import subprocess
 import sys
 import time
 
-import numpy as np
 import pytest
+from tests.lab.browser import awaited
+from tests.report.known import columns
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
@@ -73,11 +74,7 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
 
 
 def test_an_identification_shows_its_model_with_its_intervals():
-    t = np.arange(2000) * 1e-3
-    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0, blocks=0)
+    identification = br.identify(columns(), "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()
     assert widget.model == identification.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
@@ -237,22 +234,15 @@ def server(tmp_path):
     with open(tmp_path / "said.txt", "wb") as text:
         process = subprocess.Popen(command, env=environment, stdout=text, stderr=subprocess.STDOUT)
     try:
-        yield _address(process, tmp_path / "said.txt"), tmp_path
+        yield _address(tmp_path / "said.txt"), tmp_path
     finally:
         process.terminate()
         process.wait(30)
 
 
-def _address(process, message):
-    until = time.monotonic() + 60.0
-    while time.monotonic() < until:
-        text = message.read_text(encoding="utf-8")
-        address = re.search(r"http://127\.0\.0\.1:\d+/lab\?token=\w+", text)
-        if address:
-            return address[0]
-        assert process.poll() is None, text
-        time.sleep(0.2)
-    raise AssertionError(message.read_text(encoding="utf-8"))
+def _address(message):
+    pattern = r"http://127\.0\.0\.1:\d+/lab\?token=\w+"
+    return awaited(lambda: re.search(pattern, message.read_text(encoding="utf-8")), 60.0, message)[0]
 
 
 def run_cell(tab, number):

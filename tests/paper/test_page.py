@@ -9,9 +9,8 @@ from tests.report.pages import Page, without_plots
 
 from bristle.core.content import NOWHERE
 from bristle.files.summary import as_json
-from bristle.paper import FIGURES, equations, errata
+from bristle.paper import FIGURES, equations, errata, reproduced
 from bristle.paper.page import paper_front, paper_report, paper_ruling, paper_summary
-from bristle.paper.reproduced import Reproduced
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +88,7 @@ NONE, PRINTED, PAPER = "none", "printed", "paper"
 
 
 def rebuilt(number, verdict, **numbers):
-    return Reproduced(number, verdict, [f"It came out as {number}."], Figure, NOWHERE, numbers)
+    return reproduced.Reproduced(number, verdict, [f"It came out as {number}."], Figure, NOWHERE, numbers)
 
 
 def loop(verdict="found in part"):

@@ -13,9 +13,8 @@ from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment, read_model
 from bristle.loop import assess, error_budget
-from bristle.paper import EXPERIMENTS, write_experiments
+from bristle.paper import EXPERIMENTS, tracking, write_experiments
 from bristle.paper.rig import SETS, compensator_from_log
-from bristle.paper.tracking import Sound, Tracked
 from bristle.simulation import on_another_rig, simulate
 
 
@@ -145,7 +144,7 @@ def margins_by_transfer_functions(g):
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "g", "told"), [("none", 0.0, (51.9, 3.99)), ("observer", 60.0, (43.4, 3.30))])
 def test_margins_of_set_c(name, g, told):
-    sound = Sound(Tracked(EXPERIMENTS / "set_c.toml"), Tracked(EXPERIMENTS / "set_a_break_away.toml"))
+    sound = tracking.Sound(tracking.Tracked(EXPERIMENTS / "set_c.toml"), tracking.Tracked(EXPERIMENTS / "set_a_break_away.toml"))
     # The least of the free mass, of one that is stuck and of one that slides: that of the free one.
     phase, gain = sound.margins[name]
     assert (phase, gain) == pytest.approx(margins_by_transfer_functions(g), rel=1e-4)

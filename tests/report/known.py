@@ -16,6 +16,15 @@ def errors(peak, rms=0.0, mean=0.0):
     return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
 
 
+def columns():
+    """The columns of a log of an inertia with Coulomb and viscous friction."""
+    t = np.arange(2500) * 1e-3
+    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
+    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
+
+
 UNSTABLE = 2.5  # gain of a loop that diverges
 
 

@@ -173,18 +173,37 @@ def numbers(text):
     return [float(number) for number in re.findall(r"[\d.]+", text.replace("\u00a0", " "))]
 
 
+def repeated(command):
+    return Step.of("try a model with the missing force: `--model gms`").in_full(command).command
+
+
+COMPARE = "enter the values on the machine, record again, and measure the gain with `bristle compare a b`"
+
+
 @pytest.mark.parametrize(
-    ("value", "half", "text"),
+    ("told", "given", "words"),
     [
-        (28.0312, 0.22, "28.03\u00a0kg"),
-        (28.0312, 2.2, "28.0\u00a0kg"),
-        (28.0312, 20.0, "28\u00a0kg"),
-        (28.0312, None, "28.0\u00a0kg"),
-        (2.8412, 1.1, "2.84\u00a0kg"),
+        # Digits follow the interval.
+        (quantity_text, (28.0312, 0.22, "kg"), "28.03\u00a0kg"),
+        (quantity_text, (28.0312, 2.2, "kg"), "28.0\u00a0kg"),
+        (quantity_text, (28.0312, 20.0, "kg"), "28\u00a0kg"),
+        (quantity_text, (28.0312, None, "kg"), "28.0\u00a0kg"),
+        (quantity_text, (2.8412, 1.1, "kg"), "2.84\u00a0kg"),
+        # A step separates sentence and command.
+        (Step.of, (COMPARE,), ("Enter the values on the machine, record again", "bristle compare a b")),
+        (Step.of, ("weigh the axis",), ("Weigh the axis", "")),
+        # A step repeats the command with its option: results stay, and names with blanks stay whole.
+        (repeated, ("bristle identify log.csv --model lugre --axis a.toml",), "bristle identify log.csv --axis a.toml --model gms"),
+        (repeated, ("bristle.identify(log)",), "--model gms"),
+        (
+            repeated,
+            ("bristle identify 'my log.csv' --model lugre --out 'a b' --force",),
+            "bristle identify 'my log.csv' --model gms --out 'a b_2'",
+        ),
     ],
 )
-def test_digits_follow_the_interval(value, half, text):
-    assert quantity_text(value, half, "kg") == text
+def test_numbers_and_steps_of_a_card_are_told(told, given, words):
+    assert told(*given) == words
 
 
 def test_cards_are_the_numbers_of_the_fit(workbench):
@@ -256,25 +275,6 @@ def test_a_bar_ends_at_thirty_percent():
 )
 def test_card_of_an_unknown_gain_has_its_reason(simulation, following, usable, remark):
     assert no_gain(simulation, following, None, usable=usable).remark == remark
-
-
-def test_a_step_separates_sentence_and_command():
-    step = Step.of("enter the values on the machine, record again, and measure the gain with `bristle compare a b`")
-    assert step == ("Enter the values on the machine, record again", "bristle compare a b")
-    assert Step.of("weigh the axis") == ("Weigh the axis", "")
-
-
-@pytest.mark.parametrize(
-    ("command", "again"),
-    [
-        ("bristle identify log.csv --model lugre --axis a.toml", "bristle identify log.csv --axis a.toml --model gms"),
-        ("bristle.identify(log)", "--model gms"),
-        # Results stay; names with blanks stay whole.
-        ("bristle identify 'my log.csv' --model lugre --out 'a b' --force", "bristle identify 'my log.csv' --model gms --out 'a b_2'"),
-    ],
-)
-def test_a_step_repeats_the_command_with_its_option(command, again):
-    assert Step.of("try a model with the missing force: `--model gms`").in_full(command).command == again
 
 
 @pytest.mark.parametrize(("status", "is_shown"), [("held", True), ("identified", True), ("unidentifiable", False)])

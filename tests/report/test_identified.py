@@ -21,7 +21,7 @@ from bristle.files import arrays, read_model
 from bristle.files.axis import axis_from, axis_text
 from bristle.identification import settings, structure
 from bristle.logs import Log
-from bristle.prediction import kept, predict
+from bristle.prediction import kept
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report import model_in_hand, model_tables
 
@@ -86,8 +86,6 @@ def test_data_frame_gives_the_same_result(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0, blocks=0)
     assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
-    mass = result.parameters["M"]
-    assert result.to_dataframe().loc["M", ["value", "low", "high"]].tolist() == [mass.value, *mass.interval]
 
 
 def test_columns_of_a_rotary_axis_need_only_its_kind(columns):
@@ -100,13 +98,8 @@ def test_identify_has_the_arguments_of_the_identification():
     assert {name: item.default for name, item in ours.items()} == {name: item.default for name, item in low.items()}
 
 
-def test_prediction_uses_axis_and_treatment_of_the_result(columns, result, folder):
+def test_most_of_the_effort_is_in_the_band_of_its_prediction(columns, result):
     predicted = result.predict(columns)
-    treatment = read_model(folder / "model.toml").info["treatment"]
-    assert (treatment["cutoff"], treatment["decimation"]) == (60.0, 7)
-    low = predict(result.plant, result.model, br.Log.from_columns(columns), bands=result.best.resampling.bands, **treatment)
-    np.testing.assert_array_equal(predicted.effort_predicted, low.effort_predicted)
-    np.testing.assert_array_equal(predicted.half_width, low.half_width)
     assert 85.0 < predicted.inside_percent <= 100.0
     quick = {**columns, "time": columns["time"] / 3.0}  # three times as fast as what was fitted
     assert [each.code for each in result.predict(quick).diagnostics if each.severity == "warning"]

@@ -20,7 +20,6 @@ from bristle import friction
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
 from bristle.demo.run import run
-from bristle.exports.page import loop
 from bristle.exports.page import rows as rows_module
 from bristle.files.results import results_folder
 from bristle.lab.living import SHARED, living_part
@@ -193,25 +192,6 @@ def test_loop_that_begins_in_motion_begins_sliding(stage, tmp_path):
     assert np.max(np.abs(error - (result.reference - result.measured))) < 1.5 * 2e-7
     # A virgin contact would pull it along at first.
     assert np.max(np.abs(error[:20])) < 0.5 * 10.0 / 1e6
-
-
-def every(line):
-    return np.arange(line.size)
-
-
-def test_loop_without_page_support_has_a_reason(stage):
-    model = stage.identified.best.friction
-    assert loop.followed_described(model, stage.looped, None, every)["reason"] == ""
-    assert loop.followed_described(model, None, None, every) is None
-    last = stage.looped.experiment.variants[-1]
-    halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
-    along_measured = replace(last, feedforward=replace(last.feedforward, along="measured"))
-    for variant in (halved, along_measured):
-        variants = (*stage.looped.experiment.variants[:-1], variant)
-        other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
-        part = loop.followed_described(model, other, None, every)
-        assert (part["loop"], "more than this friction" in part["reason"]) == (None, True)
-        assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
 
 
 def test_models_with_load_are_not_interactive(stage):

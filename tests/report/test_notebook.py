@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from tests.report.known import columns
 
 import bristle as br
 from bristle.core.contracts import example_of
@@ -16,14 +17,6 @@ from bristle.friction import MODELS
 from bristle.report import cards, page
 
 VIEW = "application/vnd.jupyter.widget-view+json"
-
-
-def columns():
-    t = np.arange(2500) * 1e-3
-    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
-    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
 
 
 @pytest.fixture(scope="module")

@@ -257,8 +257,6 @@ def test_edited_digest_is_ignored(copied):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_interrupted_fit_is_not_saved(rig, monkeypatch):
-    import bristle.report.identified as identified
-
     whole = identified.identify
     monkeypatch.setattr(identified, "identify", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))
     with pytest.raises(KeyboardInterrupt):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from tests.figures.gallery import gallery
+from tests.report.known import columns
 
 import bristle as br
 from bristle.core import InputError, InputWarning
@@ -110,14 +111,9 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
 DRAW = gallery()
 
 
-@pytest.fixture
-def unencoded(monkeypatch):
-    """Figures become files of their format's name: what is in them is said elsewhere."""
+def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path, monkeypatch):
+    # What is in the files is said elsewhere.
     monkeypatch.setattr("bristle.figures.figure_file", lambda figure, form, title: form.encode())
-
-
-@pytest.mark.usefixtures("unencoded")
-def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
     with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]):
         for name in ("expected", "errors_by_loop"):
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
@@ -167,11 +163,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 
 @pytest.fixture(scope="module")
 def identified():
-    t = np.arange(4000) * 1e-3
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    velocity = np.gradient(position, t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    return br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+    return br.identify(columns(), "coulomb_viscous", draws=0)
 
 
 def figure(draw, **parts):

@@ -31,12 +31,6 @@ EMPS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
 
 
 @pytest.fixture(scope="module")
-def server():
-    with served() as server:
-        yield server
-
-
-@pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Two logs of an axis as a drive exports them: in mm and in % of a rated force, which stands above the columns."""
     folder = tmp_path_factory.mktemp("drive")

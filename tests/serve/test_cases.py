@@ -293,13 +293,6 @@ def test_a_refusal_has_a_status_and_the_words_of_an_input_error():
     assert (refused.status, str(refused)) == (413, "file: is too large; allowed up to 1 kB")
 
 
-@pytest.mark.parametrize(
-    ("name", "label"), [("x" * 300 + ".csv", "x" * 97 + "....csv"), ("log." + "y" * 30, "log." + "y" * 10), ("a%20b.csv", "a b.csv")]
-)
-def test_a_label_is_short_and_keeps_its_ending(name, label):
-    assert label_of(name) == label
-
-
 # --- bodies of requests ---------------------------------------------------------------------------------------------
 
 
@@ -356,8 +349,20 @@ def test_a_message_is_a_json_object(text):
     assert refused.value.status == 400
 
 
-def test_a_head_that_is_silent_on_the_size_states_none():
-    assert (announced_by(Request()), announced_by(Request(size=7))) == (0, 7)
+@pytest.mark.parametrize(
+    ("told", "given", "result"),
+    [
+        # A label is short and keeps its ending.
+        (label_of, "x" * 300 + ".csv", "x" * 97 + "....csv"),
+        (label_of, "log." + "y" * 30, "log." + "y" * 10),
+        (label_of, "a%20b.csv", "a b.csv"),
+        # A head that is silent on the size states none.
+        (announced_by, Request(), 0),
+        (announced_by, Request(size=7), 7),
+    ],
+)
+def test_a_request_announces_its_label_and_its_size(told, given, result):
+    assert told(given) == result
 
 
 # --- What the process of a job says and does, run here with a standard input, an output and limits of its own

@@ -7,13 +7,12 @@ from types import SimpleNamespace as Some
 
 import pytest
 from starlette.testclient import TestClient
-from tests.serve.yard import TOKEN
+from tests.serve.yard import PORT, TOKEN
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bristle.server import gate, limits
 from bristle.server.application import application, protocol_with_limits
 
-PORT = 8765
 OWN = {"x-bristle-token": TOKEN}
 
 

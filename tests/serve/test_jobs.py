@@ -9,6 +9,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from tests.lab.browser import awaited
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
 from bristle.server import cases, limits
@@ -24,12 +25,6 @@ try:
 except KeyboardInterrupt:
     return {"unfinished": "stopped early"}, {}
 """
-
-
-@pytest.fixture(scope="module")
-def server():
-    with served(LIMITS) as server:
-        yield server
 
 
 @pytest.fixture
@@ -60,9 +55,7 @@ def started(server, client, case, task="identify"):
     """Start a job and return its process once that runs."""
     assert client.post(f"{case}/jobs", json={"task": task}).status_code == 202
     job = opened_in(server, case).job
-    while job._process is None:
-        time.sleep(0.01)
-    return job._process
+    return awaited(lambda: job._process)
 
 
 def is_gone(process):
@@ -88,8 +81,7 @@ def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case
 def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
     work(KEEPS_THE_BEST)
     started(server, client, case)
-    while client.get(case).json()["job"]["share"] < 0.5:
-        time.sleep(0.02)
+    awaited(lambda: client.get(case).json()["job"]["share"] >= 0.5)
     assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
     state = settled(client, case)
     assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == ("done", "stopped early")
@@ -143,9 +135,7 @@ def test_a_worker_ends_with_its_server(work):
         case = begun(client)
         work(SLEEPS)
         process = started(server, client, case)
-    until = time.monotonic() + 10
-    while process.returncode is None and time.monotonic() < until:
-        time.sleep(0.02)
+    awaited(lambda: process.returncode is not None, 10.0)
     assert is_gone(process)
 
 
@@ -179,9 +169,7 @@ def moving(server, client, case):
     opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
     opened.keep("planned", cases.Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
     process = started(server, client, case, "tune")
-    while (job := client.get(case).json()["job"])["share"] < 0.5:
-        assert job["state"] == "runs", job
-        time.sleep(0.02)
+    awaited(lambda: client.get(case).json()["job"]["share"] >= 0.5)
     return process, opened.folder.parent.parent / "restored"
 
 
