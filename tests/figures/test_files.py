@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from tests.figures.gallery import figure_of, gallery
-from tests.figures.hostile_names import NAMES
+from tests.figures.gallery import NAMES, figure_of, gallery
 
 from bristle.core.errors import InputWarning
 from bristle.figures import figure_file, files, inline_svg, style

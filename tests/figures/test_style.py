@@ -13,7 +13,6 @@ from matplotlib.transforms import IdentityTransform
 
 from bristle.figures import drawing, files, style
 from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
-from bristle.figures.style import envelope, line, runs, spread
 
 
 @pytest.fixture(autouse=True)
@@ -286,7 +285,7 @@ SIGNALS = arrays(float, st.integers(1, 600), elements=st.floats(-1e3, 1e3))
 
 @given(y=SIGNALS, columns=st.integers(1, 40))
 def test_extremes_and_ends_are_kept_exactly(y, columns):
-    kept = envelope(y, columns)
+    kept = style.envelope(y, columns)
     assert kept.size <= max(4 * columns, 1)
     assert np.all(np.diff(kept) > 0)
     assert (kept[0], kept[-1]) == (0, y.size - 1)
@@ -295,7 +294,7 @@ def test_extremes_and_ends_are_kept_exactly(y, columns):
 
 @given(y=SIGNALS, columns=st.integers(1, 40))
 def test_each_sample_lies_between_kept_samples_nearby(y, columns):
-    kept = envelope(y, columns)
+    kept = style.envelope(y, columns)
     reach = -(-y.size // columns)
     for k in range(y.size):
         near = y[kept[np.abs(kept - k) <= reach]]
@@ -306,10 +305,10 @@ def test_each_sample_lies_between_kept_samples_nearby(y, columns):
 def test_a_line_breaks_only_at_gaps(lengths):
     starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
     t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
-    x, y = line(t, np.cos(t))
+    x, y = style.line(t, np.cos(t))
     assert np.isnan(y).sum() == len(lengths) - 1
     assert set(x[np.isfinite(x)]) <= set(t)
-    assert [part.stop - part.start for part in runs(t, t)] == lengths
+    assert [part.stop - part.start for part in style.runs(t, t)] == lengths
 
 
 def test_short_stretches_do_not_make_a_long_stretch_coarse():
@@ -317,7 +316,7 @@ def test_short_stretches_do_not_make_a_long_stretch_coarse():
     starts = np.cumsum([0.0, *(2.0 + n for n in lengths[:-1])])
     t = np.concatenate([start + np.arange(n) for start, n in zip(starts, lengths, strict=True)])
     y = np.sin(0.05 * t)
-    x, kept = line(t, y)
+    x, kept = style.line(t, y)
     long = np.isfinite(x) & (x < lengths[0])
     # Straight lines between what is drawn stay close to the signal.
     assert np.max(np.abs(np.interp(t[: lengths[0]], x[long], kept[long]) - y[: lengths[0]])) < 0.35
@@ -329,7 +328,7 @@ def test_short_stretches_do_not_make_a_long_stretch_coarse():
 def test_every_point_of_a_cloud_is_near_a_drawn_point(points):
     x, y = points
     cells = (12, 8)
-    kept = spread(x, y, cells)
+    kept = style.spread(x, y, cells)
     assert kept.size <= 12 * 8 + 4
     cell = np.array([np.ptp(x) / cells[0], np.ptp(y) / cells[1]])
     apart = np.abs(points[:, :, None] - points[:, None, kept]) <= cell[:, None, None] + 1e-9

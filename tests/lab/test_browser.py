@@ -4,8 +4,7 @@ import re
 import shutil
 
 import pytest
-from tests.lab.browser import SETTLED
-from tests.lab.firefox import firefox
+from tests.lab.browser import SETTLED, firefox
 
 from bristle.exports.page import described, switches
 from bristle.friction import MODELS

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from tests.lab.scripts import data_of
+from tests.lab.scripts import SLOTS, data_of
 
 import bristle as br
 from bristle.core.documented import Relation
@@ -19,7 +19,6 @@ from bristle.testing import example_of
 pytestmark = pytest.mark.slow
 
 LARGEST = 400_000
-SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 @pytest.fixture(scope="module")

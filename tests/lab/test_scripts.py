@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.lab.scripts import data_of, needs_node, node
+from tests.lab.scripts import SLOTS, data_of, needs_node, node
 
 import bristle as br
 from bristle.certificates import certify, quasi_static
@@ -21,7 +21,6 @@ from bristle.testing import example_of
 pytestmark = needs_node
 
 
-SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 WALK = """
 let differ = 0, of = 0;
 for (const model of models) { const counts = await walked(model); differ += counts.differ; of += counts.of; }

@@ -333,10 +333,6 @@ def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
-def number_in(text: str) -> float:
-    return float(text.replace("−", "-").replace("± ", ""))
-
-
 def moved_by(shift):
     """A log whose effort is late by this many samples."""
     log = sliding_log()
@@ -369,7 +365,7 @@ def test_interval_of_the_table_uses_the_larger_error(workbench):
     shown = [row[table.heads.index("95 % interval [%]")] for row in table.rows]
     # Of what was found before any model, the interval itself is known.
     percents = [item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent for item in fit.estimates if item.std]
-    assert [number_in(cell) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
+    assert [float(cell.removeprefix("± ")) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
 
 
 def test_unidentified_parameter_has_advice_to_measure(workbenches):

@@ -11,7 +11,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from tests.lab.firefox import firefox
+from tests.lab.browser import firefox
 from tests.lab.scripts import NODE, needs_node
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page

@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
-from tests.figures.gallery import gallery
-from tests.figures.hostile_names import LONG, NAMES
+from tests.figures.gallery import LONG, NAMES, gallery
 from tests.report.pages import Page, without_plots
 
 from bristle import hysteresis
