@@ -78,7 +78,7 @@ def test_a_loop_moves_or_gives_a_reason(monkeypatch, simulation, following, reas
     part = page_loop.followed_described("model", simulation, following, every)
     assert part["reason"] == reason
     assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
-    assert len(part["traces"]) == len(lines(simulation, following))
+    assert [trace["name"] for trace in part["traces"]] == [name for name, _ in lines(simulation, following)]
 
 
 def test_without_a_following_error_there_is_no_part():
