@@ -5,27 +5,20 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.figures.gallery import PLAIN, T, circles_of, compared, fleet
+from tests.figures.gallery import PLAIN, T, circles_of, compared, fleet, lines
 from tests.figures.test_figures import assert_legible
 from tests.loop.conftest import loop
 from tests.loop.laws import rig
 
 from bristle.comparison import Change
-from bristle.figures import loop_design, rig_layout
+from bristle.figures import loop_design, many_runs, report_figure, rig_layout
 from bristle.figures.comparison import change_at_reversal, comparison
-from bristle.figures.loop_design import margins
-from bristle.figures.many_runs import fleet_parameter, fleet_parameters, study_spread
-from bristle.figures.report_figure import FIGURES
 from bristle.files.experiment import read_experiment
 from bristle.loop import assess
 from bristle.palette import LIGHT
 from bristle.paper import EXPERIMENTS
 
-FIGURE, WORST = FIGURES["comparison.comparison"], FIGURES["comparison.worst"]
-
-
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
+FIGURE, WORST = report_figure.FIGURES["comparison.comparison"], report_figure.FIGURES["comparison.worst"]
 
 
 def without_reference(*left_out):
@@ -72,7 +65,7 @@ def test_the_large_picture_is_the_worst_reversal_or_the_largest_value_over_the_m
 
 def test_changes_without_intervals_are_not_drawn():
     item = without_reference("effort.rms")
-    assert not FIGURES["comparison.changes"].applies(item)
+    assert not report_figure.FIGURES["comparison.changes"].applies(item)
     assert len(comparison(item).axes) == 2
 
 
@@ -96,7 +89,7 @@ def test_captions_name_the_panels(item, quantity, panels, worst):
 
 def test_runs_are_drawn_as_shares_with_their_quantiles():
     values = np.append(1e-6 * np.arange(101.0), [np.nan, np.inf])
-    (axes,) = study_spread({"Way": {"all runs": values}}, ["m"]).axes
+    (axes,) = many_runs.study_spread({"Way": {"all runs": values}}, ["m"]).axes
     span, bars = axes.patches[-1], axes.patches[0]
     shares, edges, _ = bars.get_data()
     assert shares.sum() == pytest.approx(100.0)
@@ -107,28 +100,28 @@ def test_runs_are_drawn_as_shares_with_their_quantiles():
 
 @pytest.mark.parametrize(("count", "bars"), [(9, 8), (100, 10), (10_000, 60)])
 def test_bars_are_eight_to_sixty(count, bars):
-    axes = study_spread({"Way": {"all": np.arange(float(count))}}, ["m"]).axes[0]
+    axes = many_runs.study_spread({"Way": {"all": np.arange(float(count))}}, ["m"]).axes[0]
     assert axes.patches[0].get_data()[0].size == bars
 
 
 def test_runs_without_numbers_have_no_median():
-    assert not study_spread({"Way": {"all": np.full(3, np.nan)}}, ["m"]).axes[0].get_lines()
+    assert not many_runs.study_spread({"Way": {"all": np.full(3, np.nan)}}, ["m"]).axes[0].get_lines()
 
 
 def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
-    figure, (grid, plain) = FIGURES["many_runs.spread"], (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
+    figure, (grid, plain) = report_figure.FIGURES["many_runs.spread"], (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
     assert figure.caption(grid, spread).endswith("A line for each point of the grid.")
     assert figure.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
     told = figure.alternative(plain, spread), figure.draw(plain, spread).axes[0].get_xlabel()
     assert told == ("Distribution of m over the runs", "Way [m]")
-    assert FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
+    assert report_figure.FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
 
 
 def drawn(**changes):
     runs, names, apart = fleet(["F_C"])
     runs.columns |= changes
-    return runs, fleet_parameters(runs, names, apart).axes[0]
+    return runs, many_runs.fleet_parameters(runs, names, apart).axes[0]
 
 
 def test_no_interval_is_clipped_except_of_a_log_far_away():
@@ -168,7 +161,7 @@ def test_marks_are_smaller_for_many_logs(count, size):
         "p.status": np.full(count, "identified"),
     }
     runs = Some(columns=columns, count=count, described={"columns": {"p": {"unit": "N"}}})
-    axes = fleet_parameters(runs, ["p"], {"p": np.array([], dtype=int)}).axes[0]
+    axes = many_runs.fleet_parameters(runs, ["p"], {"p": np.array([], dtype=int)}).axes[0]
     assert axes.containers[0].lines[0].get_markersize() == size
 
 
@@ -182,7 +175,7 @@ def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
     }
     columns["p.status"] = np.full(3, "identified")
     runs = Some(columns=columns, count=3, described={"columns": {"p": {"unit": "N"}}})
-    (axes,) = fleet_parameter(runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]).axes
+    (axes,) = many_runs.fleet_parameter(runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]).axes
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["axis1", "axis2", "axis3"]
     low, high = axes.get_ylim()
     assert (low, high) == pytest.approx((5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5)  # clipped at five times the spread
@@ -196,7 +189,7 @@ def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("delay", [1, 3])
 def test_gain_phase_and_poles_are_legible(delay):
-    figure = margins(assess(rig(delay)))
+    figure = loop_design.margins(assess(rig(delay)))
     assert_legible(figure)
     assert "$" not in "".join(item.get_text() for axes in figure.axes for item in axes.get_xticklabels() + axes.get_yticklabels())
 

@@ -13,17 +13,16 @@ from matplotlib.colors import to_rgb
 
 from bristle import figures
 from bristle.core.variable import KINDS
-from bristle.figures.fit import effort_over_time, prediction, residuals
-from bristle.figures.legibility import illegible_texts, texts_of, unlabelled_axes
+from bristle.figures import fit, legibility
 from bristle.prediction import drive_table
 
 DRAW = {
-    "effort_over_time": lambda bench: effort_over_time(bench.identified.best),
+    "effort_over_time": lambda bench: fit.effort_over_time(bench.identified.best),
     "following_error": lambda bench: figures.following_error(bench.looped),
     "following_error_focus": lambda bench: figures.following_error(bench.looped, ("feedforward", "compensated")),
     "friction_over_velocity": lambda bench: figures.friction_over_velocity(bench.identified.best, drive_table(bench.identified.best, 100)),
-    "prediction": lambda bench: prediction(bench.predicted, bench.axis.kind),
-    "residuals": lambda bench: residuals(bench.identified.best),
+    "prediction": lambda bench: fit.prediction(bench.predicted, bench.axis.kind),
+    "residuals": lambda bench: fit.residuals(bench.identified.best),
 }
 
 
@@ -39,7 +38,7 @@ def figure(request, drawn):
 
 
 def test_every_axis_has_a_name_and_a_unit(figure):
-    assert unlabelled_axes(figure) == []
+    assert legibility.unlabelled_axes(figure) == []
 
 
 @pytest.mark.fast_cases(1)
@@ -48,8 +47,8 @@ def test_texts_neither_overlap_nor_leave_the_figure(figure):
 
 
 def assert_legible(figure):
-    assert len(texts_of(figure)) > 4
-    assert illegible_texts(figure) == []
+    assert len(legibility.texts_of(figure)) > 4
+    assert legibility.illegible_texts(figure) == []
 
 
 def test_lines_with_a_name_differ_without_colour(figure):

@@ -15,13 +15,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from tests.figures.gallery import figure_of, gallery
-from tests.figures.hostile_names import NAMES
+from tests.figures.gallery import NAMES, figure_of, gallery
 
 from bristle.core.errors import InputWarning
-from bristle.figures import figure_file, files, inline_svg
+from bristle.figures import figure_file, files, inline_svg, style
 from bristle.figures.fit import effort_over_time, residuals
-from bristle.figures.style import panels, styled
 
 FORMATS = ("svg", "pdf", "png")
 TWO_COLUMNS = 7.21  # inches: 183 mm
@@ -122,9 +120,9 @@ def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(monkeypatch)
 # --- A figure inside a page: the same bytes each time, nothing from outside, no identifier twice, and small
 
 
-@styled
+@style.styled
 def labelled(text):
-    figure, ((axes,),) = panels(2.0)
+    figure, ((axes,),) = style.panels(2.0)
     axes.plot([0.0, 1.0], [0.123456789, 2.0], marker="o")
     axes.set_xlabel(text)
     return figure

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from scipy.signal import lfilter
-from tests.figures.gallery import PLAIN, F, T, V, X, fit, looped, predicted
+from tests.figures.gallery import PLAIN, F, T, V, X, fit, lines, looped, predicted
 
 from bristle.figures import first_screen as figures
 from bristle.figures import fit as fit_module
-from bristle.figures.report_figure import FIGURES
+from bristle.figures import report_figure
 
 NAMES = ("base", "plain", "fed")
 
 
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines() if not line.get_label().startswith("_")}
+def named_lines(axes):
+    return {label: line for label, line in lines(axes).items() if not label.startswith("_")}
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def lines(axes):
     ],
 )
 def test_a_measured_error_is_drawn_unless_it_would_flatten_the_others(names, pair, size, drawn):
-    assert list(lines(figures.gain_at_reversal(looped(names), pair, size * np.sin(9.0 * T)).axes[0])) == drawn
+    assert list(named_lines(figures.gain_at_reversal(looped(names), pair, size * np.sin(9.0 * T)).axes[0])) == drawn
 
 
 def boxes_of(figure, texts):
@@ -50,8 +50,8 @@ def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
     best.traces.velocity = np.array([-0.2, -1e-3, 1e-3, 0.2])
     best.traces.friction = np.array([-4.0, -3.0, 1.0, 5.0])
     (axes,) = figures.friction_over_velocity(best, [(-0.2, -6.0), (-0.0, -5.0), (0.0, 5.0), (0.2, 6.0)]).axes
-    assert lines(axes)["measured"].get_data() == (pytest.approx([-200.0, -1.0, 1.0, 200.0]), pytest.approx([-4.0, -3.0, 1.0, 5.0]))
-    assert lines(axes)["model"].get_ydata() == pytest.approx([5.0, 6.0])  # at the right end, where its name is
+    assert named_lines(axes)["measured"].get_data() == (pytest.approx([-200.0, -1.0, 1.0, 200.0]), pytest.approx([-4.0, -3.0, 1.0, 5.0]))
+    assert named_lines(axes)["model"].get_ydata() == pytest.approx([5.0, 6.0])  # at the right end, where its name is
     assert [line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"] == [[-6.0, -5.0]]
     assert (axes.get_xscale(), axes.get_xlabel(), axes.get_ylabel()) == ("symlog", "Velocity [mm/s]", "Friction force [N]")
     assert [label.get_text() for label in axes.get_xticklabels()] == ["−100", "−10", "0", "10", "100"]
@@ -98,13 +98,13 @@ def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distanc
     best.traces.residual = 0.5 * np.ones(T.size)
     figure, large = figures.friction_after_reversals(best, 1e-4), figures.friction_after_reversals(best, 0.0, large=True)
     (axes,) = figure.axes
-    x, y = lines(axes)["measured"].get_data()
+    x, y = named_lines(axes)["measured"].get_data()
     assert axes.get_xlim() == pytest.approx((0.0, 400.0))
     runs = np.split(y, np.flatnonzero(np.isnan(y)))
     assert all(np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any())  # friction acts against both directions
     first = next(motion for motion in figures.reversals_of(T, V) if np.any(np.isclose(1e6 * motion.displacement[0], x[0])))
     assert y[0] == pytest.approx(first.way * F[first.rows][0])
-    gaps = lines(axes)["model"].get_ydata() - y
+    gaps = named_lines(axes)["model"].get_ydata() - y
     assert np.unique(np.round(np.abs(gaps[np.isfinite(gaps)]), 9)).tolist() == [0.5]
     assert ["95 %" in "".join(text.get_text() for text in drawn.axes[0].texts) for drawn in (figure, large)] == [True, False]
     assert large.get_size_inches()[0] > figure.get_size_inches()[0]
@@ -138,19 +138,15 @@ def test_the_window_at_a_reversal_ends_where_samples_are_left_out():
 WORDS = "Shaded: the 95 % band of the measurement."
 
 
-def all_lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
-
-
 def test_a_prediction_is_drawn_around_the_largest_difference_in_its_band():
     result = predicted()
     result.effort = F.copy()
     result.effort[400] += 50.0
     near, _ = fit_module.prediction(result).axes
-    x = all_lines(near)["measured"].get_xdata()
+    x = lines(near)["measured"].get_xdata()
     assert x[0] < T[400] < x[-1]
     (band,) = near.collections
-    corners, middle = band.get_paths()[0].vertices, all_lines(near)["model"]
+    corners, middle = band.get_paths()[0].vertices, lines(near)["model"]
     at = np.interp(corners[:, 0], middle.get_xdata(), middle.get_ydata())
     assert np.abs(corners[:, 1] - at).max() == pytest.approx(0.2, abs=0.02)
 
@@ -176,7 +172,7 @@ def test_the_distribution_of_residuals_is_drawn_with_a_normal_distribution():
     assert shares.size == 40
     assert (edges[0], edges[-1]) == pytest.approx((residual.mean() - 4.0 * residual.std(), residual.mean() + 4.0 * residual.std()))
     assert shares.sum() == pytest.approx(100.0, abs=0.1)
-    normal, at = all_lines(spread)["normal"].get_data()
+    normal, at = lines(spread)["normal"].get_data()
     assert normal == pytest.approx(np.interp(at, 0.5 * (edges[1:] + edges[:-1]), shares), abs=1.5)
     assert at[normal.argmax()] == pytest.approx(residual.mean(), abs=0.05)
     assert spread.get_ylim() == over_time.get_ylim()
@@ -193,7 +189,7 @@ def test_the_band_of_white_noise_contains_95_percent():
 
 def test_zero_residuals_have_no_normal_distribution():
     _, spread, _ = with_residual(np.zeros(500)).axes
-    assert not all_lines(spread)
+    assert not lines(spread)
     assert spread.patches[0].get_data()[1][[0, -1]].tolist() == [-1.0, 1.0]
 
 
@@ -235,9 +231,9 @@ def test_a_prediction_shows_the_predicted_signals(unknown, first, errors):
     vars(result).update(dict.fromkeys(unknown))
     assert fit_module.prediction(result).axes[0].get_ylabel() == first
     assert [axes.get_ylabel() for axes in fit_module.prediction_error(result).axes] == errors
-    assert [FIGURES[name].applies(result, "translational") for name in ("fit.prediction", "fit.error")] == [True, True]
+    assert [report_figure.FIGURES[name].applies(result, "translational") for name in ("fit.prediction", "fit.error")] == [True, True]
     result.effort_predicted = result.position_predicted = None
-    assert not FIGURES["fit.prediction"].applies(result, "translational")
+    assert not report_figure.FIGURES["fit.prediction"].applies(result, "translational")
 
 
 def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
@@ -255,4 +251,4 @@ def test_the_error_of_a_position_is_measured_minus_predicted_in_the_band():
 def test_a_caption_mentions_a_band_only_if_it_is_drawn(band):
     result = predicted()
     result.half_width = band
-    assert (FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)
+    assert (report_figure.FIGURES["fit.prediction"].caption(result, "translational") == WORDS) == (band is not None)

@@ -4,20 +4,14 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.figures.gallery import PLAIN, F, T, X, looped, simulated
+from tests.figures.gallery import PLAIN, F, T, X, lines, looped, simulated
 
 from bristle.core import Status
-from bristle.figures import loop_rows
-from bristle.figures.first_screen import gain_at_reversal
+from bristle.figures import gain_at_reversal, loop_rows, report_figure
 from bristle.figures.following_error import following_error, has_completed, open_loop
-from bristle.figures.report_figure import FIGURES
 
-AT_REVERSAL, FIGURE = FIGURES["first_screen.reversal"], FIGURES["following_error.following"]
+AT_REVERSAL, FIGURE = report_figure.FIGURES["first_screen.reversal"], report_figure.FIGURES["following_error.following"]
 NAMES = ("base", "plain", "fed")
-
-
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
 
 
 def test_zero_errors_have_bars():

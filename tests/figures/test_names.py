@@ -11,8 +11,7 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Rectangle
-from tests.figures.gallery import PLAIN, figure_of, gallery
-from tests.figures.hostile_names import LONG, NAMES
+from tests.figures.gallery import LONG, NAMES, PLAIN, figure_of, gallery
 from tests.figures.test_figures import assert_legible
 
 from bristle import figures

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from tests.certificates.ballscrew import UM, composite, lugre, maxwell_slip
+from tests.figures.gallery import lines
 from tests.figures.test_figures import assert_legible
 
 from bristle import figures, hysteresis
 from bristle.certificates import Path, check, traced
 from bristle.core.errors import InputError
 from bristle.engine.path import after
-from bristle.figures import small_multiples
-from bristle.figures.preisach import staircase
-from bristle.figures.small_multiples import break_away, closure, drift, loop_family, loop_units, marked_path, minor_loops, ripple
+from bristle.figures import preisach, small_multiples
 
 X = np.linspace(0.0, 2e-6, 21)
 UP = np.concatenate([X, X[::-1]])
@@ -26,12 +25,8 @@ def titles(figure):
     return [axes.get_title(loc="right") for axes in figure.axes]
 
 
-def lines(axes):
-    return {line.get_label(): line for line in axes.get_lines()}
-
-
 def test_forces_have_the_same_unit_and_a_margin():
-    units = loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
+    units = small_multiples.loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
     assert (units.x, units.y) == ("Position [µm]", "Friction torque [N·m]")
     assert units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))]) == pytest.approx((-4.5, 6.5))
     assert units.height([(X, np.array([-4.0, 6.0]))], 0.1) == pytest.approx((-5.0, 7.0))
@@ -41,7 +36,7 @@ def test_forces_have_the_same_unit_and_a_margin():
 
 
 def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
-    figure = minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
+    figure = small_multiples.minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
     assert titles(figure) == list("abcd")
     assert [axes.get_ylabel() for axes in figure.axes] == ["Friction force [N]", "", "", "Friction force [N]"]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in figure.axes)
@@ -51,7 +46,7 @@ def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
     ("step", "text"), [(2.1e-12, "0.0021 nm"), (1.9e-12, "no drift"), (-2.1e-12, "−0.0021 nm"), (0.0, "no drift"), (5e-7, "500 nm")]
 )
 def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
-    figure = drift({"a": (UP, FORCE)}, {"a": step})
+    figure = small_multiples.drift({"a": (UP, FORCE)}, {"a": step})
     assert titles(figure) == [f"a: {text}"]
     assert figure.axes[0].get_xlim() == pytest.approx((-0.06, 2.06))
     assert lines(figure.axes[0])["first loading"].get_xdata().size == 21
@@ -59,7 +54,7 @@ def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
 
 @pytest.mark.parametrize(("share", "text"), [(-0.307, "−30.7 %"), (4e-5, "closes"), (6e-5, "0.0 %"), (0.0, "closes")])
 def test_a_loop_that_misses_less_than_a_hundredth_of_a_percent_closes(share, text):
-    figure = closure({"a": (UP, FORCE)}, {"a": share})
+    figure = small_multiples.closure({"a": (UP, FORCE)}, {"a": share})
     assert titles(figure) == [f"a: {text}"]
     drawn = lines(figure.axes[0])
     ends = [float(part[0]) for name in ("left", "returned") for part in drawn[name].get_data()]
@@ -71,16 +66,16 @@ def letters(axes):
 
 
 def test_letters_of_turns_are_away_from_the_middle():
-    figure = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
+    figure = small_multiples.marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
     assert letters(figure.axes[0]) == [("a", "right"), ("b", "left"), ("c", "right")]
-    blank = marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}).axes[0]
+    blank = small_multiples.marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}).axes[0]
     assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2)])
 def test_marked_paths_are_in_rows_of_two(count, columns):
     traces, turns = dict.fromkeys("abcd"[:count], (UP, FORCE)), {name: [0, 20, 41] for name in "abcd"[:count]}
-    figure = marked_path(traces, turns, "xyz", dict.fromkeys("abcd", ""))
+    figure = small_multiples.marked_path(traces, turns, "xyz", dict.fromkeys("abcd", ""))
     assert len({round(axes.get_position().x0, 6) for axes in figure.axes}) == columns
     assert [bool(axes.get_ylabel()) for axes in figure.axes] == [True, False, True, False][:count]
 
@@ -98,17 +93,17 @@ def test_a_letter_is_written_twice_if_the_points_are_apart():
 
 def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
     loops = [(UP, FORCE), (UP, 2.0 * FORCE)]
-    figure = loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
+    figure = small_multiples.loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
     widths = [[line.get_linewidth() for line in axes.get_lines()] for axes in figure.axes]
     assert widths == [[2.2, 2.2, 0.9], [0.9, 0.9]]
     assert [axes.get_ylim() for axes in figure.axes] == [pytest.approx((-0.4, 8.4))] * 2
-    alone = loop_family({"A": {"one": loops}})
+    alone = small_multiples.loop_family({"A": {"one": loops}})
     assert [alone.axes[0].get_legend(), *alone.legends] == [None]
     assert alone.get_size_inches()[1] == pytest.approx(3.5)
 
 
 def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
-    figure = break_away({"a": (X, 4.0 * X / 2e-6), "b": (X, X)}, {"a": 1e-6, "b": np.nan}, 1.5e-6)
+    figure = small_multiples.break_away({"a": (X, 4.0 * X / 2e-6), "b": (X, X)}, {"a": 1e-6, "b": np.nan}, 1.5e-6)
     (axes,) = figure.axes
     drawn = lines(axes)
     assert drawn["the paper"].get_xdata()[0] == pytest.approx(1.5)
@@ -120,7 +115,7 @@ def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
 def test_a_ripple_is_above_a_panel_for_each_contact(count, height):
     traces = dict.fromkeys("abc"[:count], (UP, FORCE))
     time = np.linspace(0.0, 0.2, 42)
-    figure = ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})
+    figure = small_multiples.ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})
     _, *below = figure.axes
     assert figure.get_size_inches()[1] == pytest.approx(height)
     assert [axes.get_ylabel() for axes in below] == ["Friction force [N]", "", "Friction force [N]"][:count]
@@ -203,7 +198,7 @@ def test_below_the_staircase_are_the_relays_that_are_up(history):
     grid = hysteresis.relays_of(operator, 1.0, 40)
     _, relays = after(grid, history)
     state, memory = after(operator, history)
-    beta, alpha = staircase(memory[: state.depth], state.z).T
+    beta, alpha = preisach.staircase(memory[: state.depth], state.z).T
     cells = 0.5 * (grid.parameters.levels[1:] + grid.parameters.levels[:-1])
     for i, j, relay in zip(*np.tril_indices(40), relays, strict=True):
         if relay and abs(cells[i] + cells[j]) > 1e-9:

@@ -1,7 +1,9 @@
-"""Debian's Chromium without a window, spoken to over a pipe: what a page does, asks for and complains of."""
+"""Browsers without a window, Chromium over a pipe and Firefox by Marionette: what a page does, asks for and complains of."""
 
 import json
 import os
+import shutil
+import socket
 import subprocess
 import time
 from contextlib import ExitStack, contextmanager
@@ -11,6 +13,15 @@ import pytest
 PATIENCE = 60.0  # [s]
 SETTLED = "new Promise((done) => setTimeout(done, 150))"
 NO_DOCUMENT = "Cannot find default execution context"
+
+
+def awaited(holds, seconds=PATIENCE, words=""):
+    """Return what a condition gives once that is true."""
+    until = time.monotonic() + seconds
+    while not (value := holds()):
+        assert time.monotonic() < until, words
+        time.sleep(0.02)
+    return value
 
 
 class Browser:
@@ -91,11 +102,7 @@ class Browser:
 
     def waits(self, expression, seconds=PATIENCE):
         """Return the value of an expression once it is true; one that fails is not true yet."""
-        until = time.monotonic() + seconds
-        while not (value := self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()")):
-            assert time.monotonic() < until, expression
-            time.sleep(0.05)
-        return value
+        return awaited(lambda: self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()"), seconds, expression)
 
     def asked_for(self):
         """Return the addresses of all requests."""
@@ -109,7 +116,9 @@ class Browser:
 
 @contextmanager
 def browser(profile, *, width=1366, height=768, dark=False, moving=False):
-    """Give a browser with one empty tab of this size; unless `moving`, its user prefers reduced motion."""
+    """Give a browser with one empty tab of this size, or skip the test; unless `moving`, its user prefers reduced motion."""
+    if shutil.which("chromium") is None or os.name != "posix":
+        pytest.skip("needs chromium")
     to_read, to_send = os.pipe()
     from_read, from_write = os.pipe()
     fixed = (os.dup2(to_read, 63), os.dup2(from_write, 64))  # out of the way of 3 and 4
@@ -164,8 +173,97 @@ def shown(tmp_path):
         def show(address, *, complains=False, **how):
             tab = stack.enter_context(browser(tmp_path / "profile", **how))
             tab.open(address)
+            tab.run(SETTLED)
             quiet.extend([tab] * (not complains))
             return tab
 
         yield show
         assert [tab.complaints() for tab in quiet] == [[]] * len(quiet)
+
+
+# --- Firefox, spoken to by Marionette
+
+
+COMPLAINTS = """
+return Services.console.getMessageArray().filter((message) => message instanceof Ci.nsIScriptError)
+  .filter((message) => `${message.sourceName} ${message.errorMessage}`.includes(arguments[0]))
+  .map((message) => message.errorMessage);
+"""
+
+
+class Firefox:
+    """A tab."""
+
+    def __init__(self, connection):
+        self._connection, self._rest, self._number = connection, b"", 0
+        self._next()  # what it says of itself
+
+    def call(self, method, **parameters):
+        """Return what a method of the protocol gives."""
+        self._number += 1
+        text = json.dumps([0, self._number, method, parameters]).encode()
+        self._connection.sendall(f"{len(text)}:".encode() + text)
+        _, _, error, result = self._next()
+        assert error is None, error
+        return result
+
+    def _next(self):
+        while b":" not in self._rest:
+            self._rest += self._connection.recv(1 << 20)
+        size, _, self._rest = self._rest.partition(b":")
+        while len(self._rest) < int(size):
+            self._rest += self._connection.recv(1 << 20)
+        text, self._rest = self._rest[: int(size)], self._rest[int(size) :]
+        return json.loads(text)
+
+    def run(self, script, *arguments):
+        """Return what a script of the page returns, awaited where it is a promise."""
+        return self.call("WebDriver:ExecuteScript", script=script, args=list(arguments), sandbox="default")["value"]
+
+    def complaints(self, name):
+        """Return what stands in the console of a page of this name."""
+        self.call("Marionette:SetContext", value="chrome")
+        result = self.call("WebDriver:ExecuteScript", script=COMPLAINTS, args=[name], sandbox="system")["value"]
+        self.call("Marionette:SetContext", value="content")
+        return result
+
+
+@contextmanager
+def firefox(profile):
+    """Give Firefox with one empty tab."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    profile.mkdir()
+    (profile / "user.js").write_text(
+        f'user_pref("marionette.port", {port});\nuser_pref("datareporting.policy.dataSubmissionEnabled", false);\n'
+    )
+    process = subprocess.Popen(
+        ["firefox-esr", "--headless", "--marionette", "--remote-allow-system-access", "--no-remote", "--profile", str(profile)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        with _connected(port) as connection:
+            tab = Firefox(connection)
+            tab.call("WebDriver:NewSession", capabilities={})
+            yield tab
+    finally:
+        process.terminate()
+        try:
+            process.wait(20)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _connected(port):
+    end = time.monotonic() + PATIENCE
+    while True:
+        try:
+            connection = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+        except OSError:
+            assert time.monotonic() < end, "Firefox does not answer"
+            time.sleep(0.2)
+        else:
+            return connection

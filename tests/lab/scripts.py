@@ -10,6 +10,7 @@ import pytest
 
 from bristle.exports.page.packing import unpacked
 
+SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 NODE = shutil.which("node")
 NAMES = ("physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js", "plot.js")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")

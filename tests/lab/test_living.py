@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core import FrictionModel
-from bristle.core.status import Status
+from bristle.core import FrictionModel, Status
 from bristle.exports.page import loop as page_loop
 from bristle.exports.page.described import head_of
-from bristle.exports.page.loop import followed_described
 from bristle.friction import find
 from bristle.lab import living, page
-from bristle.lab.living import living_part, uncertainty_of
 from bristle.lab.page import environment, hash_of, joined, policy
 from bristle.simulation import COMPENSATED
 
@@ -78,20 +75,20 @@ def test_a_line_is_the_reference_minus_the_measurement(simulation, following, dr
 )
 def test_a_loop_moves_or_gives_a_reason(monkeypatch, simulation, following, reason, moves):
     monkeypatch.setattr(page_loop, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
-    part = followed_described("model", simulation, following, every)
+    part = page_loop.followed_described("model", simulation, following, every)
     assert part["reason"] == reason
     assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
-    assert len(part["traces"]) == len(lines(simulation, following))
+    assert [trace["name"] for trace in part["traces"]] == [name for name, _ in lines(simulation, following)]
 
 
 def test_without_a_following_error_there_is_no_part():
-    assert followed_described("model", None, None, every) is None
-    assert followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every) is None
+    assert page_loop.followed_described("model", None, None, every) is None
+    assert page_loop.followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every) is None
 
 
 def test_each_parameter_has_its_status():
     parameters = {"F_C": SimpleNamespace(status="identified", ends=(1.0, 2.0)), "F_v": SimpleNamespace(status="at limit", ends=None)}
-    assert uncertainty_of(SimpleNamespace(parameters=parameters)) == {
+    assert living.uncertainty_of(SimpleNamespace(parameters=parameters)) == {
         "F_C": {"status": "identified", "interval": (1.0, 2.0)},
         "F_v": {"status": "at limit", "interval": None},
     }
@@ -119,7 +116,7 @@ def identified(monkeypatch):
 
     def part(kind="translational", logs=()):
         best = SimpleNamespace(friction="model", plant=SimpleNamespace(kind=kind), parameters={})
-        made = living_part(SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None)
+        made = living.living_part(SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None)
         return made, requested
 
     return part
@@ -160,7 +157,7 @@ def test_a_policy_allows_exactly_the_named_scripts():
 def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
     thinned = []
     monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
-    assert living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
+    assert living.living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
     ((around, envelope),) = thinned
     assert (around, envelope(np.arange(4000.0)).size) == (3.0, 4000)
     assert envelope(np.arange(4001.0)).size < 4000

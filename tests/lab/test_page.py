@@ -6,13 +6,12 @@ import re
 from dataclasses import replace
 
 import pytest
-from tests.lab.scripts import data_of
+from tests.lab.scripts import SLOTS, data_of
 
 import bristle as br
 from bristle.core.documented import Relation
 from bristle.demo import axis_simulated
-from bristle.exports.page.described import model_described
-from bristle.exports.page.sliders import conditions_of, inner_of
+from bristle.exports.page import described, sliders
 from bristle.friction import MODELS, with_slots
 from bristle.lab import lab_page
 from bristle.testing import example_of
@@ -20,7 +19,6 @@ from bristle.testing import example_of
 pytestmark = pytest.mark.slow
 
 LARGEST = 400_000
-SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 
 
 @pytest.fixture(scope="module")
@@ -93,12 +91,12 @@ def test_units_are_those_of_the_axis():
 def test_texts_of_a_user_model_are_escaped():
     model = example_of(with_slots(MODELS["stribeck"], ()))
     relation = Relation("F_S > F_C", lambda p: p.F_S > p.F_C, "<img src=x> raise F_S; or not")
-    (condition,) = conditions_of(replace(model.component, relations=(relation,)))
+    (condition,) = sliders.conditions_of(replace(model.component, relations=(relation,)))
     assert condition["mend"] == "&lt;img src=x&gt; raise <i>F</i><sub>S</sub>"
 
 
 def test_a_user_parameter_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
-    assert {row["name"] for row in model_described(model, proven=False)["variables"]} == set(model.values)
-    assert inner_of(model.parameters) == model.parameters
+    assert {row["name"] for row in described.model_described(model, proven=False)["variables"]} == set(model.values)
+    assert sliders.inner_of(model.parameters) == model.parameters

@@ -10,19 +10,6 @@ from bristle.core.variable import Variable
 from bristle.exports.page import switches
 from bristle.exports.page.described import BLOCK, LONG, PUSHED, example_named, stored, variables_of, walks_of
 from bristle.exports.page.sliders import Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
-from bristle.exports.page.switches import (
-    NEUTRAL,
-    STARTS,
-    all_walks,
-    begun,
-    combinations,
-    offered,
-    plain_of,
-    slots_described,
-    slots_of,
-    start_of,
-    surrounded,
-)
 from bristle.exports.subject import subject_of
 from bristle.friction import MODELS, coulomb, coulomb_viscous, dahl, find, lugre, maxwell_slip, stribeck, viscous, with_slots
 from bristle.testing import example_of
@@ -40,47 +27,49 @@ ENDS |= {"around_transmitted": (-4.0, 4.0), "around_temperature": (273.15 - 40.0
 
 @pytest.mark.parametrize("name", BEGINS)
 def test_numbers_of_slots_begin_over_the_scales_of_a_model(name):
-    assert start_of(name, SCALES) == pytest.approx(BEGINS[name])
+    assert switches.start_of(name, SCALES) == pytest.approx(BEGINS[name])
 
 
 def test_sliders_of_slots_reach_both_sides_of_zero():
-    assert {name: STARTS[name].ends for name in ENDS} == {name: pytest.approx(ends) for name, ends in ENDS.items()}
-    assert {STARTS[name].scale for name in FORCES} == {"force"}
-    assert STARTS["around_temperature"].value == Motion(0.0, 0.0).temperature + 10.0
-    outside = [name for name, start in STARTS.items() if start.ends and not start.ends[0] <= start.value <= start.ends[1]]
+    assert {name: switches.STARTS[name].ends for name in ENDS} == {name: pytest.approx(ends) for name, ends in ENDS.items()}
+    assert {switches.STARTS[name].scale for name in FORCES} == {"force"}
+    assert switches.STARTS["around_temperature"].value == Motion(0.0, 0.0).temperature + 10.0
+    outside = [name for name, start in switches.STARTS.items() if start.ends and not start.ends[0] <= start.value <= start.ends[1]]
     assert outside == []
 
 
 def test_the_two_directions_start_a_tenth_above_and_below():
-    plain = plain_of(stribeck(F_C=10.0, F_S=20.0, v_S=0.1, F_v=1.0))
-    model = begun(plain, ["asymmetry"], SCALES)
+    plain = switches.plain_of(stribeck(F_C=10.0, F_S=20.0, v_S=0.1, F_v=1.0))
+    model = switches.begun(plain, ["asymmetry"], SCALES)
     values = {name: model.values[name] for name in ("F_C_pos", "F_C_neg", "F_S_pos", "F_S_neg")}
     assert values == {"F_C_pos": 11.0, "F_C_neg": 9.0, "F_S_pos": 22.0, "F_S_neg": 18.0}
-    back = plain_of(model)
-    assert (back.values["F_C"], back.values["F_S"], slots_of(model), slots_of(back)) == (10.0, 20.0, ("asymmetry",), ())
+    back = switches.plain_of(model)
+    assert (back.values["F_C"], back.values["F_S"], switches.slots_of(model), switches.slots_of(back)) == (10.0, 20.0, ("asymmetry",), ())
 
 
 def test_slots_have_the_order_of_a_name_and_are_offered_if_effective():
     model = with_slots(lugre, ["load", "asymmetry"])
-    assert slots_of(begun(plain_of(example_of(lugre)), ["asymmetry", "load"], SCALES)) == slots_of(example_of(model))
-    assert {"asymmetry", "load", *offered(viscous(F_v=1.0))} < set(offered(coulomb(F_C=1.0)))
+    assert switches.slots_of(switches.begun(switches.plain_of(example_of(lugre)), ["asymmetry", "load"], SCALES)) == switches.slots_of(
+        example_of(model)
+    )
+    assert {"asymmetry", "load", *switches.offered(viscous(F_v=1.0))} < set(switches.offered(coulomb(F_C=1.0)))
 
 
 def test_sets_of_slots_are_all_of_them_or_each_alone_and_all_together():
-    assert combinations(("a", "b", "c"), complete=False) == [("a",), ("b",), ("c",), ("a", "b", "c")]
-    assert combinations(("a", "b"), complete=True) == [(), ("b",), ("a",), ("a", "b")]
+    assert switches.combinations(("a", "b", "c"), complete=False) == [("a",), ("b",), ("c",), ("a", "b", "c")]
+    assert switches.combinations(("a", "b"), complete=True) == [(), ("b",), ("a",), ("a", "b")]
 
 
 def test_the_mean_of_a_plain_model_keeps_its_offset_and_its_arrays():
     model = with_slots(coulomb, ["asymmetry"])(F_C_pos=3.0, F_C_neg=1.0, offset=0.25)
-    assert dict(plain_of(model).values) == {"F_C": 2.0, "offset": 0.25}
-    assert plain_of(coulomb(F_C=3.0)).values["offset"] == 0.0
+    assert dict(switches.plain_of(model).values) == {"F_C": 2.0, "offset": 0.25}
+    assert switches.plain_of(coulomb(F_C=3.0)).values["offset"] == 0.0
 
 
 def test_the_surroundings_of_a_model_are_parameters():
-    component = surrounded(with_slots(coulomb, ["load"]))
+    component = switches.surrounded(with_slots(coulomb, ["load"]))
     assert component.surroundings == ()
-    assert {name: NEUTRAL[name] for name in component.variables if name.startswith("around_")} == {
+    assert {name: switches.NEUTRAL[name] for name in component.variables if name.startswith("around_")} == {
         "around_load": 1.0,
         "around_temperature": Motion(0.0, 0.0).temperature,
         "around_transmitted": 0.0,
@@ -89,7 +78,7 @@ def test_the_surroundings_of_a_model_are_parameters():
 
 @pytest.mark.parametrize("kind", ["translational", "rotational"])
 def test_a_page_has_the_neutral_values_of_a_slot(kind):
-    slots = slots_described(kind)
+    slots = switches.slots_described(kind)
     rows = {row["name"]: row for slot in slots.values() for row in slot.get("rows", ())}
     assert (rows["p_1"]["nothing"], rows["x_L"]["scale"]) == (0.0, "reach")
     assert rows["c_1"]["sliders"] == [{"low": -1.0, "high": 1.0, "logarithmic": False, "to_zero": False, "endless": False}]
@@ -222,4 +211,4 @@ def test_the_walks_are_up_to_date(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MODELS)
 def test_all_of_the_walks_is_up_to_date(name):
-    assert all_walks(example_named(name)) == stored()[name]
+    assert switches.all_walks(example_named(name)) == stored()[name]

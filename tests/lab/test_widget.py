@@ -1,20 +1,21 @@
 """The widget: values go both ways, in Python and in a browser; its script computes the bits of Python."""
 
 import json
+import os
 import re
 import shutil
+import subprocess
 import sys
+import time
 
-import numpy as np
 import pytest
+from tests.lab.browser import awaited
+from tests.report.known import columns
 
 import bristle as br
 from bristle.core.errors import InputError, MissingExtraError
-from bristle.exports.page.described import example_named, model_described
-from bristle.exports.page.packing import plain
+from bristle.exports.page import described, packing
 from bristle.lab import Widget
-
-needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 
 
 @pytest.fixture
@@ -63,7 +64,7 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
     assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [19.0, 21.0]
     widget.parameters = {"F_C": 22.0}
     assert widget._described is first
-    gms = example_named("gms")
+    gms = described.example_named("gms")
     widget.model = gms
     assert widget._described["model"] == "gms"
     assert "F_v" not in widget._values or widget._values["nu_i"] == gms.values["nu_i"].tolist()
@@ -73,11 +74,7 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
 
 
 def test_an_identification_shows_its_model_with_its_intervals():
-    t = np.arange(2000) * 1e-3
-    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    identification = br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0, blocks=0)
+    identification = br.identify(columns(), "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()
     assert widget.model == identification.model
     low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
@@ -167,16 +164,20 @@ OTHER = """
 
 
 @pytest.mark.slow
-@needs_chromium
 @pytest.mark.parametrize("width", [360, 1366])
 def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, shown):
-    widget, other = Widget(lugre), Widget(example_named("maxwell_slip"))
+    widget, other = Widget(lugre), Widget(described.example_named("maxwell_slip"))
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
     page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
     tab = shown(page.as_uri(), width=width)
-    values = {"esm": widget._esm, "state": state, "other": rest, "proven": plain(model_described(example_named("lugre")))}
+    values = {
+        "esm": widget._esm,
+        "state": state,
+        "other": rest,
+        "proven": packing.plain(described.model_described(described.example_named("lugre"))),
+    }
     for name, value in values.items():
         tab.run(f"window.{name} = {json.dumps(value)}; 0")
     tab.run(STUB + "0")
@@ -192,3 +193,82 @@ def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, 
     assert "k_i[2]" in names
     assert rest == ["F_C: out of range", 0, 0]
     assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}
+
+
+# --- The widget in JupyterLab, in a browser: its slider moves the model of Python, and Python moves its slider
+
+
+JUPYTER = shutil.which("jupyter-lab", path=os.path.dirname(sys.executable))
+CELLS = (
+    "import bristle as br\nfrom bristle.lab import Widget\n"
+    'widget = Widget(br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um"))\nwidget',
+    'open("from_slider.txt", "w").write(str(widget.model.F_C))',
+    'widget.parameters = {"F_C": "23 N"}',
+)
+# The widget's root is closed off in the page: nothing in a document finds what is in a shadow but through its host.
+HOST = "[...document.querySelectorAll('*')].find((each) => each.shadowRoot?.getElementById('loop'))"
+SLIDER = f"{HOST}.shadowRoot.querySelector('input[type=range][name=F_C]')"
+FIELD = f"{SLIDER}.closest('.card').querySelector('.number input')"
+DRAWN = (
+    f"(() => {{ const canvas = {HOST}?.shadowRoot.getElementById('loop');"
+    " if (!canvas?.width) return 0;"
+    " const points = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;"
+    " return new Set(new Uint32Array(points.buffer)).size; })()"
+)
+COMMANDS = "window.jupyterapp.commands"
+
+
+def cell(source):
+    return {"cell_type": "code", "source": source, "metadata": {}, "outputs": [], "execution_count": None}
+
+
+@pytest.fixture
+def server(tmp_path):
+    """Give the address of a JupyterLab that has a notebook, and where its files are."""
+    kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    notebook = {"cells": list(map(cell, CELLS)), "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 4}
+    (tmp_path / "bench.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+    settings = ["--ServerApp.port=0", "--ServerApp.open_browser=False", "--LabApp.expose_app_in_browser=True"]
+    environment = os.environ | {"JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path)}
+    command = [JUPYTER, "--allow-root", "--notebook-dir", str(tmp_path), *settings]
+    with open(tmp_path / "said.txt", "wb") as text:
+        process = subprocess.Popen(command, env=environment, stdout=text, stderr=subprocess.STDOUT)
+    try:
+        yield _address(tmp_path / "said.txt"), tmp_path
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def _address(message):
+    pattern = r"http://127\.0\.0\.1:\d+/lab\?token=\w+"
+    return awaited(lambda: re.search(pattern, message.read_text(encoding="utf-8")), 60.0, message)[0]
+
+
+def run_cell(tab, number):
+    """Run one cell of the notebook, and wait until it has run."""
+    notebook = "window.jupyterapp.shell.currentWidget.content"
+    tab.run(f"{notebook}.activeCellIndex = {number}")
+    tab.run(f"{COMMANDS}.execute('notebook:run-cell').then(() => true)")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(JUPYTER is None, reason="needs jupyterlab")
+def test_a_widget_in_jupyterlab_works_both_ways(server, shown):
+    address, folder = server
+    tab = shown(address.replace("/lab?", "/lab/tree/bench.ipynb?"), complains=True, width=1400, height=1300)
+    tab.waits(f"{COMMANDS}.isEnabled('notebook:run-cell')")
+    tab.waits("window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === 'idle'")
+    run_cell(tab, 0)
+    assert tab.waits(f"{DRAWN} > 20 && {DRAWN}") > 20
+    assert float(tab.run(f"{FIELD}.value")) == 20.0
+    tab.run(f"{SLIDER}.value = 900")
+    tab.run(f"{SLIDER}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
+    value = float(tab.waits(f"{FIELD}.value !== '20' && {FIELD}.value"))
+    time.sleep(1.0)
+    run_cell(tab, 1)
+    from_slider = float((folder / "from_slider.txt").read_text(encoding="utf-8"))
+    assert from_slider == pytest.approx(value, rel=1e-3)
+    assert from_slider != 20.0
+    run_cell(tab, 2)
+    assert float(tab.waits(f"{FIELD}.value === '23' && {FIELD}.value")) == 23.0

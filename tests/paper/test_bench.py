@@ -9,9 +9,8 @@ import pytest
 from bristle import friction, hysteresis
 from bristle.core.errors import InputError
 from bristle.engine import run_open_loop
-from bristle.paper import bench
+from bristle.paper import bench, drift
 from bristle.paper.bench import Bench, Record, Sensed, Walk, bench_of, follow, led, plant_of, read_torque, sensor_numbers, sensor_says, walk
-from bristle.paper.drift import rippled
 
 
 def test_a_walk_has_a_force_in_the_middle_of_each_step_and_at_each_turn():
@@ -219,7 +218,7 @@ def test_a_torque_drives_the_inertia_of_the_bench_like_one_at_the_table(setting)
     assert plant_of(item).values["M"] == pytest.approx(631.65, rel=1e-4)
     heavy = on_bench(item, J=8e-4)
     assert plant_of(heavy).values["M"] == pytest.approx(2.0 * plant_of(item).values["M"])
-    run = rippled(item, item.contact(RIG))
+    run = drift.rippled(item, item.contact(RIG))
     # What is left of the driving torque accelerates screw and motor alike.
     left = 0.5 * (run.driving[:-1] + run.driving[1:]) - run.sensed.friction
     share = 1.0 - item["bench", "J_m"] / item["bench", "J"]

@@ -9,14 +9,9 @@ from tests.figures.test_figures import assert_legible
 from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.core.dispatch import everett
-from bristle.figures.loop_rows import RANGE
-from bristle.figures.preisach import trapezoids
+from bristle.figures import loop_rows, preisach
 from bristle.files import read_experiment
-from bristle.paper import EXPERIMENTS, FIGURES
-from bristle.paper.bench import plant_of
-from bristle.paper.drift import rippled
-from bristle.paper.rig import SETS
-from bristle.paper.sums import summed_as_printed
+from bristle.paper import EXPERIMENTS, FIGURES, bench, drift, rig, sums
 
 pytestmark = pytest.mark.slow
 
@@ -56,14 +51,14 @@ def test_3_rig_and_gate_go_round_closed_orbits(paper):
 
 
 def test_3_its_torque_has_the_pattern_of_figure_2_and_another_size(paper, setting):
-    second, third = (rippled(setting(number), next(iter(setting(number).contacts.values()))) for number in (2, 3))
+    second, third = (drift.rippled(setting(number), next(iter(setting(number).contacts.values()))) for number in (2, 3))
     assert third.driving.max() > 1.2 * second.driving.max()
     assert np.corrcoef(second.driving, third.driving)[0, 1] > 0.99
     assert "same torque" not in paper[3].words.title
 
 
 def test_3_each_panel_shows_its_title(paper, setting):
-    item = rippled(setting(3), setting(3).contact("virtual rig"))
+    item = drift.rippled(setting(3), setting(3).contact("virtual rig"))
     shown = {axes.get_title(loc="right"): axes.get_lines()[-1].get_ydata() for axes in paper[3].draw().axes}
     later = slice(item.cycles[1], None)
     assert shown["virtual rig, torque sensor"] == pytest.approx(1e3 * item.sensed.read[later])
@@ -76,7 +71,7 @@ def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper,
     assert np.all(enclosed > 0.5 * taken)
     slow = setting(3)
     slow = replace(slow, numbers=dict(slow.numbers) | {"bench": slow.numbers["bench"] | {"torque_filter": 20.0}})
-    item = rippled(slow, slow.contact("virtual rig"))
+    item = drift.rippled(slow, slow.contact("virtual rig"))
     last = slice(item.cycles[-2], item.cycles[-1])
     assert np.sum((item.sensed.read * np.diff(item.x))[last]) < 0.0 < np.sum((item.sensed.friction * np.diff(item.x))[last])
 
@@ -95,10 +90,10 @@ def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
     operator, path = setting(4).operator, setting(4)["path", "turns"].tolist()
     q = operator.component.measure(operator.parameters)
     for count in range(2, len(path) + 1):
-        parts = [(corners[0, 0], corners[1, 1], corners[2, 0]) for corners in trapezoids(path[:count])]
+        parts = [(corners[0, 0], corners[1, 1], corners[2, 0]) for corners in preisach.trapezoids(path[:count])]
         # F over a trapezoid is that of the triangle from its left side less that from its right one.
         terms = [everett(top, left, q) - everett(top, right, q) for left, top, right in parts]
-        assert sum(terms) == pytest.approx(summed_as_printed(operator, path[:count], lower=-1), rel=1e-12)
+        assert sum(terms) == pytest.approx(sums.summed_as_printed(operator, path[:count], lower=-1), rel=1e-12)
     *planes, _ = paper[4].draw().axes
     assert [len(axes.texts) for axes in planes] == [1, 1, 2, 2]
     for axes in planes:
@@ -160,8 +155,8 @@ def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
 def test_7_the_mechanics_are_those_of_the_loop_and_of_the_measurements(paper, setting):
     variant = next(item for item in read_experiment(EXPERIMENTS / "set_a.toml").variants if item.name == "paper")
     drawn = setting(7)
-    assert plant_of(drawn).values["M"] == pytest.approx(variant.plant.values["M"], rel=1e-4)
-    assert 2.0 * np.pi * drawn.arm == pytest.approx(SETS["set_a"].lead)
+    assert bench.plant_of(drawn).values["M"] == pytest.approx(variant.plant.values["M"], rel=1e-4)
+    assert 2.0 * np.pi * drawn.arm == pytest.approx(rig.SETS["set_a"].lead)
     for number in (3, 5, 8, 9, 10):
         assert setting(number).arm == drawn.arm
         assert drawn.numbers["bench"].items() <= setting(number).numbers["bench"].items()
@@ -220,7 +215,7 @@ def lines(figure, label):
 
 def test_13_the_ranges_that_the_paper_prints_are_drawn(paper):
     figure = paper[13].draw()
-    lows, highs = ([item.get_xdata()[0] for (item,) in lines(figure, label)] for label in (RANGE, "_same"))
+    lows, highs = ([item.get_xdata()[0] for (item,) in lines(figure, label)] for label in (loop_rows.RANGE, "_same"))
     assert lows == pytest.approx([-0.4, -0.2, -0.2, -0.2])
     assert highs == pytest.approx([1.0, 0.49, 0.49, 0.49])
     assert all(axes.get_xlabel() == "Following error [µm]" for axes in figure.axes)

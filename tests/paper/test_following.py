@@ -6,11 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bristle.core import Status
-from bristle.core.content import NOWHERE
-from bristle.paper import following, tracking
-from bristle.paper.bench import Bench
-from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
+from bristle.core import Status, content
+from bristle.paper import bench, following, tracking
 from bristle.paper.tracking import BEFORE, CALIBRATED, PRINTED, WITH_CONSTANT, Sound, Tracked
 from bristle.simulation.statistics import Statistics
 
@@ -48,7 +45,7 @@ def tracked(**changed):
     item.__dict__["result"] = SimpleNamespace(variants=loops)
     run = SimpleNamespace(settle=2.0)
     variants = [SimpleNamespace(sensor=sensor, run=run)]
-    item.__dict__["experiment"] = SimpleNamespace(name="Set A", origins={"experiment": [NOWHERE]}, variants=variants)
+    item.__dict__["experiment"] = SimpleNamespace(name="Set A", origins={"experiment": [content.NOWHERE]}, variants=variants)
     return item
 
 
@@ -66,7 +63,7 @@ def test_loops_are_pictured_under_their_titles():
 
 @pytest.mark.parametrize(("true", "verdict"), [(1.45e-6, "found"), (1.47e-6, "refuted")])
 def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
-    item = figure_11(tracked(printed=Loop(BETTER.following_error, statistics(true))))
+    item = following.figure_11(tracked(printed=Loop(BETTER.following_error, statistics(true))))
     assert (item.number, item.verdict) == (11, verdict)
     assert item.found[0] == "The command stays below 9.0 µm."
     assert item.found[1].startswith("True error of the table, which the encoder cannot measure, peak to peak: 1.46 µm no compensator, ")
@@ -86,7 +83,7 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     ],
 )
 def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
-    item = figure_13(tracked(printed=Loop(statistics(0.6e-6, mean, std))))
+    item = following.figure_13(tracked(printed=Loop(statistics(0.6e-6, mean, std))))
     assert (item.number, item.verdict) == (13, verdict)
     assert words in item.found[0]
     assert item.numbers[PRINTED]["std"] == std
@@ -97,7 +94,7 @@ def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
     ("effort", "verdict", "words"), [(20.9, "found", "4.5 % higher"), (19.1, "found", "4.5 % lower"), (21.1, "refuted", "5.5 % higher")]
 )
 def test_14_an_effort_is_the_same_within_five_percent(effort, verdict, words):
-    item = figure_14(tracked(printed=Loop(BETTER.following_error, effort=effort)))
+    item = following.figure_14(tracked(printed=Loop(BETTER.following_error, effort=effort)))
     assert (item.number, item.verdict) == (14, verdict)
     assert item.found[1] == f"With the compensator the effort is {words}."
     arm = tracked().arm
@@ -144,11 +141,11 @@ def test_12_names_compensators_of_another_rig_and_compares_both_directions(monke
     monkeypatch.setattr(following, "on_another_rig", lambda experiment: {"identified": "it was another"})
     monkeypatch.setattr(following, "message", str)
     levels = tracked()
-    vars(levels)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[])
+    vars(levels)["experiment"] = SimpleNamespace(origins={"experiment": [content.NOWHERE]}, variants=[])
     sound = Sound(tracked(), levels)
     vars(sound)["margins"] = dict.fromkeys((BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED), (45.0, 3.0))
     half = statistics(0.7e-6)
-    item = figure_12(tracked(printed=Loop(half, forward=0.9), paper=Loop(half, forward=1.1)), sound)
+    item = following.figure_12(tracked(printed=Loop(half, forward=0.9), paper=Loop(half, forward=1.1)), sound)
     assert (item.number, item.verdict) == (12, "found in part")
     assert item.found[-1] == item.found[-2] == "Set A, identified: it was another."
     assert item.found[-3].startswith("At gain 1 forward motion is not worse")
@@ -189,7 +186,7 @@ def test_pictures_show_the_motion_around_the_highest_point(monkeypatch):
     drawn = {}
     for name in ("tracking", "control_effort", "error_distribution"):
         monkeypatch.setattr(following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]}))
-    for figure in (figure_11, figure_13, figure_14):
+    for figure in (following.figure_11, following.figure_13, following.figure_14):
         figure(tracked()).draw()
     # It lies at 4 s; what is left out ends at 2 s.
     assert drawn["tracking"] == (2.0, pytest.approx((3.4, 4.9)))
@@ -254,7 +251,7 @@ def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(mo
 def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word):
     drawn = []
     monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
-    monkeypatch.setattr(tracking, "bench_of", lambda setting: Bench(4e-4, 2.5e-4, 200.0))
+    monkeypatch.setattr(tracking, "bench_of", lambda setting: bench.Bench(4e-4, 2.5e-4, 200.0))
     variant = SimpleNamespace(
         name=PRINTED,
         run=SimpleNamespace(sample_time=5e-4, delay=1),
@@ -263,7 +260,7 @@ def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word)
         feedforward=SimpleNamespace(friction=fed),
     )
     item = tracked()
-    vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
+    vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [content.NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
     figure = tracking.figure_7(item, SimpleNamespace(arm=item.arm))
     assert (figure.number, figure.verdict) == (7, "shown")
     assert [figure.numbers[key] for key in ("sample_time", "delay", "resolution")] == [5e-4, 1, 1.25e-7]

@@ -12,9 +12,6 @@ from bristle.core.errors import InputError
 from bristle.engine import response
 from bristle.paper import drift, economy, loops, paths, plane, reproduced, tracking
 from bristle.paper.bench import Record, Sensed, Walk
-from bristle.paper.drift import Rippled, torque_of
-from bristle.paper.economy import Economy
-from bristle.paper.loops import _tips
 
 
 class Told(dict):
@@ -63,7 +60,7 @@ def ripple(**changed):
 
 
 def test_a_torque_rises_falls_back_and_goes_up_and_down():
-    torque, cycles = torque_of(ripple())
+    torque, cycles = drift.torque_of(ripple())
     assert cycles.tolist() == [48, 56, 64, 72]
     assert torque.size == 73
     assert torque[:33:8].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]  # over four periods
@@ -75,7 +72,7 @@ def test_a_torque_rises_falls_back_and_goes_up_and_down():
 @pytest.mark.parametrize("changed", [{"low": 3.0}, {"low": 3.5}, {"high": 4.0}, {"high": 4.5}])
 def test_levels_of_a_ripple_are_in_order(changed):
     with pytest.raises(InputError, match="must satisfy low < high < break_away"):
-        torque_of(ripple(**changed))
+        drift.torque_of(ripple(**changed))
 
 
 def rippled(steps, width=10.0):
@@ -83,7 +80,7 @@ def rippled(steps, width=10.0):
     ends = np.concatenate([[0.0], np.cumsum(steps)])
     x = np.column_stack([ends[:-1], ends[:-1] + width]).ravel()
     x = np.append(x, ends[-1])
-    return Rippled(np.arange(x.size), x, x, x, 2 * np.arange(len(steps) + 1))
+    return drift.Rippled(np.arange(x.size), x, x, x, 2 * np.arange(len(steps) + 1))
 
 
 def test_the_settled_cycles_are_those_of_the_second_half():
@@ -117,7 +114,7 @@ def test_lugre_drifts_where_it_walks_by_more_than_a_share_of_its_orbit(monkeypat
 def cost(dahl, stops, surface, floor=2.0):
     """Errors by way, one row for each number of branches."""
     errors = {name: np.array(rows, dtype=float) for name, rows in zip(economy.WAYS, (dahl, stops, surface), strict=True)}
-    return Economy([1, 100][: len(dahl)], errors, floor, 3.5)
+    return economy.Economy([1, 100][: len(dahl)], errors, floor, 3.5)
 
 
 @pytest.mark.parametrize(
@@ -305,8 +302,8 @@ LEVEL = led(0.0, 2.0, 3.0, 3.0, 2.0, x=[0.0, 1e-6, 2e-6, 3e-6, 4e-6])
         (tracking.with_spread, (1.4562, 0.0343), "1.456 ± 0.034"),
         (tracking.with_spread, (1.4562, math.nan), "1.456"),
         (tracking.with_spread, (12.342, 0.56, 0.1), "12.34 ± 0.56"),
-        (_tips, (tips(0.0041, 0.0043, 0.0046), np.max), "4.33 ± 0.25"),
-        (_tips, (tips(0.1234), np.max), "123.4"),
+        (loops._tips, (tips(0.0041, 0.0043, 0.0046), np.max), "4.33 ± 0.25"),
+        (loops._tips, (tips(0.1234), np.max), "123.4"),
         (paths._comes_back, (0.0049, "D"), "closes at D"),
         (paths._comes_back, (-0.0049, "D"), "closes at D"),
         (paths._comes_back, (-0.123, "D"), "on return to D, the torque is 12.3 % of the largest torque too small"),

@@ -9,8 +9,7 @@ import numpy as np
 from tests.excitation.axes import STAGE
 
 from bristle import hysteresis
-from bristle.core.content import Origin
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Origin
 from bristle.excitation import excite
 from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves

@@ -7,8 +7,23 @@ import numpy as np
 from bristle import friction, plants
 from bristle.identification.estimate import Estimate
 from bristle.identification.result import Fit, Traces
-from bristle.loop.assessment import Assessment, Friction, Motions, WorkingPoint
-from bristle.loop.linear_system import LinearSystem, Margins, SampledLoop
+from bristle.loop import assessment, linear_system
+from bristle.simulation import Statistics
+
+
+def errors(peak, rms=0.0, mean=0.0):
+    """Statistics of an error of this size, peak to peak."""
+    return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
+
+
+def columns():
+    """The columns of a log of an inertia with Coulomb and viscous friction."""
+    t = np.arange(2500) * 1e-3
+    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
+    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
+    effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
+    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
+
 
 UNSTABLE = 2.5  # gain of a loop that diverges
 
@@ -38,12 +53,15 @@ def estimate(name, value=1.0, status="identified", half=None, **changes):
 def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
     """An integrator with a gain, a pole at 1 - gain, and a given phase margin [°]."""
     still = np.zeros(0)
-    plant, law = LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0), LinearSystem(np.zeros((0, 0)), still, still, -gain)
-    made = WorkingPoint(Motions.ALL, Friction.NONE, SampledLoop(plant, law, 0, 1e-3))
-    vars(made)["margins"] = Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
+    plant, law = (
+        linear_system.LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0),
+        linear_system.LinearSystem(np.zeros((0, 0)), still, still, -gain),
+    )
+    made = assessment.WorkingPoint(assessment.Motions.ALL, assessment.Friction.NONE, linear_system.SampledLoop(plant, law, 0, 1e-3))
+    vars(made)["margins"] = linear_system.Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
     return made
 
 
 def assessed(name="plain", *phases, gain=0.05, switches=False):
     """The assessment of a loop with these phase margins [°]."""
-    return Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)
+    return assessment.Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)

@@ -46,7 +46,24 @@ class Page(HTMLParser):
         return " ".join("".join(self.text).split())
 
 
+def plain(lines):
+    """Lines without spaces that do not break."""
+    return [line.replace("\u00a0", " ") for line in lines]
+
+
 PLOTS = "<script>" + joined(("plots.js",), "bristle.report") + "</script>"
+
+
+def seen_by(monkeypatch, module):
+    """The facts, the first page and the sections that a module makes pages of; no page is written."""
+    seen = {}
+
+    def report_page(kind, facts, front, sections, **options):
+        seen.update(facts, front=front, sections=sections)
+        return ""
+
+    monkeypatch.setattr(module, "report_page", report_page)
+    return seen
 
 
 def without_plots(text):

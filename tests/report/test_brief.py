@@ -11,17 +11,13 @@ from tests.identification.known_logs import STATED, sliding_log
 
 from bristle import controllers
 from bristle.cli.terminal import show_lines
-from bristle.core import Diagnostic
-from bristle.core.axis import Axis
-from bristle.core.contracts import example_of
+from bristle.core import Axis, Diagnostic, example_of
 from bristle.friction import MODELS
 from bristle.identification import identify
 from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
 from bristle.report import brief as module
-from bristle.report.brief import Line, brief
+from bristle.report import compensation, page
 from bristle.report.cards import Card, Step, cards_of, distance_card, no_gain, quantity_text
-from bristle.report.compensation import Errors, Gain
-from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 
 CODES = ("few_speeds", "one_direction", "clipped", "level_drifts", "structure")
@@ -45,12 +41,12 @@ def texts(lines, label):
 
 
 def test_the_verdict_is_the_last_line_and_has_its_level(identification):
-    *_, last = brief(identification, None, None)
+    *_, last = module.brief(identification, None, None)
     assert (last.label, last.level, last.text[:6]) == ("Verdict", "usable", "Usable")
 
 
 def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the_drive(identification):
-    mass, friction, *_ = texts(brief(identification, None, None), "Type in")
+    mass, friction, *_ = texts(module.brief(identification, None, None), "Type in")
     assert re.match(f"mass {identification.best.plant.values['M']:.3g}.*±", mass)
     assert re.search("forward.*backward ±", friction)
 
@@ -66,7 +62,7 @@ def test_a_constant_force_is_to_be_typed_in_only_if_it_is_known(identification, 
 
 def test_a_log_in_one_direction_has_no_value_to_type_in(identification, monkeypatch):
     monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None))
-    lines = brief(identification, Some(), None)
+    lines = module.brief(identification, Some(), None)
     assert {line.label for line in lines} & {"Gain", "Type in"} == set()
     assert lines[-1].text.startswith(f"Measure again: {SENTENCES['one_direction'].means}")
 
@@ -80,35 +76,35 @@ def test_a_faulty_log_is_to_be_recorded_again(identification, monkeypatch):
 
 
 def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
-    lines = texts(brief(with_diagnostics(identification, *CODES), None, None), "Warnings")
+    lines = texts(module.brief(with_diagnostics(identification, *CODES), None, None), "Warnings")
     assert [line.rpartition("[")[2].rstrip("]") for line in lines[:3]] == ["structure", "clipped", "level_drifts"]
     assert lines[3].startswith("2 more: -v")
-    assert texts(brief(with_diagnostics(identification), None, None), "Warnings") == []
+    assert texts(module.brief(with_diagnostics(identification), None, None), "Warnings") == []
 
 
 def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
     found = [Diagnostic("missing_position", "", "warning", {"model": name}, "translational") for name in ("a+position", "b", "a+position")]
-    lines = brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
+    lines = module.brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
     assert texts(lines, "Try") == ["--model a+position"]
-    assert texts(brief(with_diagnostics(identification), None, None), "Try") == []
+    assert texts(module.brief(with_diagnostics(identification), None, None), "Try") == []
 
 
 def test_an_error_is_named_before_every_warning(identification):
     found = with_diagnostics(identification, "structure")
     error = Diagnostic("few_speeds", "", "error", {}, "translational")
     found = replace(found, fits=(replace(found.best, diagnostics=(*found.best.diagnostics, error)),))
-    assert "[few_speeds]" in texts(brief(found, None, None), "Warnings")[0]
+    assert "[few_speeds]" in texts(module.brief(found, None, None), "Warnings")[0]
 
 
 def test_a_log_to_be_measured_again_has_no_values_to_type_in(identification):
-    lines = brief(with_diagnostics(identification, "one_direction", severity="error"), None, None)
+    lines = module.brief(with_diagnostics(identification, "one_direction", severity="error"), None, None)
     assert lines[-1].level == "measure_again"
     assert not {"Type in", "Gain"} & {line.label for line in lines}
 
 
 def gained(monkeypatch, before, after):
-    steps = (Errors("feedforward", before, before, 0.0, 0.0), Errors("compensated", after, after, 0.0, 0.0))
-    monkeypatch.setattr(module, "gain_of", lambda simulation: Gain(steps, "translational", "caveat"))
+    steps = (compensation.Errors("feedforward", before, before, 0.0, 0.0), compensation.Errors("compensated", after, after, 0.0, 0.0))
+    monkeypatch.setattr(module, "gain_of", lambda simulation: compensation.Gain(steps, "translational", "caveat"))
     return module._gain(Some(), None, None)[0].text
 
 
@@ -128,14 +124,14 @@ def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(m
     ],
 )
 def test_an_unknown_gain_has_a_reason(monkeypatch, simulation, following, axis, text):
-    monkeypatch.setattr(module, "gain_of", lambda simulation: simulation and Gain((), "translational", ""))
+    monkeypatch.setattr(module, "gain_of", lambda simulation: simulation and compensation.Gain((), "translational", ""))
     assert module._gain(simulation, following, axis)[0].text.startswith(text)
 
 
 def test_a_command_to_copy_is_on_one_line_of_its_own_and_no_word_is_cut(capsys, monkeypatch):
     monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
     command = "bristle run results/experiment.toml --out results_loop"
-    show_lines([Line("Next", "Simulate the loop:", command=command), Line("Try", f"--model {60 * 'x'}")])
+    show_lines([module.Line("Next", "Simulate the loop:", command=command), module.Line("Try", f"--model {60 * 'x'}")])
     lines = capsys.readouterr().out.splitlines()
     assert [*lines[:2], lines[-1].split()] == ["Next        Simulate the loop:", f"  {command}", [60 * "x"]]
 
@@ -150,13 +146,13 @@ def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identifica
 
 
 def test_a_verdict_with_many_reasons_is_cut_to_three():
-    line = module.verdict(Ruling("with_care", "Use with care", tuple("abcde")))
-    assert line == Line("Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care")
+    line = module.verdict(page.Ruling("with_care", "Use with care", tuple("abcde")))
+    assert line == module.Line("Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care")
 
 
 def test_lines_are_wrapped_behind_their_labels(capsys, monkeypatch):
     monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
-    show_lines([Line("Model", 12 * "word "), Line("", "  indented"), Line("Verdict", "Usable.", "usable")])
+    show_lines([module.Line("Model", 12 * "word "), module.Line("", "  indented"), module.Line("Verdict", "Usable.", "usable")])
     assert capsys.readouterr().out.splitlines() == [
         "Model       word word word word word",
         "            word word word word word",
@@ -177,18 +173,37 @@ def numbers(text):
     return [float(number) for number in re.findall(r"[\d.]+", text.replace("\u00a0", " "))]
 
 
+def repeated(command):
+    return Step.of("try a model with the missing force: `--model gms`").in_full(command).command
+
+
+COMPARE = "enter the values on the machine, record again, and measure the gain with `bristle compare a b`"
+
+
 @pytest.mark.parametrize(
-    ("value", "half", "text"),
+    ("told", "given", "words"),
     [
-        (28.0312, 0.22, "28.03\u00a0kg"),
-        (28.0312, 2.2, "28.0\u00a0kg"),
-        (28.0312, 20.0, "28\u00a0kg"),
-        (28.0312, None, "28.0\u00a0kg"),
-        (2.8412, 1.1, "2.84\u00a0kg"),
+        # Digits follow the interval.
+        (quantity_text, (28.0312, 0.22, "kg"), "28.03\u00a0kg"),
+        (quantity_text, (28.0312, 2.2, "kg"), "28.0\u00a0kg"),
+        (quantity_text, (28.0312, 20.0, "kg"), "28\u00a0kg"),
+        (quantity_text, (28.0312, None, "kg"), "28.0\u00a0kg"),
+        (quantity_text, (2.8412, 1.1, "kg"), "2.84\u00a0kg"),
+        # A step separates sentence and command.
+        (Step.of, (COMPARE,), ("Enter the values on the machine, record again", "bristle compare a b")),
+        (Step.of, ("weigh the axis",), ("Weigh the axis", "")),
+        # A step repeats the command with its option: results stay, and names with blanks stay whole.
+        (repeated, ("bristle identify log.csv --model lugre --axis a.toml",), "bristle identify log.csv --axis a.toml --model gms"),
+        (repeated, ("bristle.identify(log)",), "--model gms"),
+        (
+            repeated,
+            ("bristle identify 'my log.csv' --model lugre --out 'a b' --force",),
+            "bristle identify 'my log.csv' --model gms --out 'a b_2'",
+        ),
     ],
 )
-def test_digits_follow_the_interval(value, half, text):
-    assert quantity_text(value, half, "kg") == text
+def test_numbers_and_steps_of_a_card_are_told(told, given, words):
+    assert told(*given) == words
 
 
 def test_cards_are_the_numbers_of_the_fit(workbench):
@@ -260,25 +275,6 @@ def test_a_bar_ends_at_thirty_percent():
 )
 def test_card_of_an_unknown_gain_has_its_reason(simulation, following, usable, remark):
     assert no_gain(simulation, following, None, usable=usable).remark == remark
-
-
-def test_a_step_separates_sentence_and_command():
-    step = Step.of("enter the values on the machine, record again, and measure the gain with `bristle compare a b`")
-    assert step == ("Enter the values on the machine, record again", "bristle compare a b")
-    assert Step.of("weigh the axis") == ("Weigh the axis", "")
-
-
-@pytest.mark.parametrize(
-    ("command", "again"),
-    [
-        ("bristle identify log.csv --model lugre --axis a.toml", "bristle identify log.csv --axis a.toml --model gms"),
-        ("bristle.identify(log)", "--model gms"),
-        # Results stay; names with blanks stay whole.
-        ("bristle identify 'my log.csv' --model lugre --out 'a b' --force", "bristle identify 'my log.csv' --model gms --out 'a b_2'"),
-    ],
-)
-def test_a_step_repeats_the_command_with_its_option(command, again):
-    assert Step.of("try a model with the missing force: `--model gms`").in_full(command).command == again
 
 
 @pytest.mark.parametrize(("status", "is_shown"), [("held", True), ("identified", True), ("unidentifiable", False)])

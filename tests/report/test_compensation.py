@@ -7,13 +7,13 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.report.known import errors
 from tests.report.pages import Page
 from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
 from bristle import controllers, friction, plants, references
-from bristle.core import Status
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Status
 from bristle.prediction.following import Following
 from bristle.report import simulation as simulation_module
 from bristle.report.compensation import (
@@ -29,10 +29,7 @@ from bristle.report.compensation import (
     pair_in,
     standing,
 )
-from bristle.report.simulation import simulation_ruling
-from bristle.simulation import compensation_experiment, simulate, statistics_of
-from bristle.simulation.result import SimulationResult
-from bristle.simulation.statistics import Statistics
+from bristle.simulation import SimulationResult, compensation_experiment, simulate, statistics_of
 
 
 def with_error(result, name, error):
@@ -112,10 +109,6 @@ def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):
     return Errors(name, peak, beyond, lag, share)
 
 
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
-
-
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
@@ -148,12 +141,8 @@ def test_lag_is_reported_from_half_of_the_mean_square_on(share, told):
     assert [re.fullmatch(f"{begin} Likely cause: .*{end}", line) is not None for line in lines[1:-1]] == [True] * told
 
 
-def errors_of(peak, rms):
-    return Statistics(peak_to_peak=peak, rms=rms, mean=0.0, std=rms, min=-peak, max=0.0)
-
-
 NOTHING = np.zeros(2)
-FOLLOWED = Following(NOTHING, NOTHING, errors_of(9e-6, 3e-6), errors_of(8e-6, 2e-6), errors_of(4e-6, 1e-6))
+FOLLOWED = Following(NOTHING, NOTHING, errors(9e-6, 3e-6), errors(8e-6, 2e-6), errors(4e-6, 1e-6))
 
 
 def test_measured_error_is_followed_by_the_simulated_error():
@@ -188,13 +177,13 @@ def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     ],
 )
 def test_large_gain_is_a_factor(best, words):
-    loops = (Loop(name=name, following_error=errors_of(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
+    loops = (Loop(name=name, following_error=errors(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
     assert Standing(*loops, alike=False).instead.replace("\u00a0", " ").endswith(f"peak to peak, {words}")
 
 
 def run_of(name, peak, spread=None):
     scatter = {} if spread is None else {"following_error": {"peak_to_peak": spread}}
-    return Loop(name=name, following_error=errors_of(peak, 0.0), spread=scatter)
+    return Loop(name=name, following_error=errors(peak, 0.0), spread=scatter)
 
 
 @pytest.mark.parametrize(
@@ -223,17 +212,17 @@ def test_error_is_split_into_lag_and_rest():
     velocity = np.gradient(reference, 1e-3)
     run = Some(settle=1.0, sample_time=1e-3)
     late = Loop(reference=reference, measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference)
-    late.following_error = errors_of(1e-2, 0.0)
-    errors = _errors(Some(name="a", run=run), late)
-    assert (errors.name, errors.peak_to_peak) == ("a", 1e-2)
-    assert (errors.lag, errors.beyond_lag) == (pytest.approx(2e-3, rel=0.01), pytest.approx(2e-4, rel=0.05))
-    assert 0.99 < errors.lag_share < 1.0
+    late.following_error = errors(1e-2, 0.0)
+    parts = _errors(Some(name="a", run=run), late)
+    assert (parts.name, parts.peak_to_peak) == ("a", 1e-2)
+    assert (parts.lag, parts.beyond_lag) == (pytest.approx(2e-3, rel=0.01), pytest.approx(2e-4, rel=0.05))
+    assert 0.99 < parts.lag_share < 1.0
     # The reference of a motor that leads by the wind-up is not that of the load.
     leading = Loop(at_load=True, reference=reference, load_reference=0.9 * reference, measured=late.measured, position=0.9 * late.measured)
-    leading.true_error = errors_of(3e-3, 0.0)
-    errors = _errors(Some(name="a", run=run), leading)
-    assert (errors.peak_to_peak, errors.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
-    still = Loop(reference=np.ones(4000), measured=np.ones(4000), following_error=errors_of(0.0, 0.0))
+    leading.true_error = errors(3e-3, 0.0)
+    parts = _errors(Some(name="a", run=run), leading)
+    assert (parts.peak_to_peak, parts.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
+    still = Loop(reference=np.ones(4000), measured=np.ones(4000), following_error=errors(0.0, 0.0))
     assert _errors(Some(name="a", run=run), still)[3:] == (0.0, 0.0)
 
 
@@ -241,10 +230,9 @@ def test_error_is_split_into_lag_and_rest():
 
 
 def variant(name, peak, spread=0.0, status=Status.OK):
-    error = Statistics(peak, 0.0, 0.0, 0.0, 0.0, peak)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
     runs = 3 if spread else 1
-    return Loop(name=name, following_error=error, spread=scatter, runs=runs, status=status)
+    return Loop(name=name, following_error=errors(peak), spread=scatter, runs=runs, status=status)
 
 
 def message(*variants, refused=()):
@@ -373,7 +361,7 @@ def looped(stage, *sizes):
 )
 def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words, change, gain):
     result = looped(stage, *sizes)
-    assert simulation_ruling(result)[:2] == (level, words)
+    assert simulation_module.simulation_ruling(result)[:2] == (level, words)
     assert simulation_module._front(result, ()).title.replace("\u00a0", " ") == f"Friction feedforward: {change} µm peak to peak{gain}"
 
 
@@ -382,5 +370,5 @@ def test_variants_with_another_motion_are_not_compared_with_the_base(stage):
     *first, last = result.experiment.variants
     other = replace(last, reference=references.sine(amplitude=1e-3, frequency=1.0))
     moved = replace(result, experiment=replace(result.experiment, variants=(*first, other)))
-    assert simulation_ruling(result).words == "Compensation helps"
-    assert simulation_ruling(moved).level == "with_care"
+    assert simulation_module.simulation_ruling(result).words == "Compensation helps"
+    assert simulation_module.simulation_ruling(moved).level == "with_care"

@@ -9,38 +9,22 @@ from importlib import import_module
 import numpy as np
 import pytest
 from tests.loop.conftest import loop
-from tests.report.known import UNSTABLE, assessed, point
-from tests.report.pages import Page, without_plots
+from tests.report.known import UNSTABLE, assessed, errors, point
+from tests.report.pages import Page, plain, seen_by, without_plots
 from tests.report.test_pages import ALL, COMMON, assert_harmless
 
 from bristle import controllers
-from bristle.core.axis import Axis
-from bristle.core.experiment import Experiment, Feedforward, Run
+from bristle.core import Axis, Experiment, Feedforward, Run
 from bristle.files.components import controller_from
-from bristle.loop import design
-from bristle.loop.assessment import Assessment
+from bristle.loop import Assessment, Circle, Delays, Design, Proposal, design
 from bristle.loop.budget import Budget, Entry
-from bristle.loop.design import Circle, Design
-from bristle.loop.tuning import Delays, Proposal
 from bristle.report import design as report
-from bristle.report.design import (
-    budget_table,
-    circle_table,
-    delay_table,
-    design_report,
-    design_ruling,
-    design_sentences,
-    design_summary,
-    margin_table,
-    proposal_table,
-)
 from bristle.report.loops import controller_text
-from bristle.simulation.statistics import Statistics
 
 
 @pytest.mark.slow
 def test_page_of_a_design_is_self_contained():
-    page = design_report(design(Experiment("bench", "translational", (loop("plain", None), loop()))), **COMMON)
+    page = report.design_report(design(Experiment("bench", "translational", (loop("plain", None), loop()))), **COMMON)
     assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(page))
     ids = [item["id"] for item in Page(page).named("figure")]
     assert ids == ["figure-loops", "figure-causes", "figure-margins", "figure-circles"]
@@ -71,24 +55,20 @@ def test_gain_of_a_screw_is_also_given_at_the_motor(arm, at_motor):
 def test_unstable_loop_is_reported_with_stable_proposals():
     unstable = loop(run=replace(loop().run, delay=9))
     result = design(Experiment("slow", "translational", (unstable,)))
-    words = design_sentences(result)
-    assert design_ruling(result)[:2] == ("no", "Do not run it")
+    words = report.design_sentences(result)
+    assert report.design_ruling(result)[:2] == ("no", "Do not run it")
     assert "pole at" in words[0]
     assert "nine samples of delay" in words[0]
-    page = Page(design_report(result, **COMMON))
+    page = Page(report.design_report(result, **COMMON))
     assert page.unbalanced == []
     assert "Causes of the error" not in page.words
     assert "with an observer" in page.words
 
 
-def error_of(peak):
-    return Statistics(peak_to_peak=peak, rms=0.5 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
-
-
 def proposal(name, peak, *, phase=45.0, effort=4.0, count=0.5, **changes):
     known = {
         "variant": loop(name, None),
-        "following_error": None if peak is None else error_of(peak),
+        "following_error": None if peak is None else errors(peak),
         "assessment": assessed(name, phase),
         "effort_rms": effort,
     }
@@ -96,8 +76,8 @@ def proposal(name, peak, *, phase=45.0, effort=4.0, count=0.5, **changes):
 
 
 def budget(*entries, everything=8e-6, nothing=1e-7, runs=1):
-    causes = [Entry(name, f"the {name}", error_of(alone), error_of(without)) for name, alone, without in entries]
-    return Budget("plain", error_of(everything), error_of(nothing), tuple(causes), runs)
+    causes = [Entry(name, f"the {name}", errors(alone), errors(without)) for name, alone, without in entries]
+    return Budget("plain", errors(everything), errors(nothing), tuple(causes), runs)
 
 
 ENTRIES = (("friction", 6e-6, 2e-6), ("lag", 7e-6, 5e-6))
@@ -113,20 +93,16 @@ def made(*proposals, gain=0.05, switches=False, lag=1e-3, **changes):
     return Design(**known | changes)
 
 
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_user_text_is_escaped():
     item = made(assessments=(assessed(ALL),))
     named = replace(item, experiment=replace(item.experiment, name=ALL), variant=replace(item.variant, name=ALL))
-    assert_harmless(design_report(named, **COMMON))
+    assert_harmless(report.design_report(named, **COMMON))
 
 
 def test_margins_have_a_row_for_each_point_and_equal_loops_once():
     loops = (assessed("a", 45.0, None), assessed("b", 45.0, None), Assessment("c", "translational", (point(30.0, crossover=None),)))
-    table = margin_table(made(assessments=loops))
+    table = report.margin_table(made(assessments=loops))
     assert table.rows == [
         ("a, b", "all", "none", "0.9500", "45.0", "2.50", "–", "30.0"),
         ("", "all", "none", "0.9500", "–", "2.50", "–", "30.0"),
@@ -135,14 +111,14 @@ def test_margins_have_a_row_for_each_point_and_equal_loops_once():
 
 
 def test_delay_is_listed_by_parts_in_milliseconds():
-    rows = delay_table(made()).rows
+    rows = report.delay_table(made()).rows
     assert [row[1] for row in rows] == ["0.500", "1.000", "0.000", "0.250", "1.750"]
     assert rows[-1][0] == "all"
 
 
 @pytest.mark.parametrize(("nothing", "told"), [(0.39e-6, ""), (0.4e-6, ""), (0.41e-6, "error of the control law")])
 def test_error_without_causes_is_explained_above_a_twentieth(nothing, told):
-    table = budget_table(made(budget=budget(*ENTRIES, nothing=nothing)))
+    table = report.budget_table(made(budget=budget(*ENTRIES, nothing=nothing)))
     assert table.heads == ("Cause", "This cause alone [µm]", "All but this cause [µm]", "Description")
     assert table.rows[:3] == [
         ("friction", "6.000", "2.000", "the friction"),
@@ -155,7 +131,7 @@ def test_error_without_causes_is_explained_above_a_twentieth(nothing, told):
 
 def test_proposed_loops_have_their_numbers():
     item = made(proposal("as it is", 8e-6), proposal("tuned", None, effort=None, stiffness=math.inf, bandwidth=None))
-    table = proposal_table(item)
+    table = report.proposal_table(item)
     assert table.heads == [
         *("Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness", "Effort of one count [mN]"),
         *("Following error, peak to peak [µm]", "Effort, rms [N]"),
@@ -169,7 +145,7 @@ def test_proposed_loops_have_their_numbers():
 def test_circles_are_reported_by_their_deviation():
     angle = np.radians([0.0, 10.0, 45.0, 90.0, 100.0, 180.0, 190.0, 270.0, 280.0])
     deviation = 1e-6 * np.array([0.0, 1.0, 8.0, 0.0, 2.0, 0.0, 3.0, 0.0, 4.0])
-    table = circle_table(made(circles=(Circle("as it is", 0.01, 0.1, angle, deviation),)))
+    table = report.circle_table(made(circles=(Circle("as it is", 0.01, 0.1, angle, deviation),)))
     assert table.heads == ["Loop", "Deviation, peak to peak [µm]", *(f"Glitch at {angle}° [µm]" for angle in (0, 90, 180, 270))]
     assert table.rows == [["plain", "8.000", "1.000", "2.000", "3.000", "4.000"]]
 
@@ -188,22 +164,24 @@ def test_circles_are_reported_by_their_deviation():
 )
 def test_loop_is_kept_unless_another_reduces_the_error_by_a_fifth(peaks, gain, switches, level, words):
     loops = [proposal(name, peak) for name, peak in zip(("as it is", "tuned", "with an observer"), peaks, strict=True)]
-    ruling = design_ruling(made(*loops, gain=gain, switches=switches))
+    ruling = report.design_ruling(made(*loops, gain=gain, switches=switches))
     assert (ruling.level, ruling.words) == (level, words)
     assert len(ruling.reasons) == {"Keep it": 2, "Keep it, with care": 1, "Change the gains": 1 + switches, "Do not run it": 2}[words]
 
 
 def test_reasons_of_a_design_name_error_and_margin():
-    assert plain(design_ruling(made()).reasons) == ["the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins"]
+    assert plain(report.design_ruling(made()).reasons) == [
+        "the loop tuned has a following error of 2 µm instead of 8 µm, and keeps the margins"
+    ]
     kept = made(proposal("as it is", 8e-6), proposal("tuned", 7e-6))
-    assert design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth or more")
+    assert report.design_ruling(kept).reasons == ("phase margin 45.0°", "no proposed loop reduces the following error by a fifth or more")
     assert report._margin_text(proposal("a", 1.0, phase=None).assessment.least_phase) == "no crossover, so no phase margin"
     unknown = made(proposal("as it is", None), proposal("tuned", 2e-6))
-    assert plain(design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, and keeps the margins"]
+    assert plain(report.design_ruling(unknown).reasons) == ["the loop tuned has a following error of 2 µm, and keeps the margins"]
 
 
 def test_design_has_its_sentences():
-    lines = plain(design_sentences(made(switches=True)))
+    lines = plain(report.design_sentences(made(switches=True)))
     assert lines.pop(1).startswith("The control law chatters around rest")
     assert lines == [
         "plain: the sampled loop is stable: its largest pole is at 0.9500.",
@@ -216,7 +194,7 @@ def test_design_has_its_sentences():
 def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
     def told(late):
         monkeypatch.setattr(import_module("bristle.loop.design"), "assess", lambda variant: late)
-        return design_sentences(made(lag=0.0))[2]
+        return report.design_sentences(made(lag=0.0))[2]
 
     assert "plain has a phase margin of 33.3° with" in told(assessed("late", 33.3))
     assert all("plain is unstable with" in told(late) for late in (assessed("late", 33.3, gain=UNSTABLE), assessed("late", None)))
@@ -225,7 +203,7 @@ def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
 @pytest.mark.parametrize(("count", "friction", "much"), [(5.1, 10.0, True), (5.0, 10.0, False), (5.0, 0.0, False)])
 def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much):
     item = made(proposal("as it is", 8e-6, count=count), proposal("tuned", 7e-6), friction=friction)
-    lines = design_sentences(item)
+    lines = report.design_sentences(item)
     told = "Much of the effort is noise: one encoder count causes an effort of 5.1 N, 0.51 times the friction (10 N)"
     assert [line.startswith(told) for line in lines[2:3]] == [much]
     assert any("Use a finer encoder" in line for line in lines) is much
@@ -233,7 +211,7 @@ def test_effort_of_a_count_matters_above_half_of_friction(count, friction, much)
 
 @pytest.mark.parametrize(("without", "weighs"), [(7.5e-6, True), (7.7e-6, False)])
 def test_main_cause_reduces_the_error_by_its_absence(without, weighs):
-    line = plain(design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
+    line = plain(report.design_sentences(made(budget=budget(("friction", 6e-6, without), ("lag", 7e-6, 8e-6)))))[2]
     assert ("The main cause is" in line) is weighs
     assert ("The largest single cause is lag: alone, it makes an error of 7 µm" in line) is not weighs
 
@@ -259,20 +237,19 @@ def test_first_page_of_a_kept_loop_has_no_comparison():
 
 @pytest.mark.parametrize(("runs", "words"), [(1, "one run each."), (3, "3 runs each.")])
 def test_page_of_a_design_has_the_values_of_the_recommended_loop_and_its_runs(monkeypatch, runs, words):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     monkeypatch.setattr(report, "law_lines", lambda variant: [variant.name])
-    design_report(made(budget=budget(*ENTRIES, runs=runs)))
+    report.design_report(made(budget=budget(*ENTRIES, runs=runs)))
     gains, causes, *_ = seen["sections"]
     assert gains.blocks[2:4] == ["The values of the loop tuned:", report.Block("items", ["tuned"])]
     assert causes.blocks[0].endswith(words)
-    design_report(made(proposal("as it is", 8e-6), budget=None))
+    report.design_report(made(proposal("as it is", 8e-6), budget=None))
     assert seen["sections"][0].blocks[2] == "The values of the loop plain:"
     assert seen["sections"][1].blocks == []
 
 
 def test_summary_of_a_design_has_its_numbers():
-    summary = design_summary(made(budget=budget(*ENTRIES, runs=3)), provenance={})
+    summary = report.design_summary(made(budget=budget(*ENTRIES, runs=3)), provenance={})
     parts = {"hold": 5e-4, "computation": 1e-3, "drive": 0.0, "velocity": 2.5e-4}
     assert summary["delay"] == parts | {"total": pytest.approx(1.75e-3)}
     assert (summary["stable"], summary["variant"]) == (True, "plain")
@@ -282,4 +259,4 @@ def test_summary_of_a_design_has_its_numbers():
     assert summary["proposals"]["tuned"]["following_error"]["peak_to_peak"] == 2e-6
     assert summary["loops"]["plain"]["verdict"] == "stable"
     assert summary["loops"]["plain"]["points"][0]["poles"] == [[pytest.approx(0.95), 0.0]]
-    assert design_summary(made(budget=None), provenance={})["budget"] is None
+    assert report.design_summary(made(budget=None), provenance={})["budget"] is None

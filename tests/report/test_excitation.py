@@ -7,6 +7,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_log
+from tests.report.pages import seen_by
 
 import bristle.excitation
 from bristle.core import Axis, InputError
@@ -14,7 +15,6 @@ from bristle.excitation.excite import Excitation
 from bristle.friction import lugre
 from bristle.identification import identify
 from bristle.report import excitation as report
-from bristle.report.excitation import DesignedMotion, excitation_ruling, excitation_summary, outlook_table, piece_table
 from bristle.report.next_motion import is_open, next_motion
 
 
@@ -71,7 +71,7 @@ def excited(
 
 
 def test_equal_pieces_share_a_row():
-    table = piece_table(excited())
+    table = report.piece_table(excited())
     assert table.rows == [
         ("presliding", "loops", "2", "0.0 to 4.0", "1 µm to 2 µm", "100 µm/s to 200 µm/s"),
         ("stribeck", "slides", "1", "4.0 to 7.0", "100 mm", "50 mm/s"),
@@ -79,7 +79,7 @@ def test_equal_pieces_share_a_row():
 
 
 def test_expected_results_have_found_and_true_values():
-    table = outlook_table(excited())
+    table = report.outlook_table(excited())
     assert table.caption == "Expected results, by a fit of lugre"
     rows = {row[0]: dict(zip(table.heads, row, strict=True)) for row in table.rows}
     assert list(rows) == ["a", "b", "c", "d", "f"]
@@ -97,7 +97,7 @@ def test_expected_results_have_found_and_true_values():
     assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "")
     assert [rows[name]["Identified"] for name in "cd"] == ["not identified"] * 2
     assert (rows["f"]["True value"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
-    unknown = outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
+    unknown = report.outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
     assert not {"True value", "95 % interval [%]"} & set(unknown.heads)
 
 
@@ -106,39 +106,42 @@ def test_expected_results_have_found_and_true_values():
     [(0.0, 3e-3, "mN"), (0.0, 3.0, "N"), (0.0, 0.0, "N"), (0.0, None, "N"), (4e-3, 3.0, "mN"), (4.0, 3e-3, "N")],
 )
 def test_unit_follows_the_true_value_if_the_found_value_is_zero(value, put_in, unit):
-    table = outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
+    table = report.outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
     assert dict(zip(table.heads, table.rows[0], strict=True))["Unit"] == unit
 
 
 @pytest.mark.parametrize(
-    ("value", "half", "status", "misses"),
+    ("judged", "given", "result"),
     [
-        (5.34, 5.0, "identified", False),
-        (5.36, 5.0, "identified", True),
-        (4.64, 5.0, "identified", True),
-        (9.0, None, "identified", False),
-        (9.0, 5.0, "at_edge", False),
+        # Errors up to two percent outside the interval are ignored.
+        (report._misses, (estimate("a", 5.34), 5.0), False),
+        (report._misses, (estimate("a", 5.36), 5.0), True),
+        (report._misses, (estimate("a", 4.64), 5.0), True),
+        (report._misses, (estimate("a", 9.0, half=None), 5.0), False),
+        (report._misses, (estimate("a", 9.0, "at_edge"), 5.0), False),
+        # An error is in percent of the true value.
+        (report._error, (estimate("a", 6.0), 5.0), pytest.approx(20.0)),
+        (report._error, (estimate("a", 6.0), None), None),
+        (report._error, (estimate("a", 6.0), 0.0), None),
+        (report._error, (estimate("a", 6.0), math.inf), None),
+        # Limits belong to the motion.
+        (
+            report._limits,
+            (excited(),),
+            [
+                ("travel", pytest.approx(0.06), 0.1, "m"),
+                ("velocity", pytest.approx(0.2), None, "m/s"),
+                ("acceleration", pytest.approx(3.0), 5.0, "m/s^2"),
+            ],
+        ),
     ],
 )
-def test_errors_up_to_two_percent_outside_the_interval_are_ignored(value, half, status, misses):
-    assert report._misses(estimate("a", value, status, half), 5.0) is misses
-
-
-@pytest.mark.parametrize(("put_in", "percent"), [(5.0, pytest.approx(20.0)), (None, None), (0.0, None), (math.inf, None)])
-def test_error_is_in_percent_of_the_true_value(put_in, percent):
-    assert report._error(estimate("a", 6.0), put_in) == percent
-
-
-def test_limits_belong_to_the_motion():
-    assert report._limits(excited()) == [
-        ("travel", pytest.approx(0.06), 0.1, "m"),
-        ("velocity", pytest.approx(0.2), None, "m/s"),
-        ("acceleration", pytest.approx(3.0), 5.0, "m/s^2"),
-    ]
+def test_errors_and_limits_of_a_motion(judged, given, result):
+    assert judged(*given) == result
 
 
 def test_reasons_against_a_motion_name_the_parameters():
-    ruling = excitation_ruling(excited(presliding=5e-7))
+    ruling = report.excitation_ruling(excited(presliding=5e-7))
     assert [reason.replace("\u00a0", " ") for reason in ruling.reasons] == [
         "not identified: d",
         "hardly identified: c",
@@ -146,8 +149,8 @@ def test_reasons_against_a_motion_name_the_parameters():
         "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     # An interval around a true value of zero may be as wide as it is.
-    assert excitation_ruling(excited((estimate("a", 5.0), estimate("f", 3.0, half=484.0)))).reasons == ()
-    edge = excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
+    assert report.excitation_ruling(excited((estimate("a", 5.0), estimate("f", 3.0, half=484.0)))).reasons == ()
+    edge = report.excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
     assert edge.reasons == ("not identified: a", "hardly identified: b")
 
 
@@ -166,11 +169,11 @@ def test_reasons_against_a_motion_name_the_parameters():
     ],
 )
 def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level, words):
-    assert excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
+    assert report.excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
 
 
 def test_each_exceeded_limit_is_a_reason_against_a_motion():
-    both = excitation_ruling(excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9))
+    both = report.excitation_ruling(excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9))
     assert both.reasons == ("the effort exceeds the limit of the drive", "the following error exceeds the limit of the axis")
 
 
@@ -194,15 +197,15 @@ def test_motion_without_rehearsal_has_no_expected_results():
 
 
 def test_summary_of_a_motion_has_its_numbers():
-    summary = excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
+    summary = report.excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
     assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
     assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
     assert [(item["begin"], item["reference"]) for item in summary["pieces"]] == [(0.0, "ramp"), (2.0, "ramp"), (4.0, "ramp")]
     found = summary["parameters"]["b"]
     assert (found["error_percent"], found["put_in"]) == pytest.approx((10.0, 5.0))
     assert (summary["model"], summary["peak_effort"], summary["following_error"]) == ("lugre", 8.0, 2e-5)
-    assert excitation_summary(excited(loop=False), files={}, identify="x", provenance={})["following_error"] is None
-    bare = excitation_summary(excited(rehearsed=False), files={}, identify="x", provenance={})
+    assert report.excitation_summary(excited(loop=False), files={}, identify="x", provenance={})["following_error"] is None
+    bare = report.excitation_summary(excited(rehearsed=False), files={}, identify="x", provenance={})
     assert (bare["parameters"], bare["diagnostics"], "model" in bare) == ({}, [], False)
 
 
@@ -221,13 +224,12 @@ def test_pre_sliding_loops_are_also_fitted_by_elements(rehearsed, name, loops, m
         excitation.rehearsal.identification.best.name = name
     if not loops:
         excitation.motion.pieces = excitation.motion.pieces[2:]
-    command = DesignedMotion(excitation, None, None, "x").next_command("my axis.toml")
+    command = report.DesignedMotion(excitation, None, None, "x").next_command("my axis.toml")
     assert command == f"bristle identify LOG --axis 'my axis.toml' --model {models} --out results"
 
 
 def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     report.excitation_report(excited(limit=20.0), identify="x")
     motion_, outlook, assumptions = seen["sections"]
     files, purposes, _, takes = motion_.blocks

@@ -6,15 +6,13 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.report.pages import Page
+from tests.report.pages import Page, seen_by
 
 from bristle.figures.joints import effort_of_joints
+from bristle.report import arm
 from bristle.report import fleet as report
 from bristle.report import study as study_module
-from bristle.report.arm import arm_front, arm_prediction
-from bristle.report.fleet import apart, differing, fleet_ruling, fleet_sentences, fleet_summary, parameters_table, short_names
 from bristle.report.page import Front
-from bristle.report.study import spread_tables, study_sentences, study_summary
 from bristle.report.table import Table
 from bristle.study.store import Runs
 
@@ -46,8 +44,8 @@ PARAMETERS = (("friction.F_C", "N", "friction"), ("plant.M", "kg", "mass"))
 
 
 def test_fleet_has_its_sentences():
-    summary = fleet_summary(fleet(), provenance={})
-    assert fleet_sentences(summary) == [
+    summary = report.fleet_summary(fleet(), provenance={})
+    assert report.fleet_sentences(summary) == [
         "7 of 9 logs are complete: repeat the same command to continue.",
         "6 of 7 logs were identified, 1 failed.",
         "Warnings of the fits: clipped in 2 logs, one_speed in 1 log.",
@@ -56,17 +54,17 @@ def test_fleet_has_its_sentences():
     ]
     assert summary["failures"] == [{"run": 6, "folder": "b", "log": "6.csv", "status": "refused", "reason": "no effort"}]
     sound = summary | {"logs": 7, "failures": [], "warnings": {"clipped": 0}, "held_out_error": {"median": None, "largest": None}}
-    assert fleet_sentences(sound | {"parameters": {}, "again": []}) == ["7 of 7 logs were identified."]
+    assert report.fleet_sentences(sound | {"parameters": {}, "again": []}) == ["7 of 7 logs were identified."]
 
 
 def test_parameter_of_a_fleet_has_quantiles_and_half_width():
-    summary = fleet_summary(fleet(), provenance={})
+    summary = report.fleet_summary(fleet(), provenance={})
     level, mass = summary["parameters"]["friction.F_C"], summary["parameters"]["plant.M"]
     assert [level[key] for key in ("count", "low", "median", "high", "half_width")] == pytest.approx([6, 4.925, 5.025, 8.025, 0.2])
     assert level["apart"] == [{"run": 5, "folder": "b", "log": "5.csv", "value": 9.0}]
     assert [mass[key] for key in ("count", "low", "median", "half_width", "apart")] == [0, None, None, None, []]
     rows = [["friction.F_C", "6", "N", "4.93", "5.03", "8.03", "0.20"], ["plant.M", "0", *[""] * 5]]
-    assert parameters_table(summary).rows == rows
+    assert report.parameters_table(summary).rows == rows
 
 
 SPREAD = (5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0)
@@ -86,11 +84,11 @@ AROUND_FIVE = (4.8, 4.9, 4.9, 5.0, 5.0, 5.1, 5.1, 5.2)  # the median of their di
     ],
 )
 def test_outlier_is_beyond_three_and_a_half_robust_deviations(levels, half, far):
-    assert apart(fleet(levels, half=half).columns, "friction.F_C").tolist() == far
+    assert report.apart(fleet(levels, half=half).columns, "friction.F_C").tolist() == far
 
 
 def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
-    summary = fleet_summary(fleet(), provenance={})
+    summary = report.fleet_summary(fleet(), provenance={})
     table = report.logs_table(fleet(), summary)
     assert (table.caption, table.heads) == ("The logs", ["Number", "Folder", "Log", "Held-out error", "friction.F_C [N]", "Warnings"])
     assert table.rows[0] == ["0", "a", "0.csv", "1.00 %", "5.00 ± 0.20", "clipped, one_speed"]
@@ -104,7 +102,7 @@ def test_fleet_has_a_row_for_each_log_and_states_omissions(monkeypatch):
 
 
 def test_failed_logs_have_reasons_and_a_limited_list():
-    summary = fleet_summary(fleet(), provenance={})
+    summary = report.fleet_summary(fleet(), provenance={})
     assert report.failed_logs_table(summary)[::2] == ("Logs that failed", [("b", "6.csv", "no effort")])
     assert report.failed_logs_table(summary | {"failures": []}) is None
     many = report.failed_logs_table(summary | {"failures": summary["failures"] * 21})
@@ -114,14 +112,9 @@ def test_failed_logs_have_reasons_and_a_limited_list():
 
 @pytest.mark.usefixtures("undrawn")
 def test_page_of_a_fleet_names_the_outliers():
-    words = Page(report.fleet_report(fleet(), fleet_summary(fleet(), provenance={}), command="x")).words
+    words = Page(report.fleet_report(fleet(), report.fleet_summary(fleet(), provenance={}), command="x")).words
     for told in ("7 of 9 logs · coulomb · translational", "friction.F_C b 5.csv 9 N 5.03 N", "Every log"):
         assert told in words
-
-
-@pytest.mark.parametrize(("values", "largest"), [([np.nan, np.inf], None), ([np.nan, 2.0, -3.0], 2.0)])
-def test_statistic_ignores_infinities(values, largest):
-    assert report._of_finite(np.max, np.array(values)) == largest
 
 
 def sisters(*values, half=0.2, verdicts=None):
@@ -129,50 +122,60 @@ def sisters(*values, half=0.2, verdicts=None):
     return Runs(fleet().described, columns | ({} if verdicts is None else {"verdict": np.array(verdicts)}))
 
 
-@pytest.mark.parametrize(
-    ("values", "places"), [((5.0, 5.1, 6.0), [2]), ((5.0, 5.39, 5.1), []), ((5.0, 6.0), [0, 1]), ((5.0, 5.05, 5.1, 5.48), [3])]
-)
-def test_a_log_differs_if_its_interval_overlaps_less_than_half_of_the_others(values, places):
-    assert differing(sisters(*values).columns, "friction.F_C").tolist() == places
-
-
 def test_an_open_interval_does_not_differ():
     wide = sisters(5.0, 5.1, 6.0)
     wide.columns["friction.F_C.lower"][2] = np.nan  # an unknown end excludes no value
-    assert differing(wide.columns, "friction.F_C").tolist() == []
+    assert report.differing(wide.columns, "friction.F_C").tolist() == []
 
 
 def test_differing_log_is_in_the_title_and_the_verdict():
     runs = sisters(5.0, 5.1, 6.0)
-    assert fleet_ruling(runs) == ("with_care", "Logs differ", ("F_C of 2 differs",))
-    page = report.fleet_report(runs, fleet_summary(runs, provenance={}), command="x")
+    assert report.fleet_ruling(runs) == ("with_care", "Logs differ", ("F_C of 2 differs",))
+    page = report.fleet_report(runs, report.fleet_summary(runs, provenance={}), command="x")
     assert "F_C of 2 differs" in page.partition('<div class="tabs">')[0].partition("<h2>")[2]
-    assert fleet_ruling(sisters(5.0, 5.1)) == ("usable", "Logs agree", ())
+    assert report.fleet_ruling(sisters(5.0, 5.1)) == ("usable", "Logs agree", ())
 
 
 def test_log_to_measure_again_is_not_good():
     runs = sisters(5.0, 5.1, 9.0, 5.05, verdicts=["usable", "with_care", "measure_again", "usable"])
-    summary = fleet_summary(runs, provenance={})
-    assert fleet_sentences(summary)[1] == "3 of 4 logs were identified, 1 to measure again."
+    summary = report.fleet_summary(runs, provenance={})
+    assert report.fleet_sentences(summary)[1] == "3 of 4 logs were identified, 1 to measure again."
     assert [entry["log"] for entry in summary["again"]] == ["2.csv"]
     assert (summary["parameters"]["friction.F_C"]["count"], summary["verdict"]["reasons"]) == (3, ("measure again: 2",))
     cards = report._cards(summary, ["friction.F_C"])
     assert (cards[0].value, cards[1].value.replace("\u00a0", " ")) == ("3 of 4", "5.05 N")
     assert cards[1].half == pytest.approx(100.0 * 0.2 / 5.05)
     assert report._next(summary | {"logs": 4}, "x").command == "bristle log 2.csv --axis axis.toml"
-    assert fleet_ruling(sisters(5.0, verdicts=["measure_again"]))[:2] == ("measure_again", "Measure again")
+    assert report.fleet_ruling(sisters(5.0, verdicts=["measure_again"]))[:2] == ("measure_again", "Measure again")
+
+
+def differing(*values):
+    return report.differing(sisters(*values).columns, "friction.F_C").tolist()
+
+
+def names_of(folders, logs):
+    return report.short_names({"folder": np.array(folders), "log": np.array(logs)})
 
 
 @pytest.mark.parametrize(
-    ("folders", "logs", "names"),
+    ("found", "given", "result"),
     [
-        (["x", "x"], ["axis1.csv", "axis2.csv"], ["axis1", "axis2"]),
-        (["data/axis1", "data/axis2"], ["log.csv", "log.csv"], ["axis1", "axis2"]),
-        (["a", "a", "b"], ["1.csv", "2.csv", "1.csv"], ["a/1", "a/2", "b/1"]),
+        # A log differs if its interval overlaps less than half of the others.
+        (differing, (5.0, 5.1, 6.0), [2]),
+        (differing, (5.0, 5.39, 5.1), []),
+        (differing, (5.0, 6.0), [0, 1]),
+        (differing, (5.0, 5.05, 5.1, 5.48), [3]),
+        # Short names distinguish all logs.
+        (names_of, (["x", "x"], ["axis1.csv", "axis2.csv"]), ["axis1", "axis2"]),
+        (names_of, (["data/axis1", "data/axis2"], ["log.csv", "log.csv"]), ["axis1", "axis2"]),
+        (names_of, (["a", "a", "b"], ["1.csv", "2.csv", "1.csv"]), ["a/1", "a/2", "b/1"]),
+        # A statistic ignores infinities.
+        (report._of_finite, (np.max, np.array([np.nan, np.inf])), None),
+        (report._of_finite, (np.max, np.array([np.nan, 2.0, -3.0])), 2.0),
     ],
 )
-def test_short_names_distinguish_all_logs(folders, logs, names):
-    assert short_names({"folder": np.array(folders), "log": np.array(logs)}) == names
+def test_logs_that_differ_are_told_apart(found, given, result):
+    assert found(*given) == result
 
 
 def test_axes_of_one_log_have_a_row_with_their_verdict_and_only_friction():
@@ -181,12 +184,12 @@ def test_axes_of_one_log_have_a_row_with_their_verdict_and_only_friction():
     names = np.array([f"A{number}: arm.csv" for number in range(runs.count)])
     runs.columns.update(log=names, verdict=verdicts, status=np.full(runs.count, "ok"))
     runs = replace(runs, described=runs.described | {"logs": [{"sha256": "0"}] * runs.count})
-    summary = fleet_summary(runs, provenance={})
+    summary = report.fleet_summary(runs, provenance={})
     table = report.logs_table(runs, summary, brief=True)
     assert (table.heads, table.rows[1][:2]) == (["Axis", "Verdict", "Held-out error", "F_C [N]"], ["A1", "Use with care"])
     level, words, (reason,) = report.fleet_ruling(runs)
     assert (level, words, reason[:21]) == ("with_care", "Axes identified", "use with care: A1, A3")
-    assert fleet_sentences(summary, "axes")[0].startswith("7 of 9 axes are complete")
+    assert report.fleet_sentences(summary, "axes")[0].startswith("7 of 9 axes are complete")
 
 
 # --- The first screen of an arm: a row and a picture per joint, the verdict first
@@ -217,7 +220,7 @@ def summary(percent, level):
 def page_of(names=("A1", "A2")):
     summaries = {name: summary(percent, level) for name, percent, level in zip(names, (4.0, 31.0), ("usable", "with_care"), strict=True)}
     predictions = {name: predicted(10.0 * (place + 1), 0.1) for place, name in enumerate(names)}
-    return arm_prediction(summaries, predictions, "arm", "other.csv", "bristle predict")
+    return arm.arm_prediction(summaries, predictions, "arm", "other.csv", "bristle predict")
 
 
 def test_the_first_screen_has_the_row_of_each_joint_and_the_largest_error():
@@ -242,10 +245,10 @@ def test_each_joint_has_a_picture_with_its_measured_and_predicted_effort():
 
 def test_an_identified_arm_names_the_joint_of_the_largest_error():
     table = Table("The axes", ("Axis",), [("A1",)])
-    front = arm_front(Front("arm: a fleet", "2 of 2 axes"), table, {"A1": 0.05, "A2": 0.12})
+    front = arm.arm_front(Front("arm: a fleet", "2 of 2 axes"), table, {"A1": 0.05, "A2": 0.12})
     assert (front.heading, front.title, front.table) == ("arm: an arm", "Largest model error: 12.0\u00a0% (A2)", table)
     assert front.next.command.startswith("bristle predict arm ")
-    assert arm_front(Front("arm: a fleet", ""), table, {}).title == ""
+    assert arm.arm_front(Front("arm: a fleet", ""), table, {}).title == ""
 
 
 # --- The study_module of a study, from made-up runs with known numbers
@@ -275,7 +278,7 @@ def runs(**changes):
 
 @pytest.fixture
 def reported():
-    return study_summary(runs(), command="bristle study a.toml", provenance={"bristle": "0"}, worst=[5, 4, 9])
+    return study_module.study_summary(runs(), command="bristle study a.toml", provenance={"bristle": "0"}, worst=[5, 4, 9])
 
 
 def goes_with(summary, *entries):
@@ -286,7 +289,7 @@ def goes_with(summary, *entries):
 def test_study_counts_runs_by_status(reported):
     assert (reported["runs"], reported["done"], reported["statuses"]) == (10, 8, {"ok": 6, "raised": 1, "refused": 1})
     assert reported["failures"] == [{"run": 6, "status": "refused", "reason": "F_C < 0"}, {"run": 7, "status": "raised", "reason": "boom"}]
-    assert study_sentences(reported)[:2] == [
+    assert study_module.study_sentences(reported)[:2] == [
         "8 of 10 runs are complete: repeat the same command to continue.",
         "2 of 8 runs failed: 1 raised, 1 refused.",
     ]
@@ -294,7 +297,7 @@ def test_study_counts_runs_by_status(reported):
 
 def test_first_of_many_failures_are_listed():
     many = Runs(SAID, {name: np.repeat(column, 20)[-30:] for name, column in runs().columns.items()})
-    assert len(study_summary(many, command="", provenance={})["failures"]) == 20
+    assert len(study_module.study_summary(many, command="", provenance={})["failures"]) == 20
 
 
 def test_worst_runs_have_the_command_to_repeat_them(reported):
@@ -316,39 +319,44 @@ def test_metric_is_reported_for_all_runs_and_each_point(reported):
 @pytest.mark.parametrize(("indices", "known"), [(False, True), (True, False)])
 def test_intervals_need_independent_runs(indices, known, monkeypatch):
     monkeypatch.setattr("bristle.study.influence.sobol_indices", lambda runs: [])
-    summary = study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
+    summary = study_module.study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
     assert "points" not in summary["metrics"]["motion.rms"]
     assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known
 
 
 def test_sentence_of_a_metric_names_the_strongest_cause(reported):
-    assert study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
+    assert study_module.study_sentences(reported)[2:] == ["Position, rms: median 3.5 mm, 90 % of the runs from 1.25 mm to 5.75 mm."]
     entries = [("plant.M", -0.6, (-0.8, -0.3)), ("x", 0.4, (-0.1, 0.7)), ("friction.F_C", 0.9, (0.8, 0.95))]
     # What the grid sets was not drawn.
-    assert study_sentences(goes_with(reported, *entries))[3:] == ["This number falls most with plant.M (rank correlation −0.60)."]
-    assert "rises most with x (rank correlation +0.70)" in study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
+    assert study_module.study_sentences(goes_with(reported, *entries))[3:] == [
+        "This number falls most with plant.M (rank correlation −0.60)."
+    ]
+    assert (
+        "rises most with x (rank correlation +0.70)"
+        in study_module.study_sentences(goes_with(reported, *entries, ("x", 0.7, (0.1, 0.9))))[3]
+    )
 
 
 def test_study_of_failed_runs_has_a_sentence(reported):
     failed = {"done": 2, "runs": 2, "statuses": {"refused": 2}, "metrics": {}}
-    assert study_sentences(reported | failed) == ["2 of 2 runs failed: 2 refused."]
+    assert study_module.study_sentences(reported | failed) == ["2 of 2 runs failed: 2 refused."]
 
 
 @pytest.mark.parametrize("interval", [(-0.1, 0.4), (0.0, 0.4), (-0.4, 0.0)])
 def test_cause_with_zero_in_its_interval_is_left_out(reported, interval):
-    lines = study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
+    lines = study_module.study_sentences(goes_with(reported, ("plant.M", 0.2, interval)))
     assert lines[-1] == "These runs show no correlation of this number with any drawn cause."
 
 
 def test_complete_study_has_no_sentence_on_failures(reported):
     whole = reported | {"runs": 8, "statuses": {"ok": 8}}
-    assert study_sentences(whole) == study_sentences(reported)[2:]
+    assert study_module.study_sentences(whole) == study_module.study_sentences(reported)[2:]
     without = reported["metrics"]["motion.rms"] | {"count": 0}
-    assert study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
+    assert study_module.study_sentences(whole | {"metrics": {"motion.rms": without}}) == []
 
 
 def test_table_of_a_distribution_has_two_digits_of_the_scatter(reported):
-    (table,) = spread_tables(reported)
+    (table,) = study_module.spread_tables(reported)
     assert table.caption == "Position, rms in mm (motion.rms)"
     assert table.heads == [
         "At",
@@ -370,16 +378,16 @@ def test_table_of_a_distribution_has_two_digits_of_the_scatter(reported):
 
 def test_numbers_without_scatter_have_a_tenth_of_their_value(reported):
     entry = reported["metrics"]["motion.rms"] | {"std": 0.0, "mean": 3.5e-3, "points": []}
-    (table,) = spread_tables({"metrics": {"motion.rms": entry}})
+    (table,) = study_module.spread_tables({"metrics": {"motion.rms": entry}})
     assert table.rows[0][table.heads.index("Mean")] == "3.50"
     del entry["points"]
-    (table,) = spread_tables({"metrics": {"motion.rms": entry | {"std": np.nan}}})
+    (table,) = study_module.spread_tables({"metrics": {"motion.rms": entry | {"std": np.nan}}})
     assert not {"At", "Std"} & set(table.heads)
 
 
 def test_metric_without_numbers_has_an_empty_row(reported):
     entry = reported["metrics"]["motion.rms"] | {"count": 0}
-    (table,) = spread_tables({"metrics": {"motion.rms": entry | {"unit": "1"}}})
+    (table,) = study_module.spread_tables({"metrics": {"motion.rms": entry | {"unit": "1"}}})
     assert table.caption == "Position, rms (motion.rms)"
     assert table.rows[0] == ["all", "0", *[""] * (len(table.heads) - 2)]
 
@@ -401,15 +409,9 @@ def test_causes_are_sorted_by_strength_with_intervals(reported):
 
 def study_page(item, summary, monkeypatch, **facts):
     """The words of the page of a study, and the facts of its figures."""
-    seen = {}
-
-    def report_page(kind, facts, front, sections, **options):
-        seen.update(facts, page=(front, {section.id: section for section in sections}))
-        return ""
-
-    monkeypatch.setattr(study_module, "report_page", report_page)
+    seen = seen_by(monkeypatch, study_module)
     study_module.study_report(item, summary, command="x")
-    return seen
+    return seen | {"page": (seen["front"], {section.id: section for section in seen["sections"]})}
 
 
 def test_figure_has_a_line_for_each_of_few_points(reported, monkeypatch):

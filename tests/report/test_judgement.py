@@ -12,20 +12,16 @@ import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
 from tests.report import known
 from tests.report.known import estimate
-from tests.report.pages import Page
+from tests.report.pages import Page, plain
 from tests.report.test_pages import identification_page
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.symbols import symbolic
+from bristle.core import Diagnostic, symbolic
 from bristle.friction import MODELS, find
-from bristle.identification import identify
+from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
-from bristle.identification.settings import Settings
-from bristle.identification.structure import CODES
 from bristle.logs import Log
-from bristle.prediction import drive_table, predict
-from bristle.prediction.drive_table import level_values
-from bristle.prediction.following import Following, following_of, loop_of
+from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
+from bristle.report import messages, model_tables, page
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
 from bristle.report.judgement import (
@@ -41,12 +37,8 @@ from bristle.report.judgement import (
     next_measurements,
     ruling_of,
 )
-from bristle.report.messages import assumptions_of, warnings_of
-from bristle.report.model_tables import parameter_table
-from bristle.report.page import worded
 from bristle.report.sentences import SENTENCES
-from bristle.simulation import simulate
-from bristle.simulation.statistics import statistics_of
+from bristle.simulation import simulate, statistics_of
 
 USUAL = Settings()
 
@@ -151,27 +143,24 @@ def test_levels_are_by_direction_without_the_weight():
 
 def test_errors_come_before_warnings(actual):
     fit = doubted(actual.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
-    assert "sign of the effort" in warnings_of(fit)[0]
+    assert "sign of the effort" in messages.warnings_of(fit)[0]
 
 
 @pytest.mark.parametrize(
-    ("text", "symbol"),
+    ("written", "text", "symbol"),
     [
-        ("F_C_neg", "<i>F</i><sub>C\u2212</sub>"),
-        ("sigma_0", "<i>σ</i><sub>0</sub>"),
-        ("`F_S`", "`F_S`"),
-        ("stribeck_free", "stribeck_free"),
-        ("a < b", "a &lt; b"),
-        ("M ± 2 %", "<i>M</i> ± 2 %"),
-        ("F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
+        (symbolic, "F_C_neg", "<i>F</i><sub>C\u2212</sub>"),
+        (symbolic, "sigma_0", "<i>σ</i><sub>0</sub>"),
+        (symbolic, "`F_S`", "`F_S`"),
+        (symbolic, "stribeck_free", "stribeck_free"),
+        (symbolic, "a < b", "a &lt; b"),
+        (symbolic, "M ± 2 %", "<i>M</i> ± 2 %"),
+        (symbolic, "F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
+        (page.worded, 'F_C: `F_C = "2 N*m"`, not 2 N*m < 3', "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"),
     ],
 )
-def test_parameter_names_are_symbols(text, symbol):
-    assert symbolic(text) == symbol
-
-
-def test_code_is_not_typeset():
-    assert worded('F_C: `F_C = "2 N*m"`, not 2 N*m < 3') == ("<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3")
+def test_parameter_names_are_symbols_and_code_is_not_typeset(written, text, symbol):
+    assert written(text) == symbol
 
 
 KIND = SimpleNamespace(kind="translational")
@@ -183,10 +172,6 @@ def measured(**changes):
     known |= {"force_error_percent": 5.0, "friction_alone_error_percent": 12.0, "missed_percent": 11.0, "error_percent": 5.0}
     known |= {"held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}
     return SimpleNamespace(**known | changes)
-
-
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
 
 
 HELD_OUT = "held-out error 6.00 %, over time blocks"
@@ -286,7 +271,7 @@ def test_next_steps_are_errors_then_missing_models(actual):
 
 
 def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
-    assert set(LACKING) == set(CODES)
+    assert set(LACKING) == set(structure.CODES)
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")}))
     assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
 
@@ -348,10 +333,6 @@ def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
-def number_in(text: str) -> float:
-    return float(text.replace("−", "-").replace("± ", ""))
-
-
 def moved_by(shift):
     """A log whose effort is late by this many samples."""
     log = sliding_log()
@@ -361,7 +342,7 @@ def moved_by(shift):
 
 
 def told_of(log, **options):
-    return " ".join(assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
+    return " ".join(messages.assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
 
 
 @pytest.mark.fast_cases(1)
@@ -380,11 +361,11 @@ def test_a_delay_that_hardly_shows_or_was_stated_is_not_told(options):
 def test_interval_of_the_table_uses_the_larger_error(workbench):
     fit = workbench.identified.best
     wider = tuple(replace(item, robust_std=item.std and 3.0 * item.std) for item in fit.estimates)
-    table = parameter_table(replace(fit, estimates=wider))
+    table = model_tables.parameter_table(replace(fit, estimates=wider))
     shown = [row[table.heads.index("95 % interval [%]")] for row in table.rows]
     # Of what was found before any model, the interval itself is known.
     percents = [item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent for item in fit.estimates if item.std]
-    assert [number_in(cell) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
+    assert [float(cell.removeprefix("± ")) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
 
 
 def test_unidentified_parameter_has_advice_to_measure(workbenches):
@@ -394,9 +375,9 @@ def test_unidentified_parameter_has_advice_to_measure(workbenches):
     unknown = [estimate.name for estimate in bench.identified.best.estimates if estimate.status == "unidentifiable"]
     assert unknown
     words = Page(identification_page(bench)).words
-    assert all(Page(worded(warning)).words in words for warning in warnings_of(bench.identified.best))
+    assert all(Page(page.worded(warning)).words in words for warning in messages.warnings_of(bench.identified.best))
     for names, motion in next_measurements(bench.identified.best):
-        assert Page(worded(f"{names}: {motion}")).words in words
+        assert Page(page.worded(f"{names}: {motion}")).words in words
 
 
 def test_every_excitation_has_advice():
@@ -406,7 +387,7 @@ def test_every_excitation_has_advice():
 
 def test_report_has_assumptions_and_provenance(stage):
     words = Page(identification_page(stage)).words
-    assert all(Page(worded(item)).words in words for item in assumptions_of(stage.identified.best))
+    assert all(Page(page.worded(item)).words in words for item in messages.assumptions_of(stage.identified.best))
     assert all(fact in words for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"))
 
 

@@ -11,7 +11,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from tests.lab.firefox import firefox
+from tests.lab.browser import firefox
 from tests.lab.scripts import NODE, needs_node
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
@@ -21,17 +21,13 @@ from bristle.core.contracts import Model
 from bristle.core.experiment import Start
 from bristle.demo.run import run
 from bristle.exports.page import rows as rows_module
-from bristle.exports.page.loop import followed_described
-from bristle.exports.page.rows import fitted_rows, turns_of
 from bristle.files.results import results_folder
 from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
-from bristle.simulation import simulate
-from bristle.simulation.compensation import COMPENSATED, compensation_experiment
+from bristle.simulation import COMPENSATED, compensation_experiment, simulate
 
 MOST = 400_000  # bytes that a report grows by
 AGREES, THINNED = 0.01, 0.03  # of the report's own number
-needs_chromium = pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
 
 
 def living_of(bench, simulation=None):
@@ -104,13 +100,13 @@ def test_residual_of_the_page_equals_that_of_the_report(workbench, tmp_path):
 @needs_node
 def test_thinned_log_keeps_reversals_and_number_of_rows(stage, tmp_path, monkeypatch):
     fit, log = stage.identified.best, stage.log
-    whole = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    whole = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     monkeypatch.setattr(rows_module, "MOST_INTERVALS", 1500)
-    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    rows = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     (stretch,), (all_of_it,) = rows.stretches, whole.stretches
     assert all_of_it.ends.tolist() == list(range(len(log)))
     assert stretch.ends.size < 1500
-    turns = turns_of(all_of_it.positions, 0.0)
+    turns = rows_module.turns_of(all_of_it.positions, 0.0)
     assert turns.size > 20
     assert {max(turn + k, 0) for turn in turns[1:-1] for k in range(-4, 5)} <= set(stretch.ends)
     _, percent, *_ = computed(living_of(stage), tmp_path, LEFT)
@@ -136,7 +132,7 @@ def test_rest_keeps_the_force_of_its_approach(stage, tmp_path):
 def test_long_logs_are_thinned(stage, monkeypatch):
     fit, log = stage.identified.best, stage.log
     monkeypatch.setattr(rows_module, "MOST_ROWS", 200)
-    rows = fitted_rows(fit, log, stage.axis, stage.identified.treatment)
+    rows = rows_module.fitted_rows(fit, log, stage.axis, stage.identified.treatment)
     (stretch,) = rows.stretches
     assert 150 < stretch.rows.size <= 200
     times = log.sample_time * stretch.rows + stretch.time
@@ -198,35 +194,16 @@ def test_loop_that_begins_in_motion_begins_sliding(stage, tmp_path):
     assert np.max(np.abs(error[:20])) < 0.5 * 10.0 / 1e6
 
 
-def every(line):
-    return np.arange(line.size)
-
-
-def test_loop_without_page_support_has_a_reason(stage):
-    model = stage.identified.best.friction
-    assert followed_described(model, stage.looped, None, every)["reason"] == ""
-    assert followed_described(model, None, None, every) is None
-    last = stage.looped.experiment.variants[-1]
-    halved = replace(last, feedforward=replace(last.feedforward, gain=0.5))
-    along_measured = replace(last, feedforward=replace(last.feedforward, along="measured"))
-    for variant in (halved, along_measured):
-        variants = (*stage.looped.experiment.variants[:-1], variant)
-        other = replace(stage.looped, experiment=replace(stage.looped.experiment, variants=variants))
-        part = followed_described(model, other, None, every)
-        assert (part["loop"], "more than this friction" in part["reason"]) == (None, True)
-        assert [trace["name"] for trace in part["traces"]] == ["as_recorded", "feedforward", "compensated"]
-
-
 def test_models_with_load_are_not_interactive(stage):
     best = stage.identified.best
     component = friction.with_slots(friction.stribeck, ["load", "asymmetry"])
     loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
-    assert fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
+    assert rows_module.fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
 
 
 def test_unrepeatable_treatment_is_not_interactive(stage):
     treatment = stage.identified.treatment | {"decimation": 7.0}
-    assert fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
+    assert rows_module.fitted_rows(stage.identified.best, stage.log, stage.axis, treatment) is None
 
 
 @pytest.mark.slow
@@ -279,7 +256,6 @@ VIEW = "plots.get('velocity').panels[0].x.view"
 
 
 @pytest.mark.slow
-@needs_chromium
 @pytest.mark.parametrize("width", [360, 3840])
 def test_page_is_interactive_without_errors(file, width, shown):
     tab = shown(file.as_uri(), width=width, height=900)
@@ -319,7 +295,6 @@ def test_page_is_interactive_without_errors(file, width, shown):
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_the_strip_selects_the_part_of_the_large_picture(file, shown):
     tab = shown(file.as_uri(), width=1366, height=768)
     tab.run(READY)
@@ -355,7 +330,6 @@ HEIGHT_AT = """
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
     with results_folder(tmp_path / "demo") as folder:
         run(folder, command="bristle demo")
@@ -384,7 +358,6 @@ def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_a_link_opens_the_tab_of_its_section(file, shown):
     tab = shown(f"{file.as_uri()}#log", width=1366, height=768)
     assert tab.run("getComputedStyle(document.getElementById('log').parentElement).display") == "block"
@@ -402,7 +375,6 @@ return (async () => {
 
 
 @pytest.mark.slow
-@needs_chromium
 def test_printed_page_is_the_static_report(file, shown):
     tab = shown(file.as_uri())
     tab.run(READY)
@@ -422,3 +394,31 @@ def test_page_has_no_errors_in_firefox(file, tmp_path):
         assert "rms" in message[1]
         assert tab.complaints("report.html") == []
         assert tab.complaints("Content-Security-Policy") == []
+
+
+# --- The printed report of a browser
+
+
+MOST_PAGES = 8  # of the identification of a loop, with all of its tabs
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="needs chromium")
+def test_report_of_a_loop_prints_on_eight_pages(stage, tmp_path):
+    (tmp_path / "report.html").write_text(identification_page(stage), encoding="utf-8")
+    subprocess.run(
+        [
+            "chromium",
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--no-pdf-header-footer",
+            f"--print-to-pdf={tmp_path / 'report.pdf'}",
+            (tmp_path / "report.html").as_uri(),
+        ],
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    assert 1 <= len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / "report.pdf").read_bytes())) <= MOST_PAGES

@@ -10,14 +10,10 @@ from tests.identification.known_logs import sliding_log
 from tests.report import known
 
 from bristle.core import InputError
-from bristle.identification.result import Identification, Resampling, Scatter
-from bristle.identification.simulated_bands import Bands
-from bristle.logs.break_away import BreakAway
-from bristle.logs.passages import Passage
+from bristle.identification import result, simulated_bands
+from bristle.logs import BreakAway, Passage
 from bristle.report import exported
 from bristle.report import log as report
-from bristle.report.exported import ExportedModel, _loop_beside
-from bristle.report.log import break_away_table, log_facts, log_ruling, passage_table, scatter_facts, treatment_facts
 
 
 def passage(kind, begin=0.0, end=1.0, **changes):
@@ -26,7 +22,7 @@ def passage(kind, begin=0.0, end=1.0, **changes):
 
 
 def test_passages_of_a_kind_share_a_row():
-    table = passage_table(
+    table = report.passage_table(
         [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
     )
     assert table.heads == ["Passages", "Count", "Total time [s]", "First begins at [s]", "Amplitude", "Speed"]
@@ -34,7 +30,7 @@ def test_passages_of_a_kind_share_a_row():
 
 
 def test_kinds_of_passages_have_a_fixed_order():
-    table = passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
+    table = report.passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
     assert [row[0] for row in table.rows] == list(report.KINDS.values())
     assert "mrad" in table.rows[0][table.heads.index("Amplitude")]
 
@@ -45,7 +41,7 @@ def test_kinds_of_passages_have_a_fixed_order():
 )
 def test_loops_are_reported_with_their_depth(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
-    table = passage_table([loops, passage("loops", legs=2)], "translational")
+    table = report.passage_table([loops, passage("loops", legs=2)], "translational")
     row = dict(zip(table.heads, table.rows[0], strict=True))
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
@@ -61,44 +57,44 @@ def test_loops_are_reported_with_their_depth(depth, levels, remark):
     ],
 )
 def test_oscillations_are_reported_with_their_frequencies(passages, remarks):
-    assert [row[-1] for row in passage_table(passages, "translational").rows] == remarks
+    assert [row[-1] for row in report.passage_table(passages, "translational").rows] == remarks
 
 
 def test_treatment_of_a_log_has_units():
     treatment = {"cutoff": 60.0, "decimation": 7.0, "delay": 1.234e-3, "rest_percent": 3.456, "velocity_max": 0.25, "other": 1.0}
-    assert treatment_facts(treatment, "translational") == [
+    assert report.treatment_facts(treatment, "translational") == [
         ("Cut-off of the zero-phase filter", "60 Hz"),
         ("Samples for one row of the regression", "7"),
         ("Delay of the effort, identified", "0.00123 s"),
         ("Samples at rest, left out", "3.46 %"),
         ("Largest speed of the rows", "250 mm/s"),
     ]
-    assert treatment_facts({}, "translational") == []
+    assert report.treatment_facts({}, "translational") == []
 
 
 def test_scatter_of_friction_is_in_percent():
     def scattering(share, kind="translational"):
-        bands, scatter = Bands({}, share, 0.05, 1.5), Scatter(share, 0.02, 0.041)
-        return known.fit(kind=kind, resampling=Resampling(bands, scatter, 30, 1e-6, True, {}))
+        bands, scatter = simulated_bands.Bands({}, share, 0.05, 1.5), result.Scatter(share, 0.02, 0.041)
+        return known.fit(kind=kind, resampling=result.Resampling(bands, scatter, 30, 1e-6, True, {}))
 
-    assert scatter_facts(scattering(0.0312)) == [
+    assert report.scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
         ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
         ("Residual without noise, encoder steps and scatter", "1.5 N, root mean square"),
     ]
-    assert scatter_facts(scattering(0.0, "rotational")) == [
+    assert report.scatter_facts(scattering(0.0, "rotational")) == [
         ("Noise of the effort, sample by sample", "50 mN·m"),
         ("Residual without noise, encoder steps and scatter", "1.5 N·m, root mean square"),
     ]
-    assert scatter_facts(known.fit()) == []
+    assert report.scatter_facts(known.fit()) == []
 
 
 def test_break_away_is_listed_by_rate_with_intervals():
     slow = BreakAway(1e-4, 4, 9.5, (9.0, 10.0), 2e-6, None)
     fast = BreakAway(1e-3, 5, 8.0, None, 1e-6, (1e-6, 1e-6))
-    outcome = Identification((known.fit(),), sliding_log())
-    assert break_away_table(outcome) is None
-    table = break_away_table(replace(outcome, break_aways=(slow, fast)))
+    outcome = result.Identification((known.fit(),), sliding_log())
+    assert report.break_away_table(outcome) is None
+    table = report.break_away_table(replace(outcome, break_aways=(slow, fast)))
     assert table.heads == [
         "Rate [mm/s]",
         "Legs",
@@ -136,7 +132,7 @@ def recorded(**changes):
 
 
 def test_facts_of_a_log_are_file_samples_and_channels():
-    assert log_facts(recorded()) == [
+    assert report.log_facts(recorded()) == [
         ("File", "a.csv"),
         ("SHA-256", "0f"),
         ("Samples", "4 in 1 stretch"),
@@ -145,9 +141,9 @@ def test_facts_of_a_log_are_file_samples_and_channels():
         ("Position", "column x, 0.000 to 3.000 mm"),
         ("Effort", "column u, −2.000 to 3.000 N"),
     ]
-    odd = dict(log_facts(recorded(sample_time=1.23456e-3)))
+    odd = dict(report.log_facts(recorded(sample_time=1.23456e-3)))
     assert (odd["Sample time"], odd["Duration"]) == ("1.235 ms (810.0 Hz)", "4.938 ms")
-    facts = dict(log_facts(recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]))
+    facts = dict(report.log_facts(recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]))
     assert (facts["Samples"], facts["Further logs"]) == ("4 in 2 stretches", "a.csv, b.csv")
 
 
@@ -167,7 +163,7 @@ def diagnosed(code, severity):
 )
 def test_errors_or_missing_effort_ask_to_correct_the_log(severities, effort, level, words, reasons):
     log = recorded() if effort else recorded(effort=None)
-    ruling = log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
+    ruling = report.log_ruling(log, [diagnosed("clipped", severity) for severity in severities])
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
     if not effort:
         assert ruling.reasons[0] == "the log has no effort, so friction is unknown"
@@ -220,7 +216,7 @@ def test_page_is_written_only_for_a_readable_log(tmp_path):
 
 def written(effect=None, beside=(), error=None):
     product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",), error=error)
-    return ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
+    return exported.ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
 
 
 def test_export_is_reported_with_files_and_notes():
@@ -247,11 +243,11 @@ def test_loop_of_the_folder_uses_the_model_as_feedforward(tmp_path, monkeypatch)
     file, axis = tmp_path / "experiment.toml", Some(controller="law")
     variants = [Some(feedforward=Some(friction=friction)) for friction in (None, "lugre", "dahl")]
     monkeypatch.setattr("bristle.files.read_experiment", lambda file: Some(variants=variants))
-    assert _loop_beside(file, "dahl", axis) == (None, ())  # there is no such file
+    assert exported._loop_beside(file, "dahl", axis) == (None, ())  # there is no such file
     file.write_text("")
-    assert _loop_beside(file, "dahl", axis) == (variants[2], ())
+    assert exported._loop_beside(file, "dahl", axis) == (variants[2], ())
     for model, other in (("other", axis), ("dahl", None), ("dahl", Some(controller=None))):
-        assert _loop_beside(file, model, other) == (None, ())
+        assert exported._loop_beside(file, model, other) == (None, ())
 
 
 def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
@@ -262,7 +258,7 @@ def test_unreadable_loop_gives_a_remark(tmp_path, monkeypatch):
     file = tmp_path / "experiment.toml"
     file.write_text("")
     remark = "bristle did not simulate the loop of experiment.toml: is broken"
-    assert _loop_beside(file, "dahl", Some(controller="law")) == (None, (remark,))
+    assert exported._loop_beside(file, "dahl", Some(controller="law")) == (None, (remark,))
 
 
 @pytest.mark.parametrize("holds_operator", [True, False])

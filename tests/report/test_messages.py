@@ -32,8 +32,7 @@ from bristle.report.messages import (
     whole_sentence,
     why_effective,
 )
-from bristle.report.sentences import SENTENCES
-from bristle.report.sentences.loops import counted
+from bristle.report.sentences import SENTENCES, loops
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
 PACKAGE = Path(bristle.__file__).parent
@@ -152,34 +151,32 @@ def test_lead_of_half_a_sample_is_explained_by_a_zero_order_hold(samples, held):
 
 
 @pytest.mark.parametrize(
-    ("spec", "value", "text"),
+    ("template", "value", "text"),
     [
-        ("list", ("a", "b"), "a, b"),
-        ("and", ("a", "b"), "a and b"),
-        ("whole numbers", (1.0, 3.0), "1, 3"),
-        ("lead", 5e-3, "5.000 mm"),
-        ("unit", 2e-3, "2 mm"),
-        ("unit", "coulomb", "coulomb"),
-        ("percents", (12.3, -40.0), "12 %, −40 %"),
-        ("samples", 2.0, "two samples"),
-        ("stiffness of an axis", 5e7, "50.0 N/µm"),
-        ("2 digits", 12.345, "12"),
-        ("length/time", 628e-6, "628 µm/s"),
-        ("force*time/length", 12.0, "12 N·s/m"),
-        ("time", (1e-3, 2.0), "1 ms, 2 s"),
-        (".2g", 320.0, "320"),
-        (".2g", 1.234, "1.2"),
-        (".2g", 1e300, "1e+300"),
-        (".0f", 12.6, "13"),
-        ("+.0f", -12.6, "-13"),
+        ("{a:list}", ("a", "b"), "a, b"),
+        ("{a:and}", ("a", "b"), "a and b"),
+        ("{a:whole numbers}", (1.0, 3.0), "1, 3"),
+        ("{a:lead}", 5e-3, "5.000 mm"),
+        ("{a:unit}", 2e-3, "2 mm"),
+        ("{a:unit}", "coulomb", "coulomb"),
+        ("{a:percents}", (12.3, -40.0), "12 %, −40 %"),
+        ("{a:samples}", 2.0, "two samples"),
+        ("{a:stiffness of an axis}", 5e7, "50.0 N/µm"),
+        ("{a:2 digits}", 12.345, "12"),
+        ("{a:length/time}", 628e-6, "628 µm/s"),
+        ("{a:force*time/length}", 12.0, "12 N·s/m"),
+        ("{a:time}", (1e-3, 2.0), "1 ms, 2 s"),
+        ("{a:.2g}", 320.0, "320"),
+        ("{a:.2g}", 1.234, "1.2"),
+        ("{a:.2g}", 1e300, "1e+300"),
+        ("{a:.0f}", 12.6, "13"),
+        ("{a:+.0f}", -12.6, "-13"),
+        ("{a!m:.1f}", -2.0, "2.0"),  # a magnitude
+        ("{a!r}", "x", "'x'"),
     ],
 )
-def test_number_follows_its_format(spec, value, text):
-    assert _Words("translational", "m").format_field(value, spec) == text
-
-
-def test_magnitude_has_no_sign():
-    assert _Words("translational", "1").vformat("{a!m:.1f} {b!r}", (), {"a": -2.0, "b": "x"}) == "2.0 'x'"
+def test_number_follows_its_format(template, value, text):
+    assert _Words("translational", "m").vformat(template, (), {"a": value}) == text
 
 
 def test_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
@@ -416,14 +413,6 @@ def test_reason_ends_with_a_known_standard_error():
     assert message(unsure) == message(sure) + ". The standard error of F_v is 40 %, which allows for residuals correlated over time"
 
 
-@pytest.mark.parametrize(
-    ("numbers", "text"),
-    [({"a": 1}, "first"), ({"a": 0}, "first"), ({"a": None, "b": 2}, "second"), ({"a": "", "b": ()}, "last"), ({}, "last")],
-)
-def test_first_present_number_chooses_the_text(numbers, text):
-    assert where("a", "b")(("first", "second", "last"), numbers) == text
-
-
 def test_short_forms_build_sentences():
     sentences = [says("a", "b"), held("a", "b", "c"), held("a", "b")]
     assert sentences == [Sentence(("a",), "b", "nothing"), *(Sentence(("a",), "b", advice, "parameter") for advice in ("c", "nothing"))]
@@ -432,11 +421,29 @@ def test_short_forms_build_sentences():
     assert reason.template({}) == "text"
 
 
+FIRST_KNOWN = where("a", "b")
+TEXTS = ("first", "second", "last")
+
+
 @pytest.mark.parametrize(
-    ("count", "words"), [(0, "no samples"), (1, "one sample"), (2, "two samples"), (10, "ten samples"), (11, "11 samples")]
+    ("told", "given", "words"),
+    [
+        # The first number that is present chooses the text.
+        (FIRST_KNOWN, (TEXTS, {"a": 1}), "first"),
+        (FIRST_KNOWN, (TEXTS, {"a": 0}), "first"),
+        (FIRST_KNOWN, (TEXTS, {"a": None, "b": 2}), "second"),
+        (FIRST_KNOWN, (TEXTS, {"a": "", "b": ()}), "last"),
+        (FIRST_KNOWN, (TEXTS, {}), "last"),
+        # Samples are counted in words up to ten.
+        (loops.counted, (0,), "no samples"),
+        (loops.counted, (1,), "one sample"),
+        (loops.counted, (2,), "two samples"),
+        (loops.counted, (10,), "ten samples"),
+        (loops.counted, (11,), "11 samples"),
+    ],
 )
-def test_samples_are_counted_in_words_up_to_ten(count, words):
-    assert counted(count) == words
+def test_words_follow_the_known_numbers(told, given, words):
+    assert told(*given) == words
 
 
 def test_refused_loop_has_a_cause_for_each_reason():

@@ -10,25 +10,11 @@ from hypothesis import strategies as st
 from tests.report import known
 
 from bristle import friction, plants
-from bristle.core import Axis
-from bristle.core.axis import Column
-from bristle.identification import HeldOut
-from bristle.identification.settings import Settings
+from bristle.core import Axis, Column
+from bristle.identification import HeldOut, Settings
 from bristle.report import identification as report
 from bristle.report import model_tables
 from bristle.report import summary as summary_module
-from bristle.report.identification import _for_the_drive
-from bristle.report.model_tables import (
-    as_csv,
-    certificate_table,
-    changed_settings,
-    comparison_table,
-    drive_rows,
-    drive_values,
-    parameter_table,
-    values_to_enter,
-)
-from bristle.report.summary import _described, _levels, _resampling
 from bristle.report.table import (
     Quantity,
     Table,
@@ -58,7 +44,7 @@ def fit(*estimates, **changes):
 
 def row_of(*estimates, **changes):
     """The first row of the table, by column head."""
-    table = parameter_table(fit(*estimates, **changes))
+    table = model_tables.parameter_table(fit(*estimates, **changes))
     return dict(zip(table.heads, table.rows[0], strict=True))
 
 
@@ -118,17 +104,9 @@ def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value,
     assert row_of(estimate(value=value, std=None, interval=(low, 4.0)))["Unit"] == unit
 
 
-@pytest.mark.parametrize(
-    ("percent", "text"),
-    [(None, "–"), (math.inf, "–"), (1000.0, "1000"), (1001.0, "> 1000"), (1e-3, "0.0010"), (9e-4, "< 0.001"), (3.14, "3.1")],
-)
-def test_very_large_and_small_half_widths_have_no_digits(percent, text):
-    assert model_tables._half(percent) == text
-
-
 def test_infinite_constant_parameter_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
-    table = parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
+    table = model_tables.parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
     assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held constant"), ("F_v", "at the edge of its range")]
     assert table.caption == "Parameters of coulomb"
 
@@ -147,7 +125,7 @@ def test_remarks_of_a_parameter_are_joined(item, changes, remark):
 
 
 def test_products_of_parameters_are_the_last_rows():
-    table = parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
+    table = model_tables.parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
     assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [("F_C", "N"), ("a b", "–")]
 
 
@@ -156,25 +134,12 @@ VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V"
 
 def test_parameter_is_also_in_units_of_the_drive():
     axis = Axis(columns=VOLTS)
-    assert drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
+    assert model_tables.drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
         "F_C": {"V": pytest.approx(8.0 / 35.0)}
     }
-    table = parameter_table(fit(estimate()), axis)
+    table = model_tables.parameter_table(fit(estimate()), axis)
     assert dict(zip(table.heads, table.rows[0], strict=True))["In the drive's units"] == "0.2286 V"
-    assert drive_values(fit(estimate()), None) == {}
-
-
-@pytest.mark.parametrize(
-    ("name", "text"),
-    [
-        ("% of rated", "5.000 %"),
-        ("rpm of the motor", "5.000 rpm"),
-        ("deg of the motor", "5.000 deg (motor)"),
-        ("kg*m^2 at the motor", "5 kg·m² (motor)"),
-    ],
-)
-def test_units_of_a_drive_are_abbreviated(name, text):
-    assert model_tables._in_unit(5.0, name) == text
+    assert model_tables.drive_values(fit(estimate()), None) == {}
 
 
 def model(name, error, held_out=(3.0, 4.0), status="identified", **changes):
@@ -189,17 +154,17 @@ def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
         model("best", 2.0, (2.0, 3.2), "at_edge", further=3),
         model("last", 3.0, None, "held", information=None),
     )
-    table = comparison_table(Some(fits=fits))
+    table = model_tables.comparison_table(Some(fits=fits))
     assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
     assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
     assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (["5", "2.60", "0"], "M", ["1", "–", "–"])
     assert "one standard error of the smallest" in table.caption
-    short = comparison_table(Some(fits=fits), details=False)
+    short = model_tables.comparison_table(Some(fits=fits), details=False)
     assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
 
 
 def test_without_held_out_blocks_the_table_of_models_names_the_error_of_the_fit_as_the_rule():
-    table = comparison_table(Some(fits=(model("a", 1.0, None), model("b", 2.0, None))))
+    table = model_tables.comparison_table(Some(fits=(model("a", 1.0, None), model("b", 2.0, None))))
     assert [row[0] for row in table.rows] == ["a", "b"]
     assert "error of the fit decides" in table.caption
 
@@ -208,30 +173,19 @@ STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]
 
 
 def test_drive_table_has_a_row_for_each_side_of_rest():
-    table = drive_rows(STEPS, "translational")
+    table = model_tables.drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
     assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
-    assert drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
-    assert drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
-    in_volts = drive_rows(STEPS, "translational", Axis(columns=VOLTS))
+    assert model_tables.drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
+    assert model_tables.drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
+    in_volts = model_tables.drive_rows(STEPS, "translational", Axis(columns=VOLTS))
     assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
     assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
 
 
-@pytest.mark.parametrize(
-    ("table", "kind", "text"),
-    [
-        (STEPS[2:], "translational", "velocity [m/s],effort [N]\n0,8\n0.1,9"),
-        ([(1 / 3, 2 / 3)], "rotational", "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
-    ],
-)
-def test_drive_table_for_copying_is_in_si(table, kind, text):
-    assert as_csv(table, kind) == text
-
-
 def test_changed_thresholds_are_listed_with_their_defaults():
-    assert changed_settings(Settings()) is None
-    table = changed_settings(Settings.of({"usable_error": 12.5}))
+    assert model_tables.changed_settings(Settings()) is None
+    table = model_tables.changed_settings(Settings.of({"usable_error": 12.5}))
     ((name, value, default, *_),) = table.rows
     assert (name, value) == ("usable_error", "12.5")
     assert float(default) == Settings().usable_error
@@ -243,7 +197,7 @@ def test_certificate_is_reported_with_its_uses():
         "drift": Some(passed=False, value=2e-6, threshold=1e-9, unit="m", advice="take another"),
         "closure": Some(passed=None, value=None, threshold=None, unit="1", advice=""),
     }
-    rows = certificate_table("lugre", handed).rows
+    rows = model_tables.certificate_table("lugre", handed).rows
     assert [row[:4] for row in rows] == [
         ["well_posed", "passed", "", ""],
         ["drift", "FAILED", "2 µm", "1 nm"],
@@ -253,16 +207,6 @@ def test_certificate_is_reported_with_its_uses():
 
 
 # --- Tables of text
-
-
-def test_empty_column_is_left_out():
-    table = Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns()
-    assert (table.heads, table.rows) == (["a", "c"], [["1", "x"], ["2", ""]])
-
-
-def test_column_of_numbers_is_distinguished_from_words():
-    table = Table("t", ["a", "b", "c"], [["−1.5", "–", "3 mm"], ["± 0.2", "∞", "4"]])
-    assert [table.is_number(column) for column in range(3)] == [True, True, False]
 
 
 @given(values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8))
@@ -286,40 +230,48 @@ def test_column_of_zeros_has_the_plain_unit():
     assert (column.scale.unit, column.step, column.cell(0.0)) == ("m", 0.0, "0")
 
 
-def test_rows_by_head_make_a_table():
-    assert Table.of("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]) == ("t", ["a", "b"], [["1", "2"], ["3", "4"]])
-    assert Table.of("t", []) == ("t", [], [])
-    assert not Table("t", ["a"], []).is_number(0)
-
-
-@pytest.mark.parametrize(
-    ("text", "is_number"), [("1.5e−7", True), ("± 3 ± 0.1", True), ("−∞", True), ("1,5", False), ("", False), ("3 N", False)]
-)
-def test_number_is_distinguished_from_a_word(text, is_number):
-    assert Table("t", ["a"], [[text]]).is_number(0) is is_number
-
-
-def test_column_of_dashes_is_left_out():
-    assert Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns() == ("t", ["a"], [["1"], ["2"]])
-
-
-@pytest.mark.parametrize(
-    ("value", "kind", "text"),
-    [
-        (0.0, "translational", "0 m"),
-        (4.19e-7, "translational", "0.419 µm"),
-        (-4.19e-7, "rotational", "−0.419 µrad"),
-        (1e-6, "translational", "1 µm"),
-        (2.5e-3, "rotational", "2.5 mrad"),
-    ],
-)
-def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
-    assert length_text(value, kind).replace("\u00a0", " ") == text
+def is_number(*cells):
+    """Whether a column of these cells is one of numbers."""
+    return Table("t", ["a"], [[cell] for cell in cells]).is_number(0)
 
 
 @pytest.mark.parametrize(
     ("function", "arguments", "text"),
     [
+        # A column of numbers is distinguished from words, and an empty one or one of dashes is left out.
+        *((is_number, cells, True) for cells in (["−1.5", "± 0.2"], ["–", "∞"], ["1.5e−7"], ["± 3 ± 0.1"], ["−∞"])),
+        *((is_number, cells, False) for cells in (["3 mm", "4"], ["1,5"], [""], ["3 N"], [])),
+        (
+            Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns,
+            (),
+            ("t", ["a", "c"], [["1", "x"], ["2", ""]]),
+        ),
+        (Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns, (), ("t", ["a"], [["1"], ["2"]])),
+        # Rows by head make a table.
+        (Table.of, ("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]), ("t", ["a", "b"], [["1", "2"], ["3", "4"]])),
+        (Table.of, ("t", []), ("t", [], [])),
+        # Very large and small half-widths have no digits.
+        (model_tables._half, (None,), "–"),
+        (model_tables._half, (math.inf,), "–"),
+        (model_tables._half, (1000.0,), "1000"),
+        (model_tables._half, (1001.0,), "> 1000"),
+        (model_tables._half, (1e-3,), "0.0010"),
+        (model_tables._half, (9e-4,), "< 0.001"),
+        (model_tables._half, (3.14,), "3.1"),
+        # Units of a drive are abbreviated.
+        (model_tables._in_unit, (5.0, "% of rated"), "5.000 %"),
+        (model_tables._in_unit, (5.0, "rpm of the motor"), "5.000 rpm"),
+        (model_tables._in_unit, (5.0, "deg of the motor"), "5.000 deg (motor)"),
+        (model_tables._in_unit, (5.0, "kg*m^2 at the motor"), "5 kg·m² (motor)"),
+        # A drive table for copying is in SI.
+        (model_tables.as_csv, (STEPS[2:], "translational"), "velocity [m/s],effort [N]\n0,8\n0.1,9"),
+        (model_tables.as_csv, ([(1 / 3, 2 / 3)], "rotational"), "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
+        # The smallest unit of lengths is the micrometre.
+        (length_text, (0.0, "translational"), "0\u00a0m"),
+        (length_text, (4.19e-7, "translational"), "0.419\u00a0µm"),
+        (length_text, (-4.19e-7, "rotational"), "−0.419\u00a0µrad"),
+        (length_text, (1e-6, "translational"), "1\u00a0µm"),
+        (length_text, (2.5e-3, "rotational"), "2.5\u00a0mrad"),
         (fixed, (8.25, "N"), "8.25\u00a0N"),
         (short_text, (3.14159,), "3.14"),
         (percent_text, (12.345,), "12.3\u00a0%"),
@@ -335,7 +287,7 @@ def test_smallest_unit_of_lengths_is_the_micrometre(value, kind, text):
         (capital, ("",), ""),
     ],
 )
-def test_short_texts_of_numbers(function, arguments, text):
+def test_short_texts_and_tables_of_numbers(function, arguments, text):
     assert function(*arguments) == text
 
 
@@ -358,7 +310,7 @@ def entered(monkeypatch):
 
     def rows(axis=None, item=None, **changes):
         monkeypatch.setattr("bristle.report.model_tables.level_values", lambda entered_fit: levels(**changes))
-        table = values_to_enter(item or entered_fit(), axis)
+        table = model_tables.values_to_enter(item or entered_fit(), axis)
         return table.caption, {row[0]: tuple(row[1:]) for row in table.rows}
 
     return rows
@@ -398,7 +350,7 @@ def test_units_of_the_drive_are_first(entered):
 @pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
 def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda entered_fit, table: deviation)
-    lead, block = _for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
+    lead, block = report._for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
     assert f"Straight lines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
     assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")
@@ -427,7 +379,7 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
     monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: known_levels())
     monkeypatch.setattr(summary_module, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
-    reported = _levels(fit_in_summary(), Axis(columns=columns))
+    reported = summary_module._levels(fit_in_summary(), Axis(columns=columns))
     assert {name: reported[name] for name in vars(known_levels())} == vars(known_levels())
     assert (reported["reversal_distance"], reported["lag"], requested) == (4e-6, 1e-3, [("f", 0.5)])
     assert reported["units"]["mm"] == {"reversal_distance": pytest.approx(4e-3)}
@@ -437,25 +389,25 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
         "constant": None,
         "deviation": pytest.approx(0.1),
     }
-    assert _levels(fit_in_summary(), None)["units"].keys() <= {"N", "mm/s"}
+    assert summary_module._levels(fit_in_summary(), None)["units"].keys() <= {"N", "mm/s"}
     monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: None)
-    assert _levels(fit_in_summary(), None) is None
+    assert summary_module._levels(fit_in_summary(), None) is None
 
 
 def test_estimate_has_its_reason():
     names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
     item = Some(name="a", description="level", reason=None, **{name: name for name in names})
-    assert _described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
+    assert summary_module._described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
 
 
 def test_summary_has_the_numbers_of_the_draws():
-    assert _resampling(fit_in_summary(resampling=None)) is None
+    assert summary_module._resampling(fit_in_summary(resampling=None)) is None
     bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}
     scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
     curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
     custom = {"half_cycles": 30, "resolution": 1e-6, "curve": curve, "curve_from": "loops"}
-    reported = _resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
+    reported = summary_module._resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
     assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
     assert (reported["draws"], reported["noise"], reported["left_in_open_loop"]) == (20, 0.0, 6.0)
     assert (reported["scatter"], reported["virgin_curve_from"]) == ({"value": 0.03}, "loops")

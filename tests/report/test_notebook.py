@@ -9,22 +9,14 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from tests.report.known import columns
 
 import bristle as br
 from bristle.core.contracts import example_of
 from bristle.friction import MODELS
-from bristle.report.cards import Card, cards_of
-from bristle.report.page import Ruling, macro
+from bristle.report import cards, page
 
 VIEW = "application/vnd.jupyter.widget-view+json"
-
-
-def columns():
-    t = np.arange(2500) * 1e-3
-    velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
-    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +64,7 @@ def test_equations_are_text_without_latex2mathml(monkeypatch):
 
 def test_the_cards_are_those_of_the_report(found):
     html = found._repr_html_()
-    for card in cards_of(found.best, None, usable=True):
+    for card in cards.cards_of(found.best, None, usable=True):
         assert all(part in html for part in (f"<strong>{card.value}</strong>", card.remark))
 
 
@@ -83,7 +75,7 @@ def test_an_identification_shows_verdict_gain_warnings_and_report(found, monkeyp
     assert html.count("<svg") == 1
     monkeypatch.setattr("bristle.report.messages.warnings_of", lambda fit: ("a <b>doubt</b>",))
     for module in ("brief", "judgement"):
-        monkeypatch.setattr(f"bristle.report.{module}.ruling_of", lambda *a: Ruling("measure_again", "Measure again", ("<i>why</i>",)))
+        monkeypatch.setattr(f"bristle.report.{module}.ruling_of", lambda *a: page.Ruling("measure_again", "Measure again", ("<i>why</i>",)))
     html = found._repr_html_()
     parts = (
         '<span class="pill measure_again">Measure again</span>',
@@ -103,11 +95,11 @@ def test_a_saved_identification_shows_its_saved_verdict(found, tmp_path):
 
 
 def test_a_bar_is_as_wide_as_its_interval_and_empty_without_it():
-    card = macro("card")
+    card = page.macro("card")
     for half, style in ((6.0, "left:40.0%;width:20.0%"), (80.0, "left:0.0%;width:100.0%")):
-        assert f'style="{style}"' in card(Card("a", "b", "c", half), None)
-    assert re.search(r'<span class="bar"[^>]*></span>', card(Card("a", "b", "c", open=True), None))
-    assert "<b>" not in card(Card("<b>", "<b>", "<b>"), None)
+        assert f'style="{style}"' in card(cards.Card("a", "b", "c", half), None)
+    assert re.search(r'<span class="bar"[^>]*></span>', card(cards.Card("a", "b", "c", open=True), None))
+    assert "<b>" not in card(cards.Card("<b>", "<b>", "<b>"), None)
 
 
 def test_names_of_a_user_are_escaped():

@@ -4,14 +4,12 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
+from tests.report.pages import plain, seen_by
 
 from bristle import hysteresis
-from bristle.core import Status
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Status
 from bristle.report import operators as report
 from bristle.report import prediction as prediction_module
-from bristle.report.operators import comparison_of_operators, operator_ruling, operator_summary
-from bristle.report.prediction import metrics_in_words, prediction_as_data, prediction_ruling, prediction_summary
 from bristle.report.table import percent_text
 from bristle.simulation import MODES
 
@@ -31,7 +29,7 @@ from bristle.simulation import MODES
     ],
 )
 def test_verdict_of_an_operator_uses_the_held_out_error(error, held_out, fitted, level, reasons):
-    ruling = operator_ruling(error, held_out, fitted=fitted)
+    ruling = report.operator_ruling(error, held_out, fitted=fitted)
     assert (ruling.level, len(ruling.reasons)) == (level, reasons)
     told = "on these curves" if held_out is None else "on held-out curves"
     assert ruling.reasons[0] == f"the error is {percent_text(error if held_out is None else held_out)} of full scale {told}"
@@ -57,7 +55,7 @@ FITS = (fit("preisach", 1, 1.5, 2e-3, 3.25, ("", "first", "second", "third")), f
 
 
 def test_operators_are_compared_on_held_out_curves():
-    table = comparison_of_operators(Some(recorded=RECORDED, fits=FITS))
+    table = report.comparison_of_operators(Some(recorded=RECORDED, fits=FITS))
     assert table.heads == ["Operator", "Rank", "Held-out error [% of full scale]", "Fitted [% of full scale]", "Fitted [mN]"]
     assert table.rows == [
         ["preisach", "1", "3.25 ± 0.50", "1.50", "2.00"],
@@ -90,18 +88,17 @@ def test_first_page_of_a_prediction_has_no_other_operators():
 def test_summary_of_an_operator_has_the_constant_output():
     congruency = Some(alike=0.1, anywhere=0.2)
     identification = Some(best=FITS[0], fits=FITS, recorded=RECORDED, congruency=congruency, unfinished="")
-    summary = operator_summary(identification, provenance={"a": "b"})
+    summary = report.operator_summary(identification, provenance={"a": "b"})
     assert summary["parameters"]["offset"] == {"value": 2.0, "unit": "N", "description": "constant output added to the operator"}
     assert summary["log"] == {"curves": 2, "samples": 7, "start": "demagnetised", "full_scale": 0.5, "notes": ("read",)}
     assert [model["rank"] for model in summary["models"]] == [1, 2, 3]
     numbers = (summary["parameters"]["f_p"]["value"], summary["unfinished"], summary["verdict"]["level"])
     assert numbers == (150.0, None, "with_care")
-    assert operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
+    assert report.operator_summary(Some(**vars(identification) | {"unfinished": "stopped"}), provenance={})["unfinished"] == "stopped"
 
 
 def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
     levels = hysteresis.relays_of(hysteresis.preisach(s=1.0, f_p=1.0), 1.0, 4)
     for operator, parameter, text in ((FITS[0].operator, "f_p", "150 N"), (levels, "levels", "5 numbers, in the model file")):
@@ -116,8 +113,7 @@ def test_page_of_an_operator_has_parameters_and_data(monkeypatch):
 
 @pytest.mark.parametrize(("count", "heading"), [(1, "Remarks"), (2, "Operators compared")])
 def test_several_operators_are_compared(monkeypatch, count, heading):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     prediction = Some(**vars(FITS[0].prediction) | {"outputs": (1, 2)})
     best = Some(**vars(FITS[0]) | {"prediction": prediction})
     report.operator_report(Some(best=best, fits=FITS[:count], recorded=RECORDED, notes=("a note",)), name="axis")
@@ -149,10 +145,6 @@ def predicted(mode="inverse", **changes):
     return Some(**known | changes)
 
 
-def plain(lines):
-    return [line.replace("\u00a0", " ") for line in lines]
-
-
 @pytest.mark.parametrize(
     ("prediction", "rows"),
     [
@@ -176,7 +168,7 @@ def plain(lines):
     ],
 )
 def test_prediction_errors_have_units(prediction, rows):
-    assert metrics_in_words(prediction) == list(rows.items())
+    assert prediction_module.metrics_in_words(prediction) == list(rows.items())
 
 
 @pytest.mark.parametrize(
@@ -198,21 +190,26 @@ def test_prediction_errors_have_units(prediction, rows):
     ],
 )
 def test_verdict_follows_errors_and_bands(changes, level, reasons):
-    ruling = prediction_ruling(predicted(**changes))
+    ruling = prediction_module.prediction_ruling(predicted(**changes))
     assert (ruling.level, plain(ruling.reasons)) == (level, reasons)
 
 
 def test_log_of_the_fit_and_missed_tolerance_ask_for_care():
-    same_log, missed = prediction_ruling(predicted(), own_log=True), prediction_ruling(predicted(status=Status.TOLERANCE_MISSED))
+    same_log, missed = (
+        prediction_module.prediction_ruling(predicted(), own_log=True),
+        prediction_module.prediction_ruling(predicted(status=Status.TOLERANCE_MISSED)),
+    )
     reasons = ["the model was fitted to this log, so its error on other logs is unknown", Status.TOLERANCE_MISSED.sentence]
     assert [(ruling.level, ruling.reasons[1]) for ruling in (same_log, missed)] == [("with_care", reason) for reason in reasons]
-    wild = prediction_ruling(predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),)))
+    wild = prediction_module.prediction_ruling(
+        predicted(status=Status.NOT_FINITE, diagnostics=(Diagnostic("short_stretch", "", "warning", {"samples": 3}),))
+    )
     assert wild == ("no", "It does not run", (Status.NOT_FINITE.sentence, "bristle left out a stretch too short for a prediction"))
 
 
 def test_warnings_ask_for_care_errors_forbid_notes_do_not_count():
     doubt = [Diagnostic("short_stretch", "", severity, {"samples": 3}) for severity in ("note", "warning", "error")]
-    rulings = [prediction_ruling(predicted(diagnostics=(item, item))) for item in doubt]
+    rulings = [prediction_module.prediction_ruling(predicted(diagnostics=(item, item))) for item in doubt]
     assert [(ruling.level, len(ruling.reasons)) for ruling in rulings] == [("usable", 1), ("with_care", 2), ("no", 2)]
 
 
@@ -269,9 +266,9 @@ def test_first_page_names_the_next_step():
 
 
 def test_summary_of_a_prediction_has_its_numbers():
-    data = prediction_as_data(predicted(inside_percent=94.4, position_inside_percent=80.0, status=Status.NOT_FINITE))
+    data = prediction_module.prediction_as_data(predicted(inside_percent=94.4, position_inside_percent=80.0, status=Status.NOT_FINITE))
     expected = {"mode": "inverse", "inside_band_percent": 94.4, "position_inside_band_percent": 80.0, "completed": False}
     assert data.items() >= (expected | {"status": Status.NOT_FINITE.sentence}).items()
-    summary = prediction_summary(predicted(), friction=FRICTION, notes=("a",), provenance={"b": "c"}, own_log=True)
+    summary = prediction_module.prediction_summary(predicted(), friction=FRICTION, notes=("a",), provenance={"b": "c"}, own_log=True)
     assert summary.items() >= {"model": "lugre", "kind": "translational", "log_notes": ("a",), "completed": True}.items()
     assert summary["verdict"]["level"] == "with_care"

@@ -16,23 +16,21 @@ from tests.lab.scripts import NODE, needs_node
 from bristle.core import InputWarning
 from bristle.figures import ReportFigure, style
 from bristle.palette import DARK, LIGHT, colour_variables
-from bristle.report import page
-from bristle.report.page import Block, FaultWarning, Figures, Front, Picture, Ruling, Section, _filled, about, typeset_sentence, worded
-from bristle.report.table import Table
+from bristle.report import page, table
 
-ONE, TWO = (Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
+ONE, TWO = (page.Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
 
 
 def test_line_under_the_heading_begins_with_the_date():
-    assert about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
+    assert page.about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
 
 
 @pytest.mark.parametrize(("reasons", "more"), [(None, False), ((), False), (("a",), False), (("a", "b"), True)])
 def test_a_tab_lists_the_reasons_if_there_are_several(reasons, more):
-    assert Front("a", "b", None if reasons is None else Ruling("no", "No", reasons)).has_more is more
+    assert page.Front("a", "b", None if reasons is None else page.Ruling("no", "No", reasons)).has_more is more
 
 
-TABLE = Table("t", ["a"], [["1"]])
+TABLE = table.Table("t", ["a"], [["1"]])
 
 
 @pytest.mark.parametrize(
@@ -40,15 +38,19 @@ TABLE = Table("t", ["a"], [["1"]])
     [
         # Figures are in place or at the end.
         ("a", ["text"], ["text", ONE, TWO]),
-        ("a", [Figures("a"), "text"], [ONE, TWO, "text"]),
-        ("other", [Figures("a"), "text"], [ONE, TWO, "text"]),
+        ("a", [page.Figures("a"), "text"], [ONE, TWO, "text"]),
+        ("other", [page.Figures("a"), "text"], [ONE, TWO, "text"]),
         ("b", ["text"], ["text"]),
         # Empty blocks are left out.
-        ("s", [None, "", Block("items", []), Block("items", ["x"]), Table("t", [], []), TABLE], [Block("items", ["x"]), TABLE]),
+        (
+            "s",
+            [None, "", page.Block("items", []), page.Block("items", ["x"]), table.Table("t", [], []), TABLE],
+            [page.Block("items", ["x"]), TABLE],
+        ),
     ],
 )
 def test_a_section_has_its_figures_and_no_empty_blocks(identifier, blocks, filled):
-    assert _filled(Section(identifier, "A", blocks), {"a": [ONE, TWO], "b": []}).blocks == filled
+    assert page._filled(page.Section(identifier, "A", blocks), {"a": [ONE, TWO], "b": []}).blocks == filled
 
 
 def rendered(sections, **options):
@@ -57,7 +59,7 @@ def rendered(sections, **options):
 
 
 def test_empty_sections_are_left_out_and_the_banner_is_first():
-    text = rendered([Section("kept", "Kept", ["words"]), Section("gone", "Gone", [None])], banner="Unfinished.")
+    text = rendered([page.Section("kept", "Kept", ["words"]), page.Section("gone", "Gone", [None])], banner="Unfinished.")
     assert text.index("Unfinished.") < text.index("Kept")
     assert not re.search("Gone|Further figures", text)
 
@@ -105,34 +107,34 @@ def test_fault_in_a_figure_leaves_the_other_figures(monkeypatch):
     assert pictures == {"front": []}
     assert remark == "<p>the figure fit.BROKEN is not drawn: ValueError: a fault.</p>"
     (warning,) = caught
-    assert issubclass(warning.category, FaultWarning)
+    assert issubclass(warning.category, page.FaultWarning)
     assert isinstance(warning.message.__cause__, ValueError)
 
 
-@pytest.mark.parametrize(
-    ("text", "shown"), [("5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"), ("at 2 m/s", "at 2 m/s"), ("N*m alone", "N*m alone"), ("3 uN", "3 µN")]
-)
-def test_units_after_numbers_are_typeset(text, shown):
-    assert typeset_sentence(text) == shown
-
-
-def test_commands_are_code_and_markup_is_unchanged():
-    assert worded("see `a_b` and `c`") == "see <code>a_b</code> and <code>c</code>"
-    assert worded(Markup("<b>x</b>")) == "<b>x</b>"
+BREAKABLE = page._environment().filters["breakable"]
 
 
 @pytest.mark.parametrize(
-    ("name", "shown"),
+    ("written", "text", "shown"),
     [
-        ("short_name x", "short_name x"),
-        ("twelve_words", "twelve_words"),
-        ("thirteen_word", "thirteen_<wbr>word"),
-        ("a_rather_long x_y", "a_<wbr>rather_<wbr>long x_y"),
-        ("<" * 13, "&lt;" * 13),
+        # Units after numbers are typeset.
+        (page.typeset_sentence, "5 N*m and 3 kg*m^2", "5 N·m and 3 kg·m²"),
+        (page.typeset_sentence, "at 2 m/s", "at 2 m/s"),
+        (page.typeset_sentence, "N*m alone", "N*m alone"),
+        (page.typeset_sentence, "3 uN", "3 µN"),
+        # Commands are code, and markup is unchanged.
+        (page.worded, "see `a_b` and `c`", "see <code>a_b</code> and <code>c</code>"),
+        (page.worded, Markup("<b>x</b>"), "<b>x</b>"),
+        # Long names can break.
+        (BREAKABLE, "short_name x", "short_name x"),
+        (BREAKABLE, "twelve_words", "twelve_words"),
+        (BREAKABLE, "thirteen_word", "thirteen_<wbr>word"),
+        (BREAKABLE, "a_rather_long x_y", "a_<wbr>rather_<wbr>long x_y"),
+        (BREAKABLE, "<" * 13, "&lt;" * 13),
     ],
 )
-def test_long_names_can_break(name, shown):
-    assert page._environment().filters["breakable"](name) == shown
+def test_a_text_is_written_for_a_page(written, text, shown):
+    assert written(text) == shown
 
 
 def test_long_and_unbroken_texts_and_prose_are_told_apart():
@@ -143,7 +145,7 @@ def test_long_and_unbroken_texts_and_prose_are_told_apart():
 
 
 def test_sections_with_the_same_tab_share_it():
-    text = rendered([Section("a", "A", ["x"], "Both"), Section("b", "B", ["y"], "Both"), Section("c", "C", ["z"])])
+    text = rendered([page.Section("a", "A", ["x"], "Both"), page.Section("b", "B", ["y"], "Both"), page.Section("c", "C", ["z"])])
     assert re.findall(r"<label[^>]*>(.*?)</label>", text) == ["Both", "C", "Repeat"]
 
 

@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
-from tests.figures.gallery import gallery
-from tests.figures.hostile_names import LONG, NAMES
+from tests.figures.gallery import LONG, NAMES, gallery
 from tests.report.pages import Page, without_plots
 
 from bristle import hysteresis
@@ -18,14 +17,9 @@ from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.paper.page import paper_report
 from bristle.paper.reproduced import Reproduced
-from bristle.report import page
-from bristle.report.excitation import excitation_report
+from bristle.report import excitation, log, operators, page, prediction, simulation
 from bristle.report.identification import identification_report
-from bristle.report.log import log_report
-from bristle.report.operators import operator_prediction_report
-from bristle.report.prediction import prediction_report
 from bristle.report.results import log_names
-from bristle.report.simulation import simulation_report
 
 COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": "stage.csv"}}
 
@@ -38,13 +32,13 @@ def identification_page(bench, **changes):
 
 def simulation_page(bench, **changes):
     values = COMMON | changes
-    return simulation_report(values.pop("result", bench.looped), **values)
+    return simulation.simulation_report(values.pop("result", bench.looped), **values)
 
 
 def prediction_page(bench, **changes):
     best = bench.identified.best
     values = {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"} | COMMON | changes
-    return prediction_report(bench.predicted, **values)
+    return prediction.prediction_report(bench.predicted, **values)
 
 
 PAGES = {"prediction": prediction_page, "simulation": simulation_page, "identification": identification_page}
@@ -175,7 +169,7 @@ def operator(bench):
     u = np.linspace(-1e-6, 1e-6, 50)
     recorded = Curves((Curve(u, 1e6 * u),), source=Path(FILE), notes=(ALL,))
     model = hysteresis.preisach(s=1.25e7, f_p=150.0)
-    return operator_prediction_report(OperatorPrediction((1e6 * u,), 0.1, 1.0), model, recorded, name=ALL, **HOSTILE_COMMON)
+    return operators.operator_prediction_report(OperatorPrediction((1e6 * u,), 0.1, 1.0), model, recorded, name=ALL, **HOSTILE_COMMON)
 
 
 def paper(bench):
@@ -186,12 +180,14 @@ def paper(bench):
 
 REPORTS = {
     "identification": identification,
-    "log": lambda bench: log_report(hostile_log(bench), [], name=ALL, **HOSTILE_COMMON),
+    "log": lambda bench: log.log_report(hostile_log(bench), [], name=ALL, **HOSTILE_COMMON),
     "operator": operator,
     "paper": paper,
     "prediction": lambda bench: prediction_page(bench, log=hostile_log(bench), axis_name=ALL, banner=ALL, **HOSTILE_COMMON),
     "simulation": lambda bench: simulation_page(bench, result=hostile_loop(bench), banner=ALL, **HOSTILE_COMMON),
-    "excitation": lambda bench: excitation_report(excite(replace(STAGE, name=ALL), rehearsed=False), identify=ALL, **HOSTILE_COMMON),
+    "excitation": lambda bench: excitation.excitation_report(
+        excite(replace(STAGE, name=ALL), rehearsed=False), identify=ALL, **HOSTILE_COMMON
+    ),
 }
 
 

@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from tests.figures.gallery import gallery
+from tests.report.known import columns
 
 import bristle as br
-from bristle.core import InputError
-from bristle.core.errors import InputWarning
+from bristle.core import InputError, InputWarning
 from bristle.figures import ReportFigure, style
 from bristle.files.results import results_folder
 from bristle.report import page, results
 from bristle.report.page import FaultWarning, Plate, picture, plates
-from bristle.report.results import _is_written, captions, figure_files, log_names, write_logs
 
 
 @pytest.mark.parametrize(
@@ -29,7 +28,7 @@ from bristle.report.results import _is_written, captions, figure_files, log_name
     ],
 )
 def test_names_of_variants_are_names_of_files(names, files):
-    assert log_names(names) == dict(zip(names, files, strict=True))
+    assert results.log_names(names) == dict(zip(names, files, strict=True))
 
 
 class Folder(dict):
@@ -50,7 +49,7 @@ def plate(name="one", own=False, panels=1):
 def test_each_panel_has_a_separate_csv_file():
     for panels, forms, files in ((1, ["csv", "svg"], ["one.csv", "one.svg"]), (2, ["csv"], ["one-panel-1.csv", "one-panel-2.csv"])):
         folder = Folder()
-        assert _is_written(folder, plate(panels=panels), forms)
+        assert results._is_written(folder, plate(panels=panels), forms)
         assert list(folder) == [f"figures/{file}" for file in files]
 
 
@@ -61,7 +60,7 @@ def test_unwritable_figure_gives_a_warning(own, category, monkeypatch):
 
     monkeypatch.setattr("bristle.figures.figure_file", fails)
     with pytest.warns(InputWarning, match=r"the figure one is not written as a file: ValueError: a fault$") as caught:
-        assert not _is_written(Folder(), plate(own=own), ["svg"])
+        assert not results._is_written(Folder(), plate(own=own), ["svg"])
     assert caught[0].category is category
 
 
@@ -70,11 +69,7 @@ def test_full_disk_is_an_error():
         raise OSError
 
     with pytest.raises(OSError):
-        _is_written(Some(write=fails), plate(), ["csv"])
-
-
-def test_captions_are_listed_by_file_name():
-    assert captions([plate(), plate("two")]) == "one\n  See 5 N·m.\n\ntwo\n  See 5 N·m.\n"
+        results._is_written(Some(write=fails), plate(), ["csv"])
 
 
 @pytest.mark.parametrize(
@@ -82,19 +77,17 @@ def test_captions_are_listed_by_file_name():
 )
 def test_captions_are_written_with_figures(formats, with_captions):
     folder = Folder()
-    with figure_files(folder, formats):
+    with results.figure_files(folder, formats):
         page._plates.get().append(plate())
     assert ("figures/captions.txt" in folder) is with_captions
     assert len(folder) == len(set(formats or ())) + with_captions
 
 
-def test_figures_need_a_folder():
-    with pytest.raises(InputError, match="--format: needs a folder"), figure_files(None, ["svg"]):
-        pass
-    with figure_files(None, ()):
+def test_no_figures_need_no_folder_and_leave_no_captions():
+    with results.figure_files(None, ()):
         page._plates.get().append(plate())
     folder = Folder()
-    with figure_files(folder, ["svg"]):
+    with results.figure_files(folder, ["svg"]):
         pass
     assert folder == {}
 
@@ -106,7 +99,7 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     outcome = Some(time=1, measured=2, command=3, reference=4, is_open=is_open)
     variants = [Some(name=name, axis=axis, plant=Some(kind="rotational")) for name, axis in (("a", None), ("b", "known"), ("gone", None))]
     result = Some(variants={"a": outcome, "b": outcome}, experiment=Some(variants=variants))
-    assert write_logs(Folder(), result) == {"a": "log_a.csv", "b": "log_b.csv"}
+    assert results.write_logs(Folder(), result) == {"a": "log_a.csv", "b": "log_b.csv"}
     (axis, signals), (known, _) = (written.pop(f"log_{name}.csv") for name in "ab")
     assert (axis.kind, known, written) == ("rotational", "known", {})
     assert signals == {"time": 1, "position": 2, "effort": 3} | ({} if is_open else {"reference": 4})
@@ -118,44 +111,32 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
 DRAW = gallery()
 
 
-def write(out: Path, formats=(), names=("expected", "errors_by_loop")) -> dict[str, int]:
-    """Draw figures for a report; return the sizes of the files."""
-    with results_folder(out) as folder, figure_files(folder, formats):
-        for name in names:
+def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path, monkeypatch):
+    # What is in the files is said elsewhere.
+    monkeypatch.setattr("bristle.figures.figure_file", lambda figure, form, title: form.encode())
+    with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]):
+        for name in ("expected", "errors_by_loop"):
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
         folder.write("report.html", "")
-    return {item.name: item.stat().st_size for item in (out / "figures").glob("*")}
-
-
-@pytest.fixture
-def unencoded(monkeypatch):
-    """Figures become files of their format's name: what is in them is said elsewhere."""
-    monkeypatch.setattr("bristle.figures.figure_file", lambda figure, form, title: form.encode())
-
-
-@pytest.mark.usefixtures("unencoded")
-def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
-    result = write(tmp_path / "run", ["svg", "pdf", "png", "csv", "svg"])
     files = {f"{name}.{form}" for name in ("expected", "errors-by-loop") for form in ("svg", "pdf", "png")}
-    assert set(result) == files | {"expected-panel-1.csv", "expected-panel-2.csv", "errors-by-loop.csv", "captions.txt"}
+    assert {item.name for item in (tmp_path / "run/figures").iterdir()} == files | {
+        "expected-panel-1.csv",
+        "expected-panel-2.csv",
+        "errors-by-loop.csv",
+        "captions.txt",
+    }
     with (tmp_path / "run/figures/errors-by-loop.csv").open(encoding="utf-8") as file:
         assert next(csv.reader(file))[4:7] == ["Error [µm]", "Loop", "name at y"]
 
 
-def test_captions_are_written_only_for_pictures(tmp_path):
-    assert set(write(tmp_path / "a", ["csv"], names=("errors_by_loop",))) == {"errors-by-loop.csv"}
-    assert write(tmp_path / "b") == {}
-    assert not (tmp_path / "b/figures").exists()
-
-
 @pytest.mark.parametrize("formats", [["svg"], ["csv"]])
 def test_figures_without_a_folder_are_refused_early(formats):
-    with pytest.raises(InputError, match="--format"), figure_files(None, formats):
+    with pytest.raises(InputError, match="--format: needs a folder"), results.figure_files(None, formats):
         pytest.fail("the work must not begin")
 
 
 def test_captions_list_each_figure_by_file_name():
-    text = captions([Plate("figure-06-economy", None, "short", "at 5 um of F_s"), Plate("other", None, "", "second")])
+    text = results.captions([Plate("figure-06-economy", None, "short", "at  5 um of F_s"), Plate("other", None, "", "second")])
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
 
 
@@ -170,7 +151,7 @@ def test_each_collector_keeps_only_its_figures():
 
 def test_report_does_not_depend_on_figure_files(tmp_path):
     alone = picture("a", DRAW["errors_by_loop"], "x", "y")
-    with results_folder(tmp_path / "run") as folder, figure_files(folder, ["svg", "csv"]):
+    with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "csv"]):
         assert picture("a", DRAW["errors_by_loop"], "x", "y") == alone
 
 
@@ -182,11 +163,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 
 @pytest.fixture(scope="module")
 def identified():
-    t = np.arange(4000) * 1e-3
-    position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
-    velocity = np.gradient(position, t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
-    return br.identify({"time": t, "position": position, "effort": effort}, "coulomb_viscous", draws=0)
+    return br.identify(columns(), "coulomb_viscous", draws=0)
 
 
 def figure(draw, **parts):

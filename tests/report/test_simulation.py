@@ -7,35 +7,28 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from tests.loop.conftest import loop
-from tests.report.known import UNSTABLE, assessed
-from tests.report.pages import Page
+from tests.report.known import UNSTABLE, assessed, errors
+from tests.report.pages import Page, seen_by
 from tests.report.test_pages import simulation_page
 from tests.stand_ins import Loop
 
 from bristle import controllers, friction
-from bristle.core import Status, number
-from bristle.core.axis import Axis
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.experiment import Feedforward
-from bristle.core.units import convert
+from bristle.core import Axis, Diagnostic, Feedforward, Status, number, units
+from bristle.report import compensation
 from bristle.report import loops as loops_module
 from bristle.report import simulation as report
-from bristle.report.compensation import standing
-from bristle.report.loops import component_table, direction_table, law_lines, parts_table, run_table, variant_table
 from bristle.report.sentences import SENTENCES
-from bristle.report.simulation import simulation_ruling, simulation_summary
-from bristle.simulation.statistics import Statistics
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def test_table_of_variants_has_their_numbers(workbench):
-    table = variant_table(workbench.looped)
+    table = loops_module.variant_table(workbench.looped)
     unit = table.heads[1].split("[")[1].rstrip("]")
     si = {"translational": "m", "rotational": "rad"}[workbench.axis.kind]
     for row, variant in zip(table.rows, workbench.looped.variants.values(), strict=True):
         assert row[0] == variant.name
-        assert convert(f"{row[1]} {unit}", si) == pytest.approx(variant.following_error.peak_to_peak, rel=0.01)
+        assert units.convert(f"{row[1]} {unit}", si) == pytest.approx(variant.following_error.peak_to_peak, rel=0.01)
 
 
 def test_diverged_loop_has_a_remark(stage):
@@ -55,16 +48,12 @@ def test_every_part_of_the_loop_is_named(stage):
     assert all(part in words for part in ("inertia", "stribeck", "cascade", "encoder", "recorded", "6000 values"))
 
 
-def statistics(peak):
-    return Statistics(peak_to_peak=peak, rms=0.25 * peak, mean=0.0, std=0.0, min=0.0, max=peak)
-
-
 def ran(name, peak=2e-6, *, status=Status.OK, is_open=False, runs=1, spread=0.0, effort=2.0):
     time = 1e-3 * np.arange(400)
     reference = np.abs((time % 0.2) - 0.1)
     measured = reference - peak * (np.abs(time - 0.3) < 2e-3) - 1e-3 * (time < 0.05)
     scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
-    numbers = {"following_error": statistics(peak), "motion": statistics(peak), "effort_rms": effort, "effort_peak": 2.0 * effort}
+    numbers = {"following_error": errors(peak, 0.25 * peak), "motion": errors(peak), "effort_rms": effort, "effort_peak": 2.0 * effort}
     about = {"name": name, "kind": "translational", "status": status, "is_open": is_open, "runs": runs, "spread": scatter}
     return Loop(reference=reference, measured=measured, **numbers, **about)
 
@@ -80,7 +69,7 @@ def simulated(*loops, refused=(), effort=None, limit=math.inf):
 
 
 def values_of(result):
-    return [line.replace("\u00a0", " ") for line in report._values_of(result, standing(result).best)]
+    return [line.replace("\u00a0", " ") for line in report._values_of(result, compensation.standing(result).best)]
 
 
 LOOPS = ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0)
@@ -149,7 +138,7 @@ def test_first_page_of_open_loops_has_their_motion():
     ],
 )
 def test_verdict_of_a_run_uses_the_completed_loops(loops, options, warnings, level, words, reasons):
-    ruling = simulation_ruling(simulated(*loops, **options), warnings)
+    ruling = report.simulation_ruling(simulated(*loops, **options), warnings)
     assert (ruling.level, ruling.words, len(ruling.reasons)) == (level, words, reasons)
 
 
@@ -165,20 +154,19 @@ def test_summary_of_a_run_has_its_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
     for item in loops:
         item.as_dict = dict
-    summary = simulation_summary(simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={})
+    summary = report.simulation_summary(simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={})
     assert (summary["name"], summary["kind"], summary["runs"], summary["error_unit"], summary["effort_unit"]) == (
         *("bench", "translational", 3),
         *("m", "N"),
     )
     assert {name: item["completed"] for name, item in summary["variants"].items()} == {"a": True, "b": False, "c": False}
     assert summary["variants"]["c"] == {"status": "unstable", "completed": False, "runs": 0}
-    assert simulation_summary(simulated(refused=["c"]), files={}, provenance={})["runs"] == 0
+    assert report.simulation_summary(simulated(refused=["c"]), files={}, provenance={})["runs"] == 0
 
 
 @pytest.mark.parametrize("is_open", [True, False])
 def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
-    seen = {}
-    monkeypatch.setattr(report, "report_page", lambda kind, facts, front, sections, **options: seen.update(facts, sections=sections) or "")
+    seen = seen_by(monkeypatch, report)
     for name in ("variant_table", "run_table", "parts_table", "direction_table"):
         monkeypatch.setattr(report, name, lambda *_, name=name: name)
     effort = Some(description="a sine") if is_open else None
@@ -195,10 +183,6 @@ def test_page_of_a_run_lists_the_simulated_parts(monkeypatch, is_open):
 
 
 # --- Tables and sentences of loops: errors in a common unit, parts with values, gains in units of the drive
-
-
-def errors(peak, rms=0.0, mean=0.0):
-    return Statistics(peak_to_peak=peak, rms=rms, mean=mean, std=0.0, min=-peak, max=0.5 * peak)
 
 
 def looped(name, peak, *, status=Status.OK, is_open=False):
@@ -221,7 +205,7 @@ def result(*variants, kind="translational"):
 
 
 def test_errors_of_loops_have_the_unit_of_the_smallest():
-    table = variant_table(result(looped("a", 8e-3), looped("b", 4e-6)))
+    table = loops_module.variant_table(result(looped("a", 8e-3), looped("b", 4e-6)))
     assert table.heads == [
         "Variant",
         "Following error, peak to peak [µm]",
@@ -239,17 +223,17 @@ def test_errors_of_loops_have_the_unit_of_the_smallest():
 
 def test_smallest_unit_of_loop_errors_is_the_micrometre():
     for sizes, unit, cells in (((3e-8, 4e-9), "µm", ["0.03000", "0.00400"]), ((3e-2, 2e-3), "mm", ["30.00", "2.00"])):
-        table = variant_table(result(*map(looped, "ab", sizes)))
+        table = loops_module.variant_table(result(*map(looped, "ab", sizes)))
         assert (table.heads[1], [row[1] for row in table.rows]) == (f"Following error, peak to peak [{unit}]", cells)
 
 
 def test_measured_errors_are_in_the_first_row():
-    table = variant_table(result(looped("a", 4e-6)), errors(6e-6, 3e-6, 1e-6))
+    table = loops_module.variant_table(result(looped("a", 4e-6)), errors(6e-6, 3e-6, 1e-6))
     assert [table.rows[0], table.rows[1][0]] == [["measured", "6.00", "3.00", "1.00", "–", "–", "–"], "a"]
 
 
 def test_diverged_loop_has_dashes_and_a_remark():
-    table = variant_table(
+    table = loops_module.variant_table(
         result(looped("a", 4e-6), looped("b", 1e-9, status=Status.NOT_FINITE), looped("c", 4e-6, status=Status.TOLERANCE_MISSED))
     )
     assert table.rows[1] == ["b", *["–"] * 6, Status.NOT_FINITE.sentence]
@@ -258,22 +242,22 @@ def test_diverged_loop_has_dashes_and_a_remark():
 
 
 def test_open_loops_are_reported_by_their_motion():
-    table = variant_table(result(looped("a", 4e-3, is_open=True), kind="rotational"))
+    table = loops_module.variant_table(result(looped("a", 4e-3, is_open=True), kind="rotational"))
     heads = ["Variant", "Position, peak to peak [mrad]", "lowest [mrad]", "highest [mrad]", "Torque, rms [N·m]", "peak [N·m]"]
     assert table == ("The variants", heads, [["a", "4.00", "−4.00", "2.00", "2.00", "5.00"]])
     for other in (result(looped("a", 4e-3, is_open=True), looped("b", 1.0)), result()):
-        assert variant_table(other).caption == "The variants of the loop"
+        assert loops_module.variant_table(other).caption == "The variants of the loop"
 
 
 def test_errors_are_listed_by_direction_of_the_reference():
-    table = direction_table(result(looped("a", 8e-6), looped("b", 1e-9, status=Status.NOT_FINITE)))
+    table = loops_module.direction_table(result(looped("a", 8e-6), looped("b", 1e-9, status=Status.NOT_FINITE)))
     assert table.heads == ["Variant", "Direction", "Mean [µm]", "rms [µm]", "Peak to peak [µm]"]
     assert table.rows == [["a", "forward", "0.10", "2.00", "4.00"], ["a", "backward", "−0.10", "1.00", "2.00"]]
 
 
 def test_parts_of_a_loop_have_their_values():
     law = controllers.cascade(k_p=80.0, k_v=4000.0)
-    table = component_table("parts", [("Controller", law), ("Friction", friction.coulomb(F_C=8.0)), ("Fed forward", None)])
+    table = loops_module.component_table("parts", [("Controller", law), ("Friction", friction.coulomb(F_C=8.0)), ("Fed forward", None)])
     (*controller, values), *rest = table.rows
     assert (table.caption, table.heads, controller) == ("parts", ("Part", "Model", "Parameters"), ["Controller", "cascade"])
     assert values.startswith("k_p = 80 1/s, k_v = 4000 N·s/m")
@@ -283,21 +267,23 @@ def test_parts_of_a_loop_have_their_values():
 def test_list_of_numbers_is_reported_by_size_and_range():
     model = Some(values={"K_i": np.array([1e6, 3e6]), "shape": "round"}, name="m", kind="translational")
     model.component = Some(variables=dict.fromkeys(model.values, Some(unit=lambda kind: "N/m")))
-    ((_, _, text),) = component_table("parts", [("Friction", model)]).rows
+    ((_, _, text),) = loops_module.component_table("parts", [("Friction", model)]).rows
     assert text == f"K_i = 2 values, {number(1e6)} to {number(3e6)} N/m, shape = round"
 
 
 def test_open_loop_has_no_controller():
-    closed = [row[0] for row in parts_table(loop()).rows]
+    closed = [row[0] for row in loops_module.parts_table(loop()).rows]
     assert closed == ["Plant", "Friction", "Controller", "Sensor", "Reference", "Friction feedforward"]
-    table = parts_table(Some(**{name: getattr(loop(), name) for name in ("name", "plant", "friction", "sensor")}, effort=Some()))
+    table = loops_module.parts_table(
+        Some(**{name: getattr(loop(), name) for name in ("name", "plant", "friction", "sensor")}, effort=Some())
+    )
     assert (table.caption, [row[0] for row in table.rows]) == ("The parts of " + loop().name, ["Plant", "Friction", "Sensor"])
 
 
 def test_run_settings_have_units():
     run = Some(duration=1.25, settle=0.5, sample_time=1e-3, tolerance=0.0, substeps=4, delay=2, effort_limit=math.inf)
     variant = Some(name="a", run=run, plant=Some(kind="translational"), feedforward=Some(mass=20.0, gain=0.5))
-    table = run_table([variant])
+    table = loops_module.run_table([variant])
     assert dict(zip(table.heads, table.rows[0], strict=True)) == {
         "Variant": "a",
         "Duration": "1.25 s",
@@ -310,11 +296,14 @@ def test_run_settings_have_units():
         "Factor on friction feedforward": "0.5",
     }
     run.tolerance = 1e-9
-    assert dict(zip(table.heads, run_table([variant]).rows[0], strict=True))["Steps in a sample"] == "adaptive, to within 1 nm of position"
+    assert (
+        dict(zip(table.heads, loops_module.run_table([variant]).rows[0], strict=True))["Steps in a sample"]
+        == "adaptive, to within 1 nm of position"
+    )
 
 
 def lines(**changes):
-    return [line.replace("\u00a0", " ") for line in law_lines(loop(**changes))]
+    return [line.replace("\u00a0", " ") for line in loops_module.law_lines(loop(**changes))]
 
 
 def test_gains_are_listed_with_feedforward_of_friction_and_mass():

@@ -6,16 +6,22 @@ import pytest
 from starlette.testclient import TestClient
 from tests.lab.browser import shown  # noqa: F401
 from tests.serve.mouse import person_at  # noqa: F401
-from tests.serve.yard import TOKEN
+from tests.serve.yard import PORT, TOKEN, served
 
 from bristle.server.application import application
+from bristle.server.limits import Limits
 
-PORT = 8765
+
+@pytest.fixture(scope="module")
+def server(request):
+    """A server within the limits of a file."""
+    with served(getattr(request.module, "LIMITS", Limits())) as server:
+        yield server
 
 
 @pytest.fixture
 def app(tmp_path, request):
-    return application(tmp_path, TOKEN, PORT, request.module.LIMITS)
+    return application(tmp_path, TOKEN, PORT, getattr(request.module, "LIMITS", Limits()))
 
 
 @pytest.fixture

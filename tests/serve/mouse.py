@@ -4,6 +4,7 @@ import json
 import time
 
 import pytest
+from tests.lab.browser import awaited
 
 PLACE = """
 (() => {
@@ -82,10 +83,8 @@ class Person:
     def loads(self, selector, name):
         """Click, and return the file that is downloaded."""
         self.clicks(selector)
-        file, until = self.downloads / name, time.monotonic() + 30
-        while not file.exists():
-            assert time.monotonic() < until, sorted(self.downloads.iterdir())
-            time.sleep(0.05)
+        file = self.downloads / name
+        awaited(file.exists, 30.0, self.downloads)
         time.sleep(0.2)
         return file
 

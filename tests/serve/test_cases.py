@@ -13,10 +13,8 @@ import pytest
 from starlette.requests import ClientDisconnect
 
 from bristle.core.errors import InputError
-from bristle.server import tasks, worker
+from bristle.server import Limits, tasks, worker
 from bristle.server.cases import Case, Cases, Job, Part, RefusedRequestError, StoredFile, _last_of, announced_by, json_of, label_of, stored
-from bristle.server.limits import Limits
-from bristle.server.worker import Interruption, main
 
 
 @pytest.fixture
@@ -295,13 +293,6 @@ def test_a_refusal_has_a_status_and_the_words_of_an_input_error():
     assert (refused.status, str(refused)) == (413, "file: is too large; allowed up to 1 kB")
 
 
-@pytest.mark.parametrize(
-    ("name", "label"), [("x" * 300 + ".csv", "x" * 97 + "....csv"), ("log." + "y" * 30, "log." + "y" * 10), ("a%20b.csv", "a b.csv")]
-)
-def test_a_label_is_short_and_keeps_its_ending(name, label):
-    assert label_of(name) == label
-
-
 # --- bodies of requests ---------------------------------------------------------------------------------------------
 
 
@@ -358,8 +349,20 @@ def test_a_message_is_a_json_object(text):
     assert refused.value.status == 400
 
 
-def test_a_head_that_is_silent_on_the_size_states_none():
-    assert (announced_by(Request()), announced_by(Request(size=7))) == (0, 7)
+@pytest.mark.parametrize(
+    ("told", "given", "result"),
+    [
+        # A label is short and keeps its ending.
+        (label_of, "x" * 300 + ".csv", "x" * 97 + "....csv"),
+        (label_of, "log." + "y" * 30, "log." + "y" * 10),
+        (label_of, "a%20b.csv", "a b.csv"),
+        # A head that is silent on the size states none.
+        (announced_by, Request(), 0),
+        (announced_by, Request(size=7), 7),
+    ],
+)
+def test_a_request_announces_its_label_and_its_size(told, given, result):
+    assert told(given) == result
 
 
 # --- What the process of a job says and does, run here with a standard input, an output and limits of its own
@@ -390,7 +393,7 @@ def process(monkeypatch, tmp_path):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(json.dumps(request) + "\ncancel\n"))
         monkeypatch.setattr(tasks, "TASKS", {"look": task})
         with pytest.raises((SystemExit, ValueError)) as ended:
-            main()
+            worker.main()
         return getattr(ended.value, "code", None), [json.loads(line) for line in output.seen.splitlines()], done
 
     done, output = [], Output()
@@ -455,7 +458,7 @@ def orders(monkeypatch):
 
     def interruption(text):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(text))
-        return Interruption()
+        return worker.Interruption()
 
     interrupted, ended = [], []
     monkeypatch.setattr("_thread.interrupt_main", lambda: interrupted.append(True))
@@ -521,7 +524,7 @@ def test_a_run_on_a_machine_outlives_its_server_until_the_machine_is_restored(mo
     monkeypatch.setattr(worker.os, "_exit", ended.append)
     for restores, codes in ((True, []), (False, [1])):
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(""))
-        interruption = Interruption(restores=restores)
+        interruption = worker.Interruption(restores=restores)
         for thread in threading.enumerate():
             if thread is not threading.main_thread() and thread.daemon:
                 thread.join(2.0)

@@ -11,14 +11,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bristle.core.content import Content
-from bristle.core.errors import InputError
-from bristle.files import NOTE, read_axis
-from bristle.files.axis_form import edited, form_of
-from bristle.files.summary import plain
+import bristle
+from bristle.core import Content, InputError
+from bristle.files import NOTE, edited, form_of, plain, read_axis
+from bristle.report.table import Table
 from bristle.server import loop, tasks
 from bristle.server.errand import BUCKETS, Errand, LabelledLog, as_table, thinned, zipped
-from bristle.server.tasks import look
 
 
 def errand_of(tmp_path, **changed):
@@ -120,7 +118,7 @@ def looked(tmp_path):
 
     def looked(text, **edits):
         errand = Errand(tmp_path, (log,), text, "axis.toml", {"edits": edits}, 2**20, None, lambda *_: None, nullcontext)
-        facts, data = look(errand)
+        facts, data = tasks.look(errand)
         return facts, json.loads(json.dumps(plain(data), allow_nan=False))
 
     return looked
@@ -345,8 +343,6 @@ def test_a_complete_axis_file_shows_channels_in_si(errand):
 
 
 def test_each_held_out_log_is_predicted(errand, monkeypatch):
-    import bristle
-
     class Prediction:
         effort = effort_predicted = time = np.arange(3.0)
         metrics, inside_percent = {"force_error_percent": 4.5}, 93.0
@@ -367,8 +363,6 @@ def test_each_held_out_log_is_predicted(errand, monkeypatch):
 
 
 def test_a_table_marks_columns_of_numbers():
-    from bristle.report.table import Table
-
     data = as_table(Table("T", ("Name", "Value", "Empty"), [("a", "1.5", ""), ("b", "2", "")]))
     assert (list(data["heads"]), data["numbers"]) == (["Name", "Value"], [False, True])
 
@@ -445,8 +439,6 @@ def test_a_motion_is_designed_for_its_duration(errand, monkeypatch):
 
 @pytest.mark.parametrize("level", ["usable", "with_care", "measure_again"])
 def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
-    from bristle.report.table import Table
-
     parameters = Table("Parameters", ("A",), [("1",)])
     monkeypatch.setattr("bristle.report.model_tables.parameter_table", lambda fit, axis: parameters)
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
@@ -465,8 +457,6 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
 
 
 def test_progress_of_an_identification_never_decreases_or_passes_the_end(errand, monkeypatch):
-    import bristle
-
     def stage(progress):
         for share in (0.0, 0.5, 1.0):
             progress(share, "work")

@@ -7,20 +7,18 @@ from types import SimpleNamespace as Some
 
 import pytest
 from starlette.testclient import TestClient
-from tests.serve.yard import TOKEN
+from tests.serve.yard import PORT, TOKEN
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from bristle.server import gate, limits
 from bristle.server.application import application, protocol_with_limits
-from bristle.server.gate import HAS_TOKEN
-from bristle.server.limits import Limits
 
-PORT = 8765
 OWN = {"x-bristle-token": TOKEN}
 
 
 @pytest.fixture(scope="module")
 def app(tmp_path_factory):
-    return application(tmp_path_factory.mktemp("lab"), TOKEN, PORT, Limits())
+    return application(tmp_path_factory.mktemp("lab"), TOKEN, PORT, limits.Limits())
 
 
 @pytest.fixture
@@ -114,7 +112,7 @@ def test_every_answer_has_security_headers(client):
 # --- How long a connection is waited for, and which one makes room where there are too many, by a clock that a test turns
 
 
-PROTOCOL = protocol_with_limits(Limits(strangers=2, stranger_seconds=4.0, silence_seconds=20.0))
+PROTOCOL = protocol_with_limits(limits.Limits(strangers=2, stranger_seconds=4.0, silence_seconds=20.0))
 
 
 @pytest.fixture
@@ -128,7 +126,7 @@ def connected(monkeypatch):
         call_later = lambda seconds, call: protocol.later.append((call.__name__, seconds)) or timer  # noqa: E731
         protocol.loop = Some(time=lambda: protocol.now, call_later=call_later)
         protocol.transport = Some(is_closing=lambda: "closing" in protocol.done, abort=lambda: protocol.done.append("aborted"))
-        protocol.scope = None if token is None else {"state": {HAS_TOKEN: True} if token else {}}
+        protocol.scope = None if token is None else {"state": {gate.HAS_TOKEN: True} if token else {}}
         protocol.cycle, protocol.connections = None, set() if connections is None else connections
         protocol.connections.add(protocol)
         protocol.connection_made(protocol.transport)

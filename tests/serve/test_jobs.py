@@ -9,13 +9,13 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from tests.lab.browser import awaited
 from tests.serve.yard import begun, ended, put, served, settled, worker_that
 
-from bristle.server.cases import Job, Part
-from bristle.server.limits import Limits
+from bristle.server import cases, limits
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-LIMITS = Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
+LIMITS = limits.Limits(job_seconds=6.0, grace_seconds=3.0, job_memory=2**30, jobs=2)
 SLEEPS = "while True: time.sleep(0.02)"
 KEEPS_THE_BEST = """
 try:
@@ -25,12 +25,6 @@ try:
 except KeyboardInterrupt:
     return {"unfinished": "stopped early"}, {}
 """
-
-
-@pytest.fixture(scope="module")
-def server():
-    with served(LIMITS) as server:
-        yield server
 
 
 @pytest.fixture
@@ -61,9 +55,7 @@ def started(server, client, case, task="identify"):
     """Start a job and return its process once that runs."""
     assert client.post(f"{case}/jobs", json={"task": task}).status_code == 202
     job = opened_in(server, case).job
-    while job._process is None:
-        time.sleep(0.01)
-    return job._process
+    return awaited(lambda: job._process)
 
 
 def is_gone(process):
@@ -89,8 +81,7 @@ def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case
 def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
     work(KEEPS_THE_BEST)
     started(server, client, case)
-    while client.get(case).json()["job"]["share"] < 0.5:
-        time.sleep(0.02)
+    awaited(lambda: client.get(case).json()["job"]["share"] >= 0.5)
     assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
     state = settled(client, case)
     assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == ("done", "stopped early")
@@ -144,9 +135,7 @@ def test_a_worker_ends_with_its_server(work):
         case = begun(client)
         work(SLEEPS)
         process = started(server, client, case)
-    until = time.monotonic() + 10
-    while process.returncode is None and time.monotonic() < until:
-        time.sleep(0.02)
+    awaited(lambda: process.returncode is not None, 10.0)
     assert is_gone(process)
 
 
@@ -158,7 +147,7 @@ assert sys.stdin.readline() == "cancel\\n"
 print(json.dumps({"facts": {"best": "until then"}}))
 """
     monkeypatch.setattr("bristle.server.cases.CODE", code)
-    job = Job("identify", Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
+    job = cases.Job("identify", limits.Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
     assert asyncio.run(job.run({}))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)
 
@@ -178,11 +167,9 @@ def moving(server, client, case):
     """Start a run on a machine, and return its process and the file that shows its restored machine."""
     opened = opened_in(server, case)
     opened.machine = SimpleNamespace(file="machine.toml", folder="tuned", names={})
-    opened.keep("planned", Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
+    opened.keep("planned", cases.Part(1, opened.folder / "job", {}, opened.inputs_of("planned")))
     process = started(server, client, case, "tune")
-    while (job := client.get(case).json()["job"])["share"] < 0.5:
-        assert job["state"] == "runs", job
-        time.sleep(0.02)
+    awaited(lambda: client.get(case).json()["job"]["share"] >= 0.5)
     return process, opened.folder.parent.parent / "restored"
 
 
@@ -212,7 +199,7 @@ def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(tempora
 
 def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work):
     work(RESTORES)
-    job, folder = Job("tune", LIMITS), temporary / "a" / "b" / "c"
+    job, folder = cases.Job("tune", LIMITS), temporary / "a" / "b" / "c"
     folder.mkdir(parents=True)
 
     async def scenario():
@@ -229,9 +216,9 @@ def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work
 
 def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):
     work("return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}")
-    job = Job("tune", LIMITS)
+    job = cases.Job("tune", LIMITS)
     job.kill()
     request = {"folder": str(temporary), "memory": 2**33, "logs": [], "options": {}}
     assert asyncio.run(job.run(request))
     assert job.facts == {"was_cancelled": True}
-    assert Job("tune", LIMITS)._limits.job_seconds > 3600.0
+    assert cases.Job("tune", LIMITS)._limits.job_seconds > 3600.0

@@ -11,14 +11,11 @@ import pytest
 from markupsafe import Markup
 from tests.cli.conftest import EXPERIMENT
 
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
+from bristle.core import Diagnostic, InputError
 from bristle.files import read_axis, read_experiment
 from bristle.report import page
-from bristle.server import loop
-from bristle.server.cases import Case, Part
+from bristle.server import cases, loop, tasks
 from bristle.server.errand import Errand, LabelledLog
-from bristle.server.tasks import export, identify
 from bristle.simulation import simulate
 
 AXIS = (
@@ -56,7 +53,7 @@ def identified(recorded, tmp_path_factory):
     log = LabelledLog(recorded[0], "log.csv", "fit")
     options = {"models": "coulomb_viscous", "draws": 0}
     errand = Errand(folder, (log,), AXIS, "axis.toml", options, 2**24, None, lambda *_: None, nullcontext)
-    _, data = identify(errand)
+    _, data = tasks.identify(errand)
     return replace(errand, results=folder / "results", options={}), data
 
 
@@ -93,7 +90,7 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
 
 
 def test_an_export_simulates_the_loop_of_the_controller(identified, compensated):
-    exported = export(replace(identified[0], axis_text=compensated[0]["axis_text"]))[1]
+    exported = tasks.export(replace(identified[0], axis_text=compensated[0]["axis_text"]))[1]
     assert not [note for note in exported["notes"] if "did not simulate" in note]
 
 
@@ -107,7 +104,7 @@ def test_the_archive_is_that_of_an_identification_with_this_controller(compensat
     facts, data = compensated
     errand, archive = identified[0], archived(identified[0].folder)
     again = replace(errand, folder=tmp_path, axis_text=facts["axis_text"], options={"models": "coulomb_viscous", "draws": 0}, results=None)
-    assert identify(again)[1] == data
+    assert tasks.identify(again)[1] == data
     assert archived(tmp_path) == archive
 
 
@@ -161,9 +158,9 @@ def test_a_log_without_a_reference_has_no_loop():
 
 
 def test_another_controller_leaves_the_model_valid(tmp_path):
-    case = Case("one", tmp_path)
+    case = cases.Case("one", tmp_path)
     for name in ("identified", "compensated"):
-        case.keep(name, Part(1, tmp_path, {}, case.inputs_of(name)))
+        case.keep(name, cases.Part(1, tmp_path, {}, case.inputs_of(name)))
     case.changed("loop")
     assert (case.is_old("identified"), case.is_old("compensated")) == (False, True)
 

@@ -2,33 +2,23 @@
 
 import base64
 import hashlib
-import os
 import re
-import shutil
 import stat
-import time
 from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
-from tests.lab.browser import browser
-from tests.serve.yard import TOKEN, lab_process, served
+from tests.lab.browser import awaited, browser
+from tests.serve.yard import PORT, TOKEN, lab_process, served
 
 from bristle.server import gate
-from bristle.server.application import application
 
-PORT = 8765
 ELSEWHERE = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
 """What Chromium sends as it is led on by a file."""
 BROWSER = """#!/bin/sh
 printf '%s\\n' "$@" > {told}.new && mv {told}.new {told}
 while [ ! -e {told}.seen ]; do sleep 0.05; done
 """
-
-
-@pytest.fixture
-def app(tmp_path):
-    return application(tmp_path, TOKEN, PORT)
 
 
 @pytest.fixture
@@ -113,10 +103,7 @@ def test_no_process_has_the_token_in_its_arguments(tmp_path):
     script.write_text(BROWSER.format(told=message))
     script.chmod(0o700)
     with lab_process(tmp_path / "temporary", BROWSER=str(script)) as (process, _, token):
-        until = time.monotonic() + 20.0
-        while not message.exists():
-            assert time.monotonic() < until
-            time.sleep(0.02)
+        awaited(message.exists, 20.0)
         arguments = {place.name: read(place / "cmdline") for place in Path("/proc").iterdir() if place.name.isdigit()}
         (values,) = message.read_text().splitlines()
         assert [number for number, text in arguments.items() if token in text] == []
@@ -139,7 +126,6 @@ def read(place):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None or os.name != "posix", reason="needs chromium, and pipes of POSIX")
 def test_chromium_comes_from_the_file_to_the_lab_and_may_load_it_again(tmp_path):
     with served() as server, browser(tmp_path / "profile") as tab:
         file = server.opening.offer()

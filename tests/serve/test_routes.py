@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from tests.serve.yard import TOKEN, begun, put, served
 
-from bristle.server import routes
-from bristle.server.cases import Job, Part
-from bristle.server.limits import Limits
+from bristle.server import Limits, cases, routes
 
 LIMITS = Limits(file_size=1000, total_size=2500, body_size=500, files=4, cases=3, jobs=2)
 
@@ -34,11 +32,11 @@ def left(opened, name, facts=None, **files):
         place = folder / file.replace("__", "/").replace("_", ".")
         place.parent.mkdir(exist_ok=True)
         place.write_text(text)
-    opened.keep(name, Part(opened.number(), folder, facts or {}, opened.inputs_of(name)))
+    opened.keep(name, cases.Part(opened.number(), folder, facts or {}, opened.inputs_of(name)))
 
 
 def running(state="runs"):
-    job = Job("identify", LIMITS)
+    job = cases.Job("identify", LIMITS)
     job.state = state
     return job
 
@@ -176,18 +174,24 @@ def test_only_a_job_that_runs_is_cancelled(client, case, opened):
     opened.job = None
 
 
-def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monkeypatch):
-    put(client, case, b"1", "a.csv")
-    put(client, case, b"2", "b.csv", "held_out")
-    put(client, case, b"schema = 1\n", "stage.toml", "axis")
+def jobs_that_end(monkeypatch, state="done", **facts):
+    """Let jobs end in this state with these facts, and return what they are asked for."""
     requested = []
 
     async def run(job, request):
         requested.append((job.task, request))
-        job.facts, job.state = {"word": job.task}, "done"
-        return True
+        job.facts, job.state = facts or {"word": job.task}, state
+        return state == "done"
 
-    monkeypatch.setattr(Job, "run", run)
+    monkeypatch.setattr(cases.Job, "run", run)
+    return requested
+
+
+def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monkeypatch):
+    put(client, case, b"1", "a.csv")
+    put(client, case, b"2", "b.csv", "held_out")
+    put(client, case, b"schema = 1\n", "stage.toml", "axis")
+    requested = jobs_that_end(monkeypatch)
     client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}})
     parts = client.get(case).json()["parts"]
     assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
@@ -203,11 +207,7 @@ def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monke
 
 
 def test_a_failing_job_stores_no_result(client, case, opened, monkeypatch):
-    async def run(job, request):
-        job.state = "failed"
-        return False
-
-    monkeypatch.setattr(Job, "run", run)
+    jobs_that_end(monkeypatch, "failed")
     client.post(f"{case}/jobs", json={"task": "look"})
     assert client.get(case).json()["parts"] == {}
     assert list(opened.folder.iterdir()) == []
@@ -215,12 +215,7 @@ def test_a_failing_job_stores_no_result(client, case, opened, monkeypatch):
 
 def test_an_axis_that_a_job_changes_makes_other_parts_old(client, case, opened, monkeypatch):
     left(opened, "identified")
-
-    async def run(job, request):
-        job.facts, job.state = {"axis_text": "schema = 1\nname = 'x'\n", "ready": True}, "done"
-        return True
-
-    monkeypatch.setattr(Job, "run", run)
+    jobs_that_end(monkeypatch, axis_text="schema = 1\nname = 'x'\n", ready=True)
     client.post(f"{case}/jobs", json={"task": "look"})
     state = client.get(case).json()
     assert (state["axis"]["text"], state["parts"]["looked"]["ready"]) == ("schema = 1\nname = 'x'\n", True)

@@ -5,16 +5,15 @@ import re
 import shutil
 import signal
 import socket
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from tests.lab.browser import awaited
 from tests.serve.yard import begun, lab_process, put
 
 from bristle.core.errors import InputError
-from bristle.server import run
-from bristle.server.limits import Limits
+from bristle.server import Limits, run
 from bristle.server.run import NOTE, PREFIX, listening_on, own_folder, serve, server_of
 
 
@@ -107,8 +106,7 @@ def test_a_signal_ends_it_in_good_order_with_its_job_and_its_folder(temporary, n
         case = begun(client)
         put(client, case, b"time,position\n0,1\n")
         assert client.post(f"{case}/jobs", json={"task": "look"}).status_code == 202
-        while not (workers := children_of(process.pid)):
-            time.sleep(0.01)
+        workers = awaited(lambda: children_of(process.pid))
         (folder,) = temporary.iterdir()
         assert [file.read_bytes() for file in folder.glob("*/file-1")] == [b"time,position\n0,1\n"]
         process.send_signal(number)

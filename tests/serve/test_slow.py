@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from http.client import HTTPResponse
 
 import pytest
+from tests.lab.browser import awaited
 from tests.serve.yard import TOKEN, begun, served
 
 from bristle.server.limits import Limits
@@ -14,11 +15,7 @@ SILENCE = 0.4
 HEAD = "{method} {path} HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\nx-bristle-token: {token}\r\n"
 
 
-@pytest.fixture(scope="module")
-def server():
-    limits = Limits(silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**26)
-    with served(limits) as server:
-        yield server
+LIMITS = Limits(silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**26)
 
 
 def head(server, method, path, *lines):
@@ -141,25 +138,18 @@ def longest_wait(patient, requests, pause=0.0):
     return max(waits)
 
 
-def waits(holds, seconds=60.0):
-    until = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < until
-        time.sleep(0.02)
-
-
 def test_the_owner_is_answered_while_strangers_occupy_all_connections(patient):
     with strangers(patient, 40) as rest, patient.client() as client:
         assert longest_wait(patient, 8, pause=0.05) < 60.0
         assert client.get("/").status_code == 200  # the page itself is asked for without a token
-        waits(lambda: sum(map(closed, rest)) >= 36)
+        awaited(lambda: sum(map(closed, rest)) >= 36)
 
 
 @pytest.mark.parametrize(("count", "dropped"), [(3, 0), (6, 2)])
 def test_only_the_latest_strangers_stay_up_to_the_limit(patient, count, dropped):
     with strangers(patient, count) as rest:
         time.sleep(0.3)
-        waits(lambda: list(map(closed, rest)) == [True] * dropped + [False] * (count - dropped))
+        awaited(lambda: list(map(closed, rest)) == [True] * dropped + [False] * (count - dropped))
 
 
 def status_of(connection):
@@ -189,7 +179,7 @@ def test_a_connection_that_had_the_token_is_not_dropped_for_a_stranger(patient):
     kept = patient.raw(f"GET {case} HTTP/1.1\r\n{head}\r\n".encode())
     assert status_of(kept) == 200
     sends = patient.raw(f"PUT {case}/files HTTP/1.1\r\n{head}content-length: 6\r\n\r\nabc".encode())
-    waits(lambda: patient.cases.receiving)
+    awaited(lambda: patient.cases.receiving)
     with kept, sends, strangers(patient, 20):
         for _ in range(2):
             longest_wait(patient, 1)

@@ -1,23 +1,23 @@
 """A server of the lab in this process, what speaks to it, and workers that do what a test wants."""
 
-import json
 import os
 import socket
 import subprocess
 import sys
 import threading
-import time
 from contextlib import contextmanager
 from dataclasses import dataclass
 from urllib.parse import quote
 
 import httpx2 as httpx
+from tests.lab.browser import awaited
 
 from bristle.server.application import application
 from bristle.server.limits import Limits
 from bristle.server.run import listening_on, own_folder, server_of
 
 TOKEN = "a-token-of-the-tests"
+PORT = 8765
 
 
 @dataclass
@@ -57,8 +57,7 @@ def served(limits=Limits(), keep_alive=5):  # noqa: B008  (it is frozen)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         try:
-            while not server.started:
-                time.sleep(0.01)
+            awaited(lambda: server.started)
             yield Served(port, app.state.cases, app.state.opening)
         finally:
             server.should_exit = True
@@ -84,13 +83,8 @@ def ended(client, case, task, seconds=120, **options):
 
 
 def settled(client, case, seconds=120):
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
-        state = client.get(case).json()
-        if state["job"]["state"] != "runs":
-            return state
-        time.sleep(0.05)
-    raise AssertionError(f"still {json.dumps(state['job'])}")
+    awaited(lambda: client.get(case).json()["job"]["state"] != "runs", seconds, case)
+    return client.get(case).json()
 
 
 @contextmanager
