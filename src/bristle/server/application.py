@@ -104,10 +104,14 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
 
         def on_response_complete(self) -> None:
             self._begun = self.loop.time()
+            self._had_token = self._has_token_now()
             super().on_response_complete()
 
         def _has_token(self) -> bool:
-            """Return whether the last request had the token."""
+            """Return whether the request or the answered request before it had the token: the gate has not judged a new one yet."""
+            return self._had_token or self._has_token_now()
+
+        def _has_token_now(self) -> bool:
             return self.scope is not None and HAS_TOKEN in self.scope.get("state", {})
 
         def _make_room(self) -> None:
@@ -130,5 +134,6 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             self._timer: asyncio.TimerHandle = self.loop.call_later(patience / 4.0, self._watch)
 
         _closing = False
+        _had_token = False
 
     return PatientProtocol
