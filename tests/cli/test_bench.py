@@ -1,6 +1,7 @@
-"""``bristle bench`` in this process: its exit codes, and what it says on failures and further results."""
+"""Commands on a machine and on competitors: ``bristle bench``, ``bristle tune``."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from bristle.bench.child import answered
 from bristle.bench.record import Data, Record
 from bristle.cli.main import main
 from bristle.core import Axis
+from bristle.tune.journal import Journal
 
 TIME = 1e-3 * np.arange(4000)
 AXIS = Axis(kind="translational", cutoff=40.0)
@@ -57,3 +59,13 @@ def test_a_run_without_a_possible_task_leaves_the_board(folder, capsys, monkeypa
     assert (folder / "out" / "score-board.json").read_text() == before
     assert set(json.loads(before)["scores"]["force"]["tasks"]["cogging"]) == {"right", "least_squares"}
     assert "no task can run with these competitors" in capsys.readouterr().err
+
+
+RIG = Path(__file__).parents[2] / "examples/tune/machine.toml"
+
+
+def test_a_machine_without_memory_is_refused_by_name(bristle, tmp_path, monkeypatch):
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "state"))
+    (tmp_path / "out").mkdir()
+    Journal(tmp_path / "out").write("verdict", "begun", file=str(RIG))
+    bristle("tune", "--save", str(tmp_path / "out"), code=1, said="the machine experiment has no non-volatile memory")

@@ -22,16 +22,16 @@ def test_the_error_of_a_table_on_the_log_of_the_model_is_reported(bristle, place
     line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0, "--out", "fit", "--json")
     assert bristle(*line).code == 0
     words = "along the log of the identification"
-    result = bristle("export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", "log.csv", "--out", "out", "--json")
-    assert result.code == 0
+    result = bristle(
+        "export", "fit", "--to", "table", "--points", "3", "--axis", "axis.toml", "--log", "log.csv", "--out", "out", "--json", code=0
+    )
     message = next(note for note in result.data["notes"] if "largest error" in note)
     assert float(message.partition(words)[2].split()[1]) < 1e-6  # a line on a line
 
 
 def test_an_operator_keeps_its_constant(bristle, place):
     write_operator("operator.toml", br.hysteresis.preisach(s=1e7, f_p=20.0), offset=1.5)
-    result = bristle("export", "operator.toml", "--to", "c", "--out", "as_c")
-    assert result.code == 0
+    bristle("export", "operator.toml", "--to", "c", "--out", "as_c", code=0)
     header = Path("as_c/axis_x.h").read_text()
     assert "axis_x_output(axis_x *axis, double x)" in header
     assert re.search(r"offset +1\.5 +N +constant added to the output of the operator", header)
@@ -40,27 +40,23 @@ def test_an_operator_keeps_its_constant(bristle, place):
 
 def test_the_law_of_a_variant_is_exported_as_c(bristle, place):
     line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "law")
-    result = bristle(*line, "--json")
-    assert result.code == 0
+    result = bristle(*line, "--json", code=0)
     assert result.data["model"] == "cascade of base"
     assert written_in("law") == {*result.data["files"], "summary.json"}
     header = Path("law/axis_x.h").read_text()
     assert "friction along the desired motion by coulomb_viscous" in header
     assert "experiment: experiment.toml" in header
-    bare = bristle("export", "--law", "experiment.toml", "--variant", "none", "--to", "c", "--out", "bare")
-    assert bare.code == 0
+    bristle("export", "--law", "experiment.toml", "--variant", "none", "--to", "c", "--out", "bare", code=0)
     assert "place_ahead" not in Path("bare/axis_x.h").read_text()
 
 
 def test_a_model_and_a_law_are_exported_as_structured_text(bristle, place):
-    law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json")
-    assert law.code == 0
+    law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json", code=0)
     assert law.data["files"][:3] == ["axis_x.st", "axis_x_selftest.st", "axis_x_plcopen.xml"]
     head = Path("law_st/axis_x.st").read_text().split("*)")[4]  # behind four lines on the rights
     assert "friction along the desired motion by coulomb_viscous" in head
     assert "place_ahead[0] to [" in head
-    single = bristle("export", "model.toml", "--to", "st", "--float32", "--tunable", "--out", "single")
-    assert single.code == 0
+    single = bristle("export", "model.toml", "--to", "st", "--float32", "--tunable", "--out", "single", code=0)
     assert "single precision" in single.out.replace("\n", " ")
     assert ": REAL := REAL#" in Path("single/axis_x.st").read_text()
 
@@ -70,8 +66,7 @@ def test_a_model_and_a_law_are_exported_as_structured_text(bristle, place):
 def test_the_law_of_a_variant_is_exported_as_an_fmu(bristle, place, monkeypatch, to):
     monkeypatch.setattr(fmu, "zig", list)
     monkeypatch.setattr(fmu, "compiler", lambda: None)
-    result = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json")
-    assert result.code == 0
+    result = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", to, "--out", "law", "--json", code=0)
     assert result.data["files"] == ["axis_x.fmu"]
     assert written_in("law") == {"axis_x.fmu", "summary.json"}
     assert any(note.startswith("the internal step is the sample time") for note in result.data["notes"])

@@ -1,0 +1,371 @@
+"""Commands in short: what each prints, writes and returns."""
+
+import json
+import math
+import re
+import shutil
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.cli.conftest import written_in
+from tests.comparison.machine import log, sine
+
+from bristle import friction
+from bristle.cli import models
+from bristle.files import provenance, read_axis
+from bristle.friction import MODELS
+from bristle.hysteresis import OPERATORS
+from bristle.logs import read_log
+from bristle.report import excitation as report
+from bristle.report.sentences import FORMER_CODES, SENTENCES
+
+# --- ``bristle models``: what there is -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
+def test_a_model_is_shown_by_name(bristle, name):
+    shown = bristle("models", name, code=0)
+    (item,) = bristle("models", name, "--json").data["models"]
+    assert item["name"] == name
+    assert all(parameter in shown.out for parameter in item["parameters"])
+
+
+def test_without_a_name_all_are_shown(bristle):
+    shown = bristle("models").out
+    assert all(name in shown for name in (*MODELS, "cascade", "+asymmetry"))
+
+
+def test_a_share_has_both_ends_of_its_range(bristle):
+    row = next(line for line in bristle("models", "preisach").out.splitlines() if line.split()[:1] == ["tolerance"])
+    assert "0 to 1" in row
+
+
+# --- one and all of them, as they are printed ------------------------------------------------------------------------
+
+
+@pytest.fixture
+def printed(monkeypatch):
+    """Paragraphs and tables in their order."""
+    parts = []
+    for name in ("say", "show_table"):
+        monkeypatch.setattr(models, name, parts.append)
+    monkeypatch.setattr(models, "say_laid_out", lambda lay_out: parts.append(lay_out(80)))
+    return parts
+
+
+def test_equations_come_first_and_then_parameters_conditions_and_source(printed):
+    component = friction.find("stribeck")
+    models._show_one(component)
+    equations, table, *rest = printed
+    assert equations == component.laid_out(80)
+    assert table.caption == f"{component.name}: {component.description}"
+    assert list(table.heads) == ["Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default"]
+    rows = {row[0]: row for row in table.rows}
+    assert list(rows) == list(component.variables)
+    assert list(rows["F_C"][2:4]) == ["N", "N·m"]
+    assert list(rows["v_S"][1:4]) == [component.variables["v_S"].description, "m/s", "rad/s"]
+    assert (rows["F_C"][5], rows["delta_S"][5]) == ("", "2")
+    assert rest == [
+        *(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}." for relation in component.relations),
+        *([f"Source: {component.reference}"] if component.reference else []),
+    ]
+    assert any(part.startswith("Needs ") for part in rest)
+
+
+# --- ``bristle explain``: the meaning of each code -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("code", ["one_direction", "structure", "delay_found"])
+def test_a_code_has_its_meaning_and_advice(bristle, code):
+    ended = bristle("explain", code)
+    text = " ".join(ended.out.split()).lower()
+    assert ended.code == 0
+    assert SENTENCES[code].means.lower() in text
+    advice = SENTENCES[code].advice.lower()
+    assert ("no action needed" if advice == "nothing" else advice) in text
+
+
+def test_all_codes_are_listed_and_the_json_has_the_names_of_numbers(bristle):
+    listed = bristle("explain").out
+    assert all(code in listed for code in SENTENCES)
+    data = bristle("explain", "one_direction", "--json").data
+    assert data["codes"]["one_direction"]["numbers"] == ["direction", "percent", "names"]
+
+
+@pytest.mark.parametrize("code", FORMER_CODES)
+def test_a_code_of_the_last_release_names_its_successor(bristle, code):
+    successor = FORMER_CODES[code]
+    assert code not in SENTENCES
+    assert not successor or successor in SENTENCES
+    bristle("explain", code, code=0, said=f"Its successor is {successor}" if successor else "has no successor")
+
+
+# --- ``bristle excite``: from an axis file to a motion, and to what its log would tell -------------------------------
+
+
+STAGE = """
+schema = 1
+name = "stage"
+kind = "translational"
+
+[columns]
+time = { column = "t", unit = "s" }
+position = { column = "q", unit = "um" }
+effort = { column = "u", unit = "N" }
+
+[effort]
+limit = "700 N"
+
+[plant]
+mass = "28 kg"
+presliding = "7 um"
+
+[encoder]
+resolution = "0.05 um"
+
+[timing]
+sample_time = "2 ms"
+
+[limits]
+velocity = "100 mm/s"
+acceleration = "2 m/s^2"
+stroke = ["-50 mm", "50 mm"]
+"""
+
+
+@pytest.fixture
+def stage(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("axis.toml").write_text(STAGE)
+    return tmp_path
+
+
+@pytest.fixture
+def stage_undrawn(stage, undrawn):
+    return stage
+
+
+@pytest.mark.slow
+def test_a_motion_is_written_with_the_intervals_that_its_log_would_give(bristle, stage):
+    result = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json", code=0)
+    assert written_in(stage / "motion") == {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html"}
+    table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
+    assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")
+    assert np.abs(table[:, 1]).max() <= 50_000.0
+    assert table[-1, 0] == pytest.approx(result.data["motion"]["duration"], abs=0.003)
+    assert result.data["parameters"]["F_C"]["status"] == "identified"
+    assert abs(result.data["parameters"]["F_C"]["error_percent"]) < 10.0
+    assert result.data["identify"].split()[:4] == ["bristle", "identify", "LOG", "--axis"]
+    assert [item["purpose"] for item in result.data["pieces"]] == ["stribeck"] * 10
+    bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", code=2, said="--force")
+    bristle(
+        "excite",
+        "axis.toml",
+        "--out",
+        "motion",
+        "--duration",
+        "16 s",
+        "--for",
+        "stribeck",
+        "--force",
+        "--format",
+        "svg",
+        code=0,
+        shown=("constant velocity", "Verdict: Run it"),
+    )
+    assert {item.name for item in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
+
+
+@pytest.fixture
+def stage_log(stage_undrawn):
+    """A log of the axis: a swing with the inertia of its mass and with Coulomb friction of 50 N."""
+    time = 2e-3 * np.arange(2000)
+    phase = 2.0 * np.pi * time
+    effort = -28.0 * 0.02 * (2.0 * np.pi) ** 2 * np.sin(phase) + 50.0 * np.tanh(200.0 * np.cos(phase))
+    columns = np.column_stack([time, 1e6 * 0.02 * np.sin(phase), effort])
+    np.savetxt("log.csv", columns, delimiter=",", header="t,q,u", comments="")
+    return stage_undrawn / "log.csv"
+
+
+@pytest.mark.slow
+def test_a_log_gives_the_friction_of_the_rehearsal(bristle, stage_log, monkeypatch):
+    monkeypatch.setattr(report, "excite", partial(report.excite, draws=0))
+    measured = bristle("excite", "axis.toml", "--log", "log.csv", "--duration", "10 s", "--for", "stribeck", "--json", code=0)
+    assert measured.data["assumed"] == []
+    assert measured.data["model"] == "dahl"
+    assert measured.data["parameters"]["F_C"]["put_in"] == pytest.approx(50.0, rel=0.1)
+    assert measured.data["provenance"]["log"] == "log.csv"
+
+
+# --- ``bristle design``: margins, budget and gains from an experiment file -------------------------------------------
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_results_are_a_report_and_numbers(bristle, place):
+    bristle(
+        "design",
+        "experiment.toml",
+        "--variant",
+        "none",
+        "--bandwidth",
+        "10 Hz",
+        "--out",
+        "design",
+        code=0,
+        shown=("Poles and margins of the sampled loop", "none: the sampled loop is stable"),
+    )
+    assert written_in("design") == {"summary.json", "report.html"}
+    assert json.loads(Path("design/summary.json").read_text())["variant"] == "none"
+    proposed = json.loads(Path("design/summary.json").read_text())["proposals"]["tuned"]
+    assert proposed["bandwidth"] == pytest.approx(20.0 * math.pi)
+    assert proposed["parameters"]["k_p"] == pytest.approx(5.0 * math.pi)
+    page = Path("design/report.html").read_text()
+    for name in ("margins", "circles"):
+        assert f'<figure id="figure-{name}">' in page
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.slow
+def test_an_unstable_loop_exits_with_1_its_pole_and_stable_gains(bristle, place):
+    text = Path("experiment.toml").read_text()
+    Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 12"))
+    ended = bristle("design", "experiment.toml", "--json", "--out", "design", code=1)
+    assert ended.data["stable"] is False
+    assert "the sampled loop has a pole at" in ended.data["loops"]["base"]["sentence"]
+    assert "samples of delay" in ended.data["loops"]["base"]["sentence"]
+    assert ended.data["budget"] is None
+    assert ended.data["proposals"]["tuned"]["following_error"]["peak_to_peak"] > 0.0
+    assert (Path("design") / "report.html").is_file()
+
+
+# --- ``bristle compare``: before and after ---------------------------------------------------------------------------
+
+
+QUIET = ("compare", "before.csv", "after.csv", "--axis", "axis.toml")
+
+
+def write(name, recorded, columns=("time", "position", "reference", "effort")):
+    signals = np.column_stack([getattr(recorded, column).values for column in columns])
+    heads = {"time": "t", "position": "q", "reference": "r", "effort": "u"}
+    np.savetxt(name, signals, delimiter=",", header=",".join(heads[column] for column in columns), comments="", fmt="%.9g")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Logs from before a change and after it."""
+    folder = tmp_path_factory.mktemp("recorded")
+    write(folder / "before.csv", log(1, sine(9)))
+    write(folder / "after.csv", log(2, sine(9), gain=0.7, friction=7.0))
+    return folder
+
+
+@pytest.fixture
+def logs(place, recorded):
+    axis = Path("axis.toml").read_text()
+    Path("axis.toml").write_text(axis.replace('"100 Hz"', '"25 Hz"').replace('"0.1 um"', '"1 nm"'))
+    shutil.copytree(recorded, place, dirs_exist_ok=True)
+    return place
+
+
+def test_the_answer_is_printed_first_and_yes_exits_with_0(bristle, logs):
+    result = bristle(*QUIET, code=0, shown=("Friction level", "bristle compared 8 cycles before and 8 after"))
+    assert result.out.startswith("It helped: the following error is lower.")
+
+
+def test_no_help_is_the_exit_code_of_no(bristle, logs):
+    write("again.csv", log(3, sine(9)))
+    bristle("compare", "before.csv", "again.csv", "--axis", "axis.toml", code=1, shown="do not show")
+
+
+def test_results_in_a_folder(bristle, logs, undrawn):
+    bristle(*QUIET, "--out", "compared", code=0)
+    assert written_in("compared") == {"summary.json", "report.html"}
+    page = Path("compared/report.html").read_text()
+    assert "bristle compare before.csv after.csv --axis axis.toml" in page
+    assert "bench: before and after" in page
+
+
+def test_further_logs_of_a_side(bristle, logs):
+    write("more.csv", log(5, sine(5)))
+    result = bristle(*QUIET, "--before", "more.csv", "--json")
+    assert [item["name"] for item in result.data["logs"]["before"]] == ["before.csv", "more.csv"]
+    assert result.data["shared"]["cycles_before"] == 12
+    assert result.data["provenance"]["before_2"] == "more.csv"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("compare", "before.csv"), "AFTER"),
+        (("compare", "before.csv", "gone.csv", "--axis", "axis.toml"), "gone.csv: there is no such file"),
+        (("compare", "before.csv", "before.csv", "--axis", "axis.toml"), "is also the log from before the change"),
+        ((*QUIET, "--axis", "axis.toml", "--axis", "axis.toml"), "3 axis files for 2 logs"),
+        ((*QUIET, "--format", "png"), "--out"),
+        (("compare", "before.csv", "gap.csv", "--axis", "axis.toml"), "gap.csv: column 'u': has NaN"),
+    ],
+)
+def test_incomparable_logs_are_refused_in_one_line(bristle, logs, arguments, words):
+    lines = Path("after.csv").read_text().splitlines()
+    lines[100] = lines[100].rpartition(",")[0] + ",nan"
+    Path("gap.csv").write_text("\n".join(lines))
+    result = bristle(*arguments, code=2, said=words)
+    assert len(result.err.splitlines()) == 1
+
+
+# --- ``bristle predict``: errors of a prediction, and what each mode needs -------------------------------------------
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)])
+def test_each_mode_names_its_prediction(bristle, place, mode, effort, position):
+    result = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json", code=0)
+    metrics = result.data["metrics"]
+    assert set(metrics) == {"force_error_percent", "force_rmse", "force_unit", "position_error_percent", "position_rmse", "position_unit"}
+    for key, limit in (("force_error_percent", effort), ("position_error_percent", position)):
+        assert (metrics[key] is None) == (limit is None)
+        assert limit is None or 0.0 < metrics[key] < limit
+    assert metrics["position_unit"] == "m"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_wrong_model_predicts_worse(bristle, place):
+    right = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    Path("model.toml").write_text(Path("model.toml").read_text().replace("F_C = 8.0", "F_C = 4.0"))
+    wrong = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    assert wrong["metrics"]["force_error_percent"] > 2.0 * right["metrics"]["force_error_percent"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_results_and_words(bristle, place):
+    result = bristle(
+        "predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run", code=0, shown="Effort error"
+    )
+    assert result.out.startswith("The model is valid")
+    assert written_in("run") == {"summary.json", "report.html"}
+    assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_diverging_loop_exits_with_1(bristle, place):
+    axis = Path("axis.toml")
+    axis.write_text(axis.read_text().replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""))
+    ended = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--json", code=1)
+    assert ended.data["completed"] is False
+    assert ended.data["metrics"]["force_error_percent"] is None
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_prediction_of_the_fitted_log_itself_causes_a_note(bristle, place):
+    table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
+    np.savetxt("both.csv", np.hstack([table, table[:, 1:]]), delimiter=",", header="t,q,r,u,q_b,r_b,u_b", comments="")
+    Path("other.toml").write_text(re.sub('column = "([qru])"', r'column = "\1_b"', Path("axis.toml").read_text()))
+    entries = provenance("bristle identify", log=read_log("both.csv", read_axis("axis.toml")))
+    lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
+    Path("model.toml").write_text("\n".join([Path("model.toml").read_text(), "[provenance]", *lines]))
+    message = {}
+    for name in ("axis.toml", "other.toml"):
+        result = bristle("predict", "model.toml", "both.csv", "--axis", name, "--json")
+        message[name] = "fitted to this log" in " ".join(result.data["verdict"]["reasons"])
+    assert message == {"axis.toml": True, "other.toml": False}
