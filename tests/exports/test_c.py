@@ -1,17 +1,21 @@
-"""C of friction models: the bits of bristle, whatever the model and its slots, and what a drive needs around it."""
+"""C of friction models: the bits of bristle, whatever the model and its slots, what a drive needs around it, other targets."""
 
 import re
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
+from tests.exports.instructions import counted
 from tests.exports.native import ALL, COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
+from tests.exports.other_targets import TARGETS, answer, examples
 
 import bristle as br
 from bristle.engine import compilation, force_along, interpreted
+from bristle.exports import subject
 from bristle.exports.c import builds, write
 from bristle.exports.targets import Request
 from bristle.friction import MODELS
@@ -335,3 +339,33 @@ def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
     with interpreted():
         expected = force_along(model, np.diff(x) / DT, DT, x[1:], load=1.0 + 0.01 * i[1:], temperature=300.0 + i[1:].astype(float))
     assert differing(forces[1:], expected) == 0
+
+
+# --- other targets, in emulators of them; `tests.exports.other_targets` tries every model ----------------------------
+
+
+@pytest.mark.parametrize(
+    ("core", "name", "mean", "worst", "code"),
+    [
+        ("Cortex-M7", "lugre", 250, 300, 2500),
+        ("Cortex-M7", "preisach_lugre", 900, 9000, 18000),
+        ("Cortex-M4F", "preisach_lugre", 1200, 6000, 16000),
+    ],
+)
+def test_a_step_fits_the_instruction_budget_of_a_drive(core, name, mean, worst, code, tmp_path):
+    if TARGETS[core].lacking:
+        pytest.skip(f"needs {TARGETS[core].lacking}")
+    result = counted(example_with(name), core, tmp_path / "out", steps=20_000)
+    assert result.mean < mean
+    assert result.worst < worst
+    assert result.code < code
+    assert result.stack <= 1024
+
+
+def test_different_bits_are_reported(monkeypatch, tmp_path):
+    target = TARGETS["clang"]._replace(build=("cc",))
+    if shutil.which("cc") is None:
+        pytest.skip("needs a C compiler")
+    monkeypatch.setattr(subject, "FNV_PRIME", subject.FNV_PRIME + 2)
+    text = answer(target, examples()["plain lugre"], Path(tmp_path) / "out")
+    assert "expected" in text

@@ -6,7 +6,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 from tests.exports.native import example_with
-from tests.exports.test_law import variant
+from tests.exports.test_laws import variant
 
 import bristle as br
 from bristle.core.contracts import Motion

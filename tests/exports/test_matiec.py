@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.native import ALL, COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
-from tests.exports.test_fmu_law import inputs_of
+from tests.exports.test_fmu import inputs_of
 from tests.exports.test_laws import CASES, replayed, variant_of
 
 import bristle as br
