@@ -11,7 +11,6 @@ from markupsafe import Markup
 from tests.golden.yard import COMPOSITE, LUGRE
 
 import bristle as br
-from bristle.core import InputError
 from bristle.core.content import NOWHERE
 from bristle.identification import Determined
 from bristle.report.page import Picture
@@ -306,5 +305,5 @@ def test_unsuitable_results_are_refused_with_advice(bristle, results, arguments,
 
 def test_results_from_memory_ask_for_their_log(folder, undrawn, tmp_path):
     replace(folder[1], log=replace(folder[1].log, source=Path(), origin=NOWHERE)).save(tmp_path / "memory")
-    with pytest.raises(InputError, match="contains no file name of the log"):
+    with pytest.raises(br.core.InputError, match="contains no file name of the log"):
         br.load(tmp_path / "memory").known_truth()

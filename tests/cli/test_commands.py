@@ -12,11 +12,9 @@ import pytest
 from tests.cli.conftest import written_in
 from tests.comparison.machine import log, sine
 
-from bristle import friction
+import bristle as br
 from bristle.cli import models
 from bristle.files import provenance, read_axis
-from bristle.friction import MODELS
-from bristle.hysteresis import OPERATORS
 from bristle.logs import read_log
 from bristle.report import excitation as report
 from bristle.report.sentences import FORMER_CODES, SENTENCES
@@ -24,7 +22,9 @@ from bristle.report.sentences import FORMER_CODES, SENTENCES
 # --- ``bristle models``: what there is -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS])
+@pytest.mark.parametrize(
+    "name", [*br.friction.MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *br.hysteresis.OPERATORS]
+)
 def test_a_model_is_shown_by_name(bristle, name):
     shown = bristle("models", name, code=0)
     (item,) = bristle("models", name, "--json").data["models"]
@@ -34,7 +34,7 @@ def test_a_model_is_shown_by_name(bristle, name):
 
 def test_without_a_name_all_are_shown(bristle):
     shown = bristle("models").out
-    assert all(name in shown for name in (*MODELS, "cascade", "+asymmetry"))
+    assert all(name in shown for name in (*br.friction.MODELS, "cascade", "+asymmetry"))
 
 
 def test_a_share_has_both_ends_of_its_range(bristle):
@@ -56,7 +56,7 @@ def printed(monkeypatch):
 
 
 def test_equations_come_first_and_then_parameters_conditions_and_source(printed):
-    component = friction.find("stribeck")
+    component = br.friction.find("stribeck")
     models._show_one(component)
     equations, table, *rest = printed
     assert equations == component.laid_out(80)

@@ -10,7 +10,6 @@ import pytest
 from tests.cli.conftest import written_in
 
 import bristle as br
-from bristle.core import InputError
 from bristle.exports import fmu
 from bristle.files.operator import write_operator
 
@@ -105,7 +104,7 @@ def test_a_law_is_exported_tunable_and_in_single_precision(bristle, place):
 )
 def test_each_command_tests_the_friction_of_its_model(bristle, place, monkeypatch, command):
     def refused(friction):
-        raise InputError("cannot be used", path="own.py")
+        raise br.core.InputError("cannot be used", path="own.py")
 
     monkeypatch.setattr("bristle.testing.admit", refused)
     monkeypatch.setattr("bristle.testing.admit_friction_of", refused)

@@ -17,13 +17,11 @@ from tests.report.pages import Page
 from tests.study.conftest import STUDY, Bench
 
 import bristle as br
-from bristle import friction
 from bristle.arm.parameters import names_of
 from bristle.arm.robot import read_robot
 from bristle.cli.main import main
 from bristle.core import Content
 from bristle.engine.motion import along
-from bristle.files import read_model
 
 # --- a fleet ---------------------------------------------------------------------------------------------------------
 
@@ -121,7 +119,7 @@ name = "turn"
 [[joint]]
 name = "lift"
 """
-FRICTIONS = [friction.coulomb_viscous(F_C=level, F_v=damping) for level, damping in ((6.0, 3.0), (3.0, 2.0))]
+FRICTIONS = [br.friction.coulomb_viscous(F_C=level, F_v=damping) for level, damping in ((6.0, 3.0), (3.0, 2.0))]
 
 
 def write_trace(folder, q, v, effort):
@@ -150,7 +148,7 @@ def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristl
     assert (tmp_path / "out/turn/model.toml").exists()
     repeated = bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out")
     assert (repeated.code, len(list((tmp_path / "out/runs").iterdir()))) == (0, 2)
-    assert read_model("out/lift/model.toml").friction.values["F_C"] == data["friction.F_C"].values[1]
+    assert br.read_model("out/lift/model.toml").friction.values["F_C"] == data["friction.F_C"].values[1]
 
 
 def check_another_log(folder, robot, bristle):

@@ -12,10 +12,9 @@ import pytest
 from tests.attack.yard import build
 from tests.fleet.conftest import write_log
 
+import bristle as br
 from bristle.cli.main import main
-from bristle.core.errors import InputError
 from bristle.core.typography import escaped, printable
-from bristle.files.axis import read_axis
 from bristle.logs import read_log
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -76,7 +75,7 @@ def test_a_fleet_continues_with_such_logs(bristle, odd):
 def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
     odd.write_text("time,position\n0.0")
     bristle("log", str(odd), code=2, said=f"{SHOWN}/{SHOWN}.csv")
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(br.core.InputError) as caught:
         read_log(odd)
     assert SHOWN in str(caught.value)
     assert str(caught.value).isprintable()
@@ -85,8 +84,8 @@ def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
 def test_an_axis_file_is_refused_by_its_escaped_name(odd):
     path = Path(f"{ODD}.toml")
     path.write_text("schema = 1\nkind = 3\n")
-    with pytest.raises(InputError, match=r"press_\\xff\.toml"):
-        read_axis(path)
+    with pytest.raises(br.core.InputError, match=r"press_\\xff\.toml"):
+        br.read_axis(path)
 
 
 def test_bytes_that_are_not_letters_are_shown_as_numbers():

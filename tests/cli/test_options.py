@@ -8,6 +8,7 @@ import pytest
 import typer
 from tests.cli.conftest import USER_MODEL
 
+import bristle as br
 from bristle.cli import compare, design, export, identify, models, options, run, study
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
 from bristle.cli.options import (
@@ -23,8 +24,6 @@ from bristle.cli.options import (
     size_limit,
 )
 from bristle.core import SIZE_LIMIT, Variable
-from bristle.core.errors import InputError
-from bristle.friction import DEFAULT_MODELS
 from bristle.report.table import Table
 from bristle.study.store import OK
 
@@ -42,15 +41,15 @@ def test_a_log_may_be_as_large_as_the_environment_says(monkeypatch):
     monkeypatch.setenv(SIZE_SETTING, "2 GB")
     assert size_limit() == 2 * 10**9
     monkeypatch.setenv(SIZE_SETTING, "many")
-    with pytest.raises(InputError, match=SIZE_SETTING):
+    with pytest.raises(br.core.InputError, match=SIZE_SETTING):
         size_limit()
 
 
 def test_the_first_option_that_was_given_is_refused():
     refuse({"--a": None, "--b": False, "--c": ""}, "no")
-    with pytest.raises(InputError, match=r"--b: says nothing here\. Leave --b out"):
+    with pytest.raises(br.core.InputError, match=r"--b: says nothing here\. Leave --b out"):
         refuse({"--a": None, "--b": 3, "--c": 4}, "says nothing here")
-    with pytest.raises(InputError, match=r"--a: says nothing here\. Do that"):
+    with pytest.raises(br.core.InputError, match=r"--a: says nothing here\. Do that"):
         refuse({"--a": True}, "says nothing here", "Do that")
 
 
@@ -62,7 +61,7 @@ def test_a_name_holds_a_file_of_code(name, own):
 
 
 def test_figures_need_a_folder(tmp_path):
-    with pytest.raises(InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
+    with pytest.raises(br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
         own_figures([tmp_path / "x.py"], "run", has_folder=False)
 
 
@@ -79,9 +78,9 @@ def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
 
     def fails(content):
         if content.source.name == "b.py":
-            raise InputError("is no model")
+            raise br.core.InputError("is no model")
 
-    with pytest.raises(InputError):
+    with pytest.raises(br.core.InputError):
         loaded_code(files, fails)
     assert allowed == []
 
@@ -219,7 +218,7 @@ def test_a_range_is_written_without_its_unit(variable, words):
     ],
 )
 def test_an_unknown_model_is_refused(name, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(br.core.InputError, match=words):
         models._selected(name)
 
 
@@ -316,7 +315,7 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
     (together, passed, _), (each, separate, how) = ways
     assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3, "robot": None})
     assert passed[:2] == separate[:2] == (logs, [])
-    assert passed[2]["model"] == DEFAULT_MODELS.split(",")
+    assert passed[2]["model"] == br.friction.DEFAULT_MODELS.split(",")
     assert separate[2]["model"] == ["coulomb_viscous"]
     rest = {"cutoff": None, "free": "", "draws": 100, "method": None}
     assert {key: passed[2][key] for key in rest} == {key: separate[2][key] for key in rest} == rest
@@ -327,7 +326,7 @@ def test_options_of_an_identification_are_passed_in_si(ways):
     identify.identify(log=[Path("a.csv")], output=Told(), **chosen)
     models = ["dahl", "lugre+asymmetry"]
     assert ways[0][1][2] == chosen | {"model": models, "cutoff": 100.0}
-    with pytest.raises(InputError, match="--cutoff"):
+    with pytest.raises(br.core.InputError, match="--cutoff"):
         identify.identify(log=[Path("a.csv")], output=Told(), cutoff="0 Hz")
 
 
@@ -341,9 +340,9 @@ def test_options_of_an_identification_are_passed_in_si(ways):
     ],
 )
 def test_a_figure_needs_a_folder(command, files, tmp_path):
-    with pytest.raises(InputError, match="--figure: needs a folder to write into"):
+    with pytest.raises(br.core.InputError, match="--figure: needs a folder to write into"):
         command(**files, output=Told(), figure=[tmp_path / "f.py"])
-    with pytest.raises(InputError, match=r"f\.py"):
+    with pytest.raises(br.core.InputError, match=r"f\.py"):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
 
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from tests.cli.conftest import written_in
 
-from bristle.core import InputError
-from bristle.files import read_axis, read_log
+import bristle as br
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -22,7 +21,7 @@ def test_results_and_words(bristle, place):
 
 def test_bad_settings_of_matplotlib_end_a_command_before_its_work(bristle, place, monkeypatch):
     def refused(name):
-        raise InputError("cannot be imported with the settings of this machine", path="matplotlib")
+        raise br.core.InputError("cannot be imported with the settings of this machine", path="matplotlib")
 
     monkeypatch.setattr("bristle.cli.options.import_module", refused)
     monkeypatch.setattr("bristle.simulation.simulate", lambda *_: pytest.fail("simulated first"))
@@ -81,7 +80,7 @@ def test_a_user_model_runs_from_its_file(bristle, place):
 def test_the_log_of_each_variant_is_written(bristle, place):
     result = bristle("run", "experiment.toml", "--log", "--out", "run", "--json")
     assert result.data["files"] == {"base": "log_base.csv", "none": "log_none.csv"}
-    log = read_log("run/log_base.csv")
+    log = br.read_log("run/log_base.csv")
     assert (log.effort.unit, log.position.unit) == ("N", "m")
     settled = np.abs(log.effort.values[log.time.values >= 2.0])
     assert np.max(settled) == pytest.approx(result.data["variants"]["base"]["effort"]["peak"])
@@ -98,7 +97,7 @@ def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_follow
     Path("follow.toml").write_text(f'{rest[0]}[axis]\nfile = "axis.toml"\n{follow}')
     result = bristle("run", "follow.toml", "--log", "--out", "run", "--json", code=0)
     assert result.data["files"] == {"base": "log.csv"}
-    log = read_log("run/log.csv", read_axis("axis.toml"))
+    log = br.read_log("run/log.csv", br.read_axis("axis.toml"))
     assert log.reference.values == pytest.approx(2e-2 * np.sin(6e-3 * np.arange(1000)), abs=1e-12)
     assert log.position.values == pytest.approx(log.reference.values, abs=2e-3)
     assert log.effort.column == "u"

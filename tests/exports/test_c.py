@@ -18,7 +18,6 @@ from bristle.engine import compilation, force_along, interpreted
 from bristle.exports import subject
 from bristle.exports.c import builds, write
 from bristle.exports.targets import Request
-from bristle.friction import MODELS
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
@@ -33,7 +32,7 @@ def example(name, slots=()):
 def models(request):
     plain = {f"plain_{name}": example(name) for name in ("lugre", "coulomb", "maxwell_slip")}
     varied = {f"varied_{name}": example(name, ALL) for name in ("lugre", "gms", "preisach_lugre")}
-    every = {f"sided_{name}": example(name, ("asymmetry",)) for name in MODELS} | plain | varied
+    every = {f"sided_{name}": example(name, ("asymmetry",)) for name in br.friction.MODELS} | plain | varied
     return {name: every[name] for (name,) in selected_cases(request, "model")}
 
 

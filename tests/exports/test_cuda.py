@@ -12,13 +12,10 @@ from tests.contract.models import with_fast
 from tests.exports.native import differing, example_with, walk
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.engine.path import output_along
 from bristle.exports import cuda
 from bristle.exports.cuda import write
 from bristle.exports.targets import Request
-from bristle.friction import MODELS, with_slots
-from bristle.hysteresis import OPERATORS
 from bristle.testing import example_of
 
 COMPILER = shutil.which("c++") or shutil.which("g++")
@@ -47,8 +44,8 @@ extern "C" void run_{name}(int lanes, int samples, double dt, const double *x, c
 
 
 SLOTS = {"lugre": ("periodic",), "gms": ("asymmetry", "load")}
-MODELS_OF = {name: with_slots(component, SLOTS.get(name, ())) for name, component in MODELS.items()}
-COMPONENTS = MODELS_OF | {f"op_{name}": OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
+MODELS_OF = {name: br.friction.with_slots(component, SLOTS.get(name, ())) for name, component in br.friction.MODELS.items()}
+COMPONENTS = MODELS_OF | {f"op_{name}": br.hysteresis.OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
 COMPARED = [*with_fast("lugre", "gms", "preisach_lugre"), pytest.param("op_prandtl_ishlinskii", marks=pytest.mark.slow), "op_preisach"]
 
 
@@ -249,7 +246,7 @@ def size_of(body):
 
 @pytest.mark.parametrize(
     "model",
-    [LUGRE, br.friction.coulomb(F_C=2.0), example_with("preisach_lugre"), example_of(OPERATORS["prandtl_ishlinskii"])],
+    [LUGRE, br.friction.coulomb(F_C=2.0), example_with("preisach_lugre"), example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"])],
     ids=lambda model: model.name,
 )
 def test_a_lane_is_as_large_as_its_structure(model):
@@ -265,7 +262,7 @@ def test_a_lane_is_as_large_as_its_structure(model):
     assert int(told[0]) == sum(sizes) + (size_of(state[1]) if state else 0)
 
 
-OPERATOR = example_of(OPERATORS["prandtl_ishlinskii"])
+OPERATOR = example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"])
 ROWS = "`F_C`, `F_S`, `v_S`, `sigma_0`, `sigma_1`, `sigma_2`, `v_d`"
 
 
@@ -300,7 +297,7 @@ def test_constant_parameters_are_shared_by_all_lanes(monkeypatch):
     assert "--fmad=false" in notes[0]
 
     def refuses(model, fixed=()):
-        raise InputError("converts these parameters at the start", path="model")
+        raise br.core.InputError("converts these parameters at the start", path="model")
 
     monkeypatch.setattr(cuda, "tunable_of", refuses)
     source, readme, notes = texts(LUGRE)

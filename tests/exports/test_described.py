@@ -15,8 +15,6 @@ from tests.exports.test_names import HEAD, TRIAL, model_of
 from tests.identification.known_logs import log_of, sines
 
 import bristle as br
-from bristle.core.experiment import Variant
-from bristle.core.variable import Variable
 from bristle.exports import face
 from bristle.exports.described import (
     Source,
@@ -37,8 +35,6 @@ from bristle.exports.described import (
 from bristle.exports.law import law_of
 from bristle.exports.subject import capacity_of, forces_of, subject_of
 from bristle.exports.targets import TARGETS, Product, Request
-from bristle.friction import MODELS, with_slots
-from bristle.hysteresis import OPERATORS
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
 from bristle.testing import example_of
 
@@ -55,7 +51,7 @@ def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment(text, expected
     assert plain(text) == expected
 
 
-FORCE, SHARE = Variable("force", "a force", min=0.0), Variable("1", "a share")
+FORCE, SHARE = br.core.Variable("force", "a force", min=0.0), br.core.Variable("1", "a share")
 
 
 @pytest.mark.parametrize(
@@ -299,7 +295,7 @@ TEXT_ENDS = (".c", ".h", ".st", ".txt", ".md", ".xml", ".mjs", ".cu")
 
 
 def hash_of(subject):
-    return hash_of_law(law_of(subject)) if isinstance(subject, Variant) else hash_of_model(subject)
+    return hash_of_law(law_of(subject)) if isinstance(subject, br.core.Variant) else hash_of_model(subject)
 
 
 def test_the_licence_is_that_of_the_package():
@@ -331,7 +327,16 @@ def test_hashes_stay_what_they_were_in_every_process():
 
 DIFFERENT = {
     "a bit and the kind of axis": [LUGRE, LUGRE.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **VALUES)],
-    "models and operators": [*map(example_of, [*MODELS.values(), with_slots(MODELS["lugre"], ("asymmetry",)), *OPERATORS.values()])],
+    "models and operators": [
+        *map(
+            example_of,
+            [
+                *br.friction.MODELS.values(),
+                br.friction.with_slots(br.friction.MODELS["lugre"], ("asymmetry",)),
+                *br.hysteresis.OPERATORS.values(),
+            ],
+        )
+    ],
     "gain, compensator and delay": [
         LED,
         LAW,

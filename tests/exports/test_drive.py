@@ -8,13 +8,11 @@ from tests.exports.drives import ARM, LINEAR, SCREW, STRIBECK, TURNING, listed, 
 from tests.identification.known_logs import log_of, sines
 
 import bristle as br
-from bristle.engine import force_along
 from bristle.engine.contact import steady_force
 from bristle.exports import ax8000, cogging, sinumerik, tf5200
 from bristle.exports.drive import Side, levels_and_curves, reads, side_of, write
 from bristle.exports.targets import Request
 from bristle.exports.tf5200 import merged
-from bristle.plants.terms import with_terms
 from bristle.prediction.drive_table import LevelValues
 from bristle.prediction.drive_units import DriveUnit
 
@@ -206,7 +204,7 @@ MOTION = sines(duration=1.0)
 
 
 def log_along(model):
-    return log_of(MOTION, 12.0 * MOTION.acceleration + force_along(model, MOTION.velocity, 1e-3))
+    return log_of(MOTION, 12.0 * MOTION.acceleration + br.engine.force_along(model, MOTION.velocity, 1e-3))
 
 
 def error_told(target, model, **options):
@@ -329,7 +327,7 @@ ROTARY_FRICTION = br.friction.coulomb(kind="rotational", F_C=0.1)
 
 
 def cogging_request(orders, axis=None, **values):
-    component = with_terms(br.plants.inertia, cogging={"motor": orders})
+    component = br.plants.with_terms(br.plants.inertia, cogging={"motor": orders})
     plant = component(kind="rotational", M=1e-3, motor_turn=4.0, **values)
     return Request(ROTARY_FRICTION, "axis_x", 1e-3, plant=plant, axis=axis)
 

@@ -12,7 +12,6 @@ from tests.exports.drives import listed
 
 import bristle as br
 from bristle.cli.main import main
-from bristle.core.experiment import Feedforward
 from bristle.engine.contact import steady_force
 from bristle.exports import effect
 from bristle.exports.described import Source
@@ -21,7 +20,6 @@ from bristle.exports.loops import assumed_loops, loop_for, samples_ahead
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
-from bristle.plants.terms import with_terms
 from bristle.prediction.drive_table import reversal_distance
 from bristle.simulation.run import simulate_with
 
@@ -55,7 +53,7 @@ def text_of(product, end):
 @pytest.fixture(scope="module")
 def written():
     """Return what each target that acts on an axis writes of a model with memory."""
-    cogging = with_terms(br.plants.inertia, cogging={"motor": [6]})(M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0)
+    cogging = br.plants.with_terms(br.plants.inertia, cogging={"motor": [6]})(M=MASS, motor_turn=0.005, motor_6_cos=10.0, motor_6_sin=5.0)
     result = {}
     for name in ("c", "st", "table", "tf5200", "ax8000", "cogging", "sinumerik"):
         request = replace(export_request(), plant=cogging) if name == "cogging" else export_request()
@@ -397,7 +395,7 @@ def test_the_log_motion_runs_without_with_and_with_late_feedforward(ahead, own):
 
 
 def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypatch):
-    loop = replace(loop_along_a_log(delay=2), feedforward=Feedforward(mass=MASS, friction=LUGRE, offset=3.0))
+    loop = replace(loop_along_a_log(delay=2), feedforward=br.core.Feedforward(mass=MASS, friction=LUGRE, offset=3.0))
     asked = []
 
     def judged(variant, compensated, limits, distance, ahead):
@@ -407,7 +405,7 @@ def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypat
     monkeypatch.setattr(effect, "effect_in_loop", judged)
     assert effect.effect_of_law(loop).ahead == 3
     ((variant, limits, ahead),) = asked
-    assert variant == replace(loop, feedforward=Feedforward(mass=MASS))
+    assert variant == replace(loop, feedforward=br.core.Feedforward(mass=MASS))
     assert ahead == 0
     assert limits.velocity == pytest.approx(1e-3 * 0.02 / DT, rel=1e-2)
     assert effect.effect_of_law(variant) is None

@@ -17,17 +17,13 @@ from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, told, va
 
 import bristle as br
 from bristle.cli.main import main
-from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu
 from bristle.exports.c import law_files
 from bristle.exports.described import Source, hash_of_law, hash_of_model
 from bristle.exports.fmu_exchange import why_not
 from bristle.exports.law import law_of, law_walk
-from bristle.files.model import write_model
-from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
 from bristle.friction.slots import SLOTS
-from bristle.plants.terms import with_terms
 from bristle.testing import example_of
 
 pytestmark = [pytest.mark.slow, needs_compiler, needs_fmpy]
@@ -77,8 +73,8 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
     inputs = [{"v": v[k], "x": x[k]} | {key: values[k] for key, values in load.items()} for k in range(COUNT)]
     forces = opened(name).start().along(STEP, inputs, "force")[:, 0]
-    with interpreted():
-        expected = force_along(with_rest(model, "middle"), v, STEP, x, **load)
+    with br.engine.interpreted():
+        expected = br.engine.force_along(with_rest(model, "middle"), v, STEP, x, **load)
     assert np.ptp(expected) > 0.0
     assert differing(forces, expected) == 0
 
@@ -88,8 +84,8 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
     u = efforts()
     unit = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02)
     seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x", "v"), start=0.25)
-    with interpreted():
-        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
@@ -110,21 +106,21 @@ def test_a_second_importer_computes_identical_results(ecos, fmus, name):
                 simulation.set_real("axis::effort", effort)
                 simulation.step()
                 seen.append([*before, simulation.get_real("axis::force")])
-    with interpreted():
-        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
 
 
 def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2, "spring_1": 4.0}
-    plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
+    plant = br.plants.with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
     result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("cannot change during a simulation" in note for note in result.notes)
     u, unit = efforts()[:300], opened("termed", mass=True).start()
     seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x",))[:, 0]
-    with interpreted():
-        trace = run_open_loop(plant, example("coulomb_3"), u, STEP)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(plant, example("coulomb_3"), u, STEP)
     assert differing(seen, trace.position) == 0
     with pytest.raises(Exception, match="SetReal failed"):
         unit.set(M=3.0)
@@ -201,8 +197,8 @@ def test_parameters_are_tunable_within_their_ranges(opened):
     inputs[200] |= {"k_i[2]": 2e6, "F_S_neg": 26.5}
     forces = unit.along(STEP, inputs, "force")[:, 0]
     model = example("gms_2")
-    with interpreted():
-        expected = force_along(model, v, STEP, np.zeros(400))
+    with br.engine.interpreted():
+        expected = br.engine.force_along(model, v, STEP, np.zeros(400))
     assert forces[:200].tolist() == expected[:200].tolist()
     assert forces[200:].tolist() != expected[200:].tolist()
     for values in ({"F_S_neg": -1.0}, {"v": np.nan}, {"force": 1.0}):
@@ -217,8 +213,8 @@ def test_parameters_set_before_the_start_give_the_changed_model(opened):
     v, unit = velocities(400), opened("lugre_2").start(sigma_0=2e6, F_C=11.0)
     forces = unit.along(STEP, [{"v": value, "x": 0.0} for value in v], "force")[:, 0]
     model = example("lugre_2").with_values(sigma_0=2e6, F_C=11.0)
-    with interpreted():
-        expected = force_along(model, v, STEP, np.zeros(400))
+    with br.engine.interpreted():
+        expected = br.engine.force_along(model, v, STEP, np.zeros(400))
     assert differing(forces, expected) == 0
 
 
@@ -280,7 +276,7 @@ def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, f
 
 
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, uncompiled, capsys):
-    write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
+    br.write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
     assert "contains its source only" in capsys.readouterr().out
@@ -321,8 +317,8 @@ def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor)
     effort = 0.9 * np.sin(np.arange(SAMPLES) * 0.012) * np.repeat(np.random.default_rng(6).uniform(0, 1, SAMPLES // 50), 50)
     seen = unit.along(SHORT, [{"effort": value} for value in effort], "force", before=("x", "v", "x_table", "v_table"))
     unit.close()
-    with interpreted():
-        trace = run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     signals = (trace.motor_position, trace.motor_velocity, trace.position, trace.velocity, trace.friction)
     assert differing(seen, np.transpose(signals)) == 0
@@ -384,8 +380,8 @@ def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(fmus, turns, sp
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
     result, events = integrated(path, stays(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
     steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
-    with interpreted():
-        force = force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
+    with br.engine.interpreted():
+        force = br.engine.force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
     at = STROKE / speed * (np.arange(force.size) + 0.5)
     kinks = np.concatenate((times, result["time"][events]))
     apart = np.min(np.abs(result["time"][:, None] - kinks), axis=1) > STROKE / speed
@@ -525,7 +521,7 @@ def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatc
     path = tmp_path / "out" / "axis_x_mass.fmu"
     assert [validate_fmu(str(tmp_path / "out" / file)) for file in result.files] == [[], []]
     levels = np.array([0, 15, -5, 20, 10, 22, -15, -5, -20, 0, 32, 0, -40, 0, 10, 10, 10.0])
-    exact = run_open_loop(plant, model, levels, dt, steps=FINE)
+    exact = br.engine.run_open_loop(plant, model, levels, dt, steps=FINE)
     times = dt * np.arange(levels.size + 1)
     for tolerance in (1e-4, 1e-6, 1e-8):
         seen, events = integrated(path, stays(times, effort=levels), tolerance, ["x", "v"])
@@ -539,7 +535,7 @@ def test_the_guide_lists_every_model_in_its_group():
     section = guide[guide.index("### Model exchange") :]
     section = section[: section.index("\n## ")]
     able, unable = section.split("These models allow only co-simulation")
-    for name, component in MODELS.items():
+    for name, component in br.friction.MODELS.items():
         assert (f"`{name}`" in able) == (why_not(example_of(component)) == ""), name
         assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
     of_all = unable.split("and Preisach–LuGre with")[0]

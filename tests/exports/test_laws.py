@@ -12,7 +12,6 @@ import pytest
 from tests.exports.native import COMPILER, RUN_LAW, built, differing, in_structured_text, library_of_laws, selected_cases
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
@@ -27,7 +26,6 @@ from bristle.exports.tunable import settled_law, tunable_law
 from bristle.plants import inertia
 from bristle.references import varied_sine
 from bristle.sensors import encoder
-from bristle.simulation import simulate
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65
@@ -130,7 +128,7 @@ def told(law, x, v, a, measured):
 
 def recorded(variant):
     """Return what the law was told at each sample but the last ones, whose next ones there are not, and its efforts."""
-    outcome = simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
+    outcome = br.simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
     t = variant.run.sample_time * np.arange(outcome.time.size + variant.run.delay)
     inputs = told(law_of(variant), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured)
     return inputs, outcome.command[: len(inputs)]
@@ -543,7 +541,7 @@ def test_single_precision_stays_close(tmp_path):
 
 
 def test_a_component_of_hal_with_too_many_pins_is_refused():
-    with pytest.raises(InputError, match=r"hal: has too many inputs.*20 pins"):
+    with pytest.raises(br.core.InputError, match=r"hal: has too many inputs.*20 pins"):
         hal_law_files(screwed_law("both"), "led", Source())
     few = hal_law_files(screwed_law("table"), "led", Source()).files
     assert "pin in float acceleration_ahead_3" in few["led.comp"]
@@ -553,7 +551,7 @@ def test_the_effect_of_a_law_compares_the_error_of_the_table():
     effect = effect_of_law(screwed_law("measured").variant)
     lost = 2.0 * (200.0 / 3e6 + 10e-6) / ARM  # the table reverses the screw
     assert effect.distance == pytest.approx(lost)
-    own = simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
+    own = br.simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
     assert effect.along[-1].with_it == pytest.approx(own.true_error.peak_to_peak, rel=0.1)
     assert effect.along[-1].with_it != pytest.approx(own.following_error.peak_to_peak, rel=0.1)
     assert all(path.ratio < 0.5 for path in effect.along)
@@ -650,7 +648,7 @@ def test_gravity_acts_at_the_middle_of_two_samples():
 def test_friction_transmits_the_feedforward_or_the_carried_plant():
     fed, carried = loads_of(Feedforward(mass=MASS, friction=TRANSMITTED, carries=PENDULUM))
     assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", MASS, "carried_", 3.0)
-    with pytest.raises(InputError, match="has forces besides inertia, gravity, cogging and a spring"):
+    with pytest.raises(br.core.InputError, match="has forces besides inertia, gravity, cogging and a spring"):
         loads_of(Feedforward(friction=TRANSMITTED, carries=br.testing.example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 
@@ -696,7 +694,7 @@ def test_leaves_are_all_numbers_of_the_state_in_order():
     ],
 )
 def test_variants_without_a_law_are_refused(changes, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(br.core.InputError, match=words):
         law_of(variant(**changes))
 
 

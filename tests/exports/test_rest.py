@@ -9,9 +9,7 @@ from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
-from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
-from bristle.simulation import feedforward_effort
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3
@@ -69,13 +67,15 @@ def test_a_drive_treats_a_step_within_rounding_as_rest():
 @pytest.mark.parametrize("rule", RESTS)
 def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
     model = model_of("coulomb")
-    fed = feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
+    fed = br.simulation.feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
     for k, value in expected(model, rule).items():
         assert fed[k - 1] == pytest.approx(value, rel=1e-6)  # the effort of a sample acts over the step behind it
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
-    assert [name for name in MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
+    assert [name for name in br.friction.MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(
+        MEMORYLESS, key=list(br.friction.MODELS).index
+    )
 
 
 @needs_compiler

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import bristle as br
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
 from bristle.core.mathematics import power
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
@@ -28,7 +26,7 @@ class Chosen(NamedTuple):
 P = Chosen(2, 0.5 + 1e-9, 3.5, np.array([1.0, 2.0]))
 
 
-@kernel
+@br.core.kernel
 def with_a_parameter(x, p):
     if p.kind == 1:
         return p.table[0] * x
@@ -41,12 +39,12 @@ def with_a_parameter(x, p):
     return result if x > 0.0 or p.gain < 0.0 else power(-x, 2.0)
 
 
-@kernel
+@br.core.kernel
 def both(x, p):
     return power(x, p.gain) + power(x, 2.0) + power(x, p.level)
 
 
-@kernel
+@br.core.kernel
 def looped(x, p):
     at = 0
     total = 0.0
@@ -154,10 +152,10 @@ def test_a_number_is_limited_by_its_bounds_or_by_the_largest_number():
 
 def test_a_value_beyond_single_precision_is_refused_by_its_path():
     refuse_beyond_single({"a": 1e38, "b": math.inf, "c": "text", "d": np.array([1.0, np.nan])})
-    with pytest.raises(InputError) as reported:
+    with pytest.raises(br.core.InputError) as reported:
         refuse_beyond_single({"a": LUGRE.parameters._replace(sigma_0=1e39)})
     assert (reported.value.path, reported.value.value) == ("a.sigma_0", 1e39)
-    with pytest.raises(InputError, match="k: is too large"):
+    with pytest.raises(br.core.InputError, match="k: is too large"):
         refuse_beyond_single({"k": np.array([1.0, -4e38])})
 
 

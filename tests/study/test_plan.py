@@ -9,12 +9,9 @@ import pytest
 from scipy import stats
 from tests.study.conftest import STUDY
 
-from bristle.core import InputError, Status, Variable
+import bristle as br
 from bristle.files import read_toml
 from bristle.files.arrays import write_arrays
-from bristle.files.experiment import read_experiment
-from bristle.files.model import read_model
-from bristle.simulation.statistics import Statistics, statistics_of
 from bristle.study import plan, read_study_file
 from bristle.study.plan import (
     METRICS,
@@ -43,9 +40,11 @@ def test_a_metric_is_reported_in_words_with_the_variant_where_there_are_several(
 
 
 def test_a_metric_is_read_from_the_place_in_a_result():
-    numbers = [Statistics(*(float(10 * group + k) for k in range(6))) for group in range(5)]
+    numbers = [br.simulation.Statistics(*(float(10 * group + k) for k in range(6))) for group in range(5)]
     forward, backward = numbers[2:4]
-    result = Some(following_error=numbers[0], true_error=numbers[1], motion=numbers[4], effort_rms=7.0, effort_peak=9.0, status=Status.OK)
+    result = Some(
+        following_error=numbers[0], true_error=numbers[1], motion=numbers[4], effort_rms=7.0, effort_peak=9.0, status=br.core.Status.OK
+    )
     result.by_direction = {"forward": forward, "backward": backward}
     assert metric("effort.rms").of(result) == 7.0
     assert metric("effort.peak").of(result) == 9.0
@@ -53,14 +52,14 @@ def test_a_metric_is_read_from_the_place_in_a_result():
         assert metric(f"true_error.{name}").of(result) == getattr(numbers[1], name)
         assert metric(f"by_direction.backward.{name}").of(result) == getattr(backward, name)
         assert metric(f"motion.{name}").of(result) == getattr(numbers[4], name)
-    result.status = Status.NOT_FINITE
+    result.status = br.core.Status.NOT_FINITE
     assert all(np.isnan(metric(name).of(result)) for name in METRICS)
 
 
 def test_a_metric_of_many_runs_is_that_of_each():
     position, effort = np.random.default_rng(1).normal(size=(2, 3, 50))
     for name in plan.STATISTICS:
-        expected = [getattr(statistics_of(row), name) for row in position]
+        expected = [getattr(br.simulation.statistics_of(row), name) for row in position]
         assert metric(f"motion.{name}").along(position, effort) == pytest.approx(expected)
     assert metric("effort.rms").along(position, effort) == pytest.approx(np.linalg.norm(effort, axis=1) / np.sqrt(50.0))
     assert metric("effort.peak").along(position, effort) == pytest.approx([max(abs(row.min()), row.max()) for row in effort])
@@ -103,7 +102,7 @@ def test_metrics_cover_every_variant_unless_they_name_a_variant():
     ],
 )
 def test_an_unknown_metric_is_refused_with_the_place(names, message):
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(br.core.InputError, match=message):
         metrics_from(names, experiment("a", "b"), "keep.metrics")
 
 
@@ -246,7 +245,7 @@ def fit_in(folder):
             (folder / name).write_bytes(data)
 
     write_arrays(Folder(), "draws", draws)
-    assert read_model(folder / "model.toml").friction.name == "lugre"
+    assert br.read_model(folder / "model.toml").friction.name == "lugre"
     return draws
 
 
@@ -281,7 +280,7 @@ def test_draws_of_another_model_are_refused(bench):
 
 
 def target(**changes):
-    return Target("friction.F_C", Variable("force", "level", min=0.0), "translational", **changes)
+    return Target("friction.F_C", br.core.Variable("force", "level", min=0.0), "translational", **changes)
 
 
 @pytest.mark.parametrize(
@@ -311,11 +310,11 @@ def test_rows_of_a_fit_are_drawn_whole_and_equally_often():
 def test_a_value_is_read_in_si_within_the_range():
     assert target().number("2 kN", "") == 2000.0
     assert target(is_whole=True).number(3.0, "") == 3.0
-    with pytest.raises(InputError, match="must be a whole number"):
+    with pytest.raises(br.core.InputError, match="must be a whole number"):
         target(is_whole=True).number(2.5, "")
-    with pytest.raises(InputError, match=r"a\[1\]"):
+    with pytest.raises(br.core.InputError, match=r"a\[1\]"):
         target().numbers(["1 N", "-1 N"], "a")
-    named = Target("reference.model", Variable("1", "shape", choices=("round", "square")), "translational")
+    named = Target("reference.model", br.core.Variable("1", "shape", choices=("round", "square")), "translational")
     assert (named.unit, named.number("square", "")) == ("", "square")
     assert target().unit == "N"
 
@@ -336,7 +335,7 @@ def test_a_value_is_read_in_si_within_the_range():
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(br.core.InputError, match=words):
         drawn_from(table, target(), "vary")
 
 
@@ -345,7 +344,7 @@ def test_distributions_that_fit_are_read():
     assert drawn_from({"normal": ["1 kN", "1 N"]}, target(), "").numbers == (1000.0, 1.0)
     assert drawn_from({"log_uniform": [1.0, 2.0]}, target(), "").distribution == "log_uniform"
     assert drawn_from({"choice": [1.0, 2.0, 3.0]}, target(is_whole=True), "").numbers == (1.0, 2.0, 3.0)
-    with pytest.raises(InputError, match="a continuous quantity"):
+    with pytest.raises(br.core.InputError, match="a continuous quantity"):
         drawn_from({"uniform": [1.0, 2.0]}, target(is_whole=True), "")
 
 
@@ -360,14 +359,14 @@ def test_distributions_that_fit_are_read():
     ],
 )
 def test_a_key_that_is_not_varied_is_reported(bench, key, words):
-    experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
-    with pytest.raises(InputError, match=words) as error:
+    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    with pytest.raises(br.core.InputError, match=words) as error:
         target_at(key, experiment, data, "vary")
     assert "seed" not in str(error.value).partition("allowed")[2]
 
 
 def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
-    experiment, (data, *_) = read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
     result = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
     assert [(item.unit, item.is_whole) for item in result.values()] == [("", True), ("N*s/m", False), ("m", False)]
     assert result["sensor.noise"].path == "sensor.noise"
@@ -388,7 +387,7 @@ FROM = {"from": "results", "draws": "bootstrap"}
     ],
 )
 def test_draws_of_a_fit_that_are_named_wrongly_are_reported(tmp_path, table, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(br.core.InputError, match=words):
         fitted_at(table, tmp_path, "vary.friction")
 
 
@@ -398,23 +397,23 @@ def test_a_fit_without_draws_is_reported(bench):
     fitted = fitted_at(FROM, bench.folder, "vary")
     assert (fitted.folder, fitted.friction.name, fitted.origin.name) == ("results", "lugre", file.name)
     file.unlink()
-    with pytest.raises(InputError, match=r"names results without draws.*--draws 1000"):
+    with pytest.raises(br.core.InputError, match=r"names results without draws.*--draws 1000"):
         fitted_at(FROM, bench.folder, "vary")
 
 
 def test_draws_go_to_the_section_whose_parameters_they_are(bench):
     draws = fit_in(bench.folder / "results")
-    fitted, experiment = fitted_at(FROM, bench.folder, "vary"), read_experiment(bench.folder / "rig.toml")
+    fitted, experiment = fitted_at(FROM, bench.folder, "vary"), br.read_experiment(bench.folder / "rig.toml")
     columns, units = columns_of(fitted, "friction", experiment, "vary")
     assert units == {"friction.F_C": "N", "friction.sigma_2": "N*s/m"}
     assert columns["friction.F_C"].tolist() == draws["F_C"].tolist()
     shorter = dataclasses.replace(fitted, draws=fitted.draws | {"M": fitted.draws["M"][:7]})
     assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
-    with pytest.raises(InputError, match=r"cannot use draws of an identification.*plant or friction"):
+    with pytest.raises(br.core.InputError, match=r"cannot use draws of an identification.*plant or friction"):
         columns_of(fitted, "sensor", experiment, "vary")
-    with pytest.raises(InputError, match="the draws contain no parameter of lugre"):
+    with pytest.raises(br.core.InputError, match="the draws contain no parameter of lugre"):
         columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
-    with pytest.raises(InputError, match="the identification has no plant"):
+    with pytest.raises(br.core.InputError, match="the identification has no plant"):
         columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")
 
 
@@ -452,7 +451,7 @@ def test_a_study_states_varied_values_and_stored_metrics(bench):
 
 
 def test_a_model_in_place_of_an_experiment_is_refused_with_the_right_command(bench):
-    with pytest.raises(InputError, match=r"experiment: is missing.*file = .*model\.toml"):
+    with pytest.raises(br.core.InputError, match=r"experiment: is missing.*file = .*model\.toml"):
         bench.study(change=('experiment = "rig.toml"', 'model = "model.toml"'))
 
 
@@ -488,7 +487,7 @@ CHANGES = {
 @pytest.mark.parametrize("name", CHANGES)
 def test_invalid_entries_are_refused_with_place_and_advice(bench, name):
     change, pattern = CHANGES[name]
-    with pytest.raises(InputError) as error:
+    with pytest.raises(br.core.InputError) as error:
         bench.study(change=change)
     assert str(error.value).startswith(str(bench.folder / "study.toml"))
     assert re.search(pattern, str(error.value)), str(error.value)
@@ -496,7 +495,7 @@ def test_invalid_entries_are_refused_with_place_and_advice(bench, name):
 
 def test_a_study_without_variation_is_refused(bench):
     text = STUDY[: STUDY.index("[vary]")]
-    with pytest.raises(InputError, match="all runs would be equal"):
+    with pytest.raises(br.core.InputError, match="all runs would be equal"):
         bench.study(text)
 
 

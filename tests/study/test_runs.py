@@ -7,8 +7,6 @@ import pytest
 from tests.study.conftest import STUDY, content, same
 
 import bristle as br
-from bristle import friction
-from bristle.core import InputError, Status
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.report.simulation import simulation_summary
@@ -84,7 +82,7 @@ def test_only_draws_out_of_range_leave_the_batch(bench, model, drawn):
     for place in range(12):
         try:
             alone = varied.models(row_of(values, place), study.seeds(block)[place], ("plant", "friction"))
-        except InputError:
+        except br.core.InputError:
             refused.add(place)
         else:
             assert models[place] == alone
@@ -207,7 +205,7 @@ def loop_of(**changes):
     run = Some(tolerance=0.0, delay=0, current_lag=0.0)
     known = {
         "run": run,
-        "friction": friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5),
+        "friction": br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5),
         "effort": 1,
         "disturbance": None,
         "start": None,
@@ -227,7 +225,7 @@ def loop_of(**changes):
         ({"run": Some(tolerance=1e-9, delay=0, current_lag=0.0)}, False),
         ({"run": Some(tolerance=0.0, delay=1, current_lag=0.0)}, False),
         ({"run": Some(tolerance=0.0, delay=0, current_lag=1e-3)}, False),
-        ({"friction": friction.maxwell_slip(F_C=1.0, k_i=[1e5, 2e5], nu_i=[0.4, 0.6])}, False),
+        ({"friction": br.friction.maxwell_slip(F_C=1.0, k_i=[1e5, 2e5], nu_i=[0.4, 0.6])}, False),
     ],
 )
 def test_runs_in_a_batch_have_a_single_mass_under_a_given_effort(changes, fits):
@@ -258,7 +256,8 @@ def test_a_list_that_was_drawn_is_a_column_for_each_element(bench, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("error", "status", "reason"), [(InputError("is wrong"), "refused", "is wrong"), (ValueError("x" * 400), "raised", "ValueError: xxx")]
+    ("error", "status", "reason"),
+    [(br.core.InputError("is wrong"), "refused", "is wrong"), (ValueError("x" * 400), "raised", "ValueError: xxx")],
 )
 def test_a_run_that_fails_is_reported_with_the_reason_in_short(bench, monkeypatch, error, status, reason):
     simulator = Simulator(bench.study(), batches=False)
@@ -287,15 +286,15 @@ def test_no_memory_is_no_reason_of_a_run(bench, monkeypatch):
 
 def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
     study = bench.study(LOOPS)
-    simulator, ends = Simulator(study), {"plain": Status.OK, "stiff": Status.TOLERANCE_MISSED}
+    simulator, ends = Simulator(study), {"plain": br.core.Status.OK, "stiff": br.core.Status.TOLERANCE_MISSED}
     result = Some(variants={name: Some(name=name, status=status) for name, status in ends.items()})
     monkeypatch.setattr(blocks, "simulate", lambda experiment: result)
     simulator.study = Some(metrics=())
     row = row_of(study.values(Block(0, 1)), 0)
-    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", f"stiff: {Status.TOLERANCE_MISSED.sentence}")
+    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", f"stiff: {br.core.Status.TOLERANCE_MISSED.sentence}")
     del result.variants["plain"]
-    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", Status.TOLERANCE_MISSED.sentence)
-    result.variants["stiff"].status = Status.OK
+    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", br.core.Status.TOLERANCE_MISSED.sentence)
+    result.variants["stiff"].status = br.core.Status.OK
     assert simulator._serial(0, row, 1, {}) == ("ok", "")
 
 
@@ -396,7 +395,7 @@ def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind,
 
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
     pytest.importorskip("distributed")
-    with pytest.raises(InputError, match=r"workers: cannot be chosen together with a scheduler"):
+    with pytest.raises(br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"):
         run._crew(None, 3, 2, "tcp://a:1", None)
     assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
     assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Crew)
