@@ -19,7 +19,6 @@ from tests.study.conftest import STUDY, Bench
 import bristle as br
 from bristle.arm.parameters import names_of
 from bristle.arm.robot import read_robot
-from bristle.cli.main import main
 from bristle.core import Content
 from bristle.engine.motion import along
 
@@ -50,16 +49,13 @@ def at(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
+def test_each_log_is_a_row_and_the_axis_that_differs_is_named(bristle, at):
     rng = np.random.default_rng(8)
     for name in ("left", "right"):
         for day in range(1, 17):
             size = 5.0 * (1.0 + 0.01 * rng.standard_normal()) * (1.2 if name == "right" and day >= 11 else 1.0)
             write_log(at / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500)
-    assert main([*EACH, "--out", "fleet"]) == 0
-    text = capsys.readouterr()
-    assert "32 of 33 logs were identified, 1 failed." in text.out
-    assert "left_2026-03-17.csv" in text.out
+    text = bristle(*EACH, "--out", "fleet", code=0, shown=("32 of 33 logs were identified, 1 failed.", "left_2026-03-17.csv"))
     summary = json.loads((at / "fleet" / "summary.json").read_text())
     assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
     level = summary["parameters"]["friction.F_C"]
@@ -85,21 +81,18 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(at, capsys):
         (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
     ],
 )
-def test_conflicting_options_are_refused(at, capsys, options, message):
-    assert main([*options]) == 2
-    assert message in capsys.readouterr().err
+def test_conflicting_options_are_refused(bristle, at, options, message):
+    bristle(*options, code=2, said=message)
 
 
-def test_a_fleet_without_a_fitted_log_exits_with_1(at, capsys):
+def test_a_fleet_without_a_fitted_log_exits_with_1(bristle, at):
     (at / "logs/left/left_2026-03-01.csv").unlink()
-    assert main([*EACH, "--out", "none"]) == 1
-    assert "0 of 1 logs were identified, 1 failed." in capsys.readouterr().out
+    bristle(*EACH, "--out", "none", code=1, shown="0 of 1 logs were identified, 1 failed.")
 
 
-def test_a_broken_link_does_not_end_a_fleet(at, capsys):
+def test_a_broken_link_does_not_end_a_fleet(bristle, at):
     (at / "logs/left/left_2026-03-02.csv").symlink_to(at / "nowhere.csv")
-    assert main([*EACH, "--out", "links"]) == 0
-    assert "1 of 3 logs were identified, 2 failed." in capsys.readouterr().out
+    bristle(*EACH, "--out", "links", code=0, shown="1 of 3 logs were identified, 2 failed.")
 
 
 # --- an arm ----------------------------------------------------------------------------------------------------------
@@ -237,19 +230,15 @@ def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristl
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for module in ("options", "study"):
-        monkeypatch.setattr(f"bristle.cli.{module}.progress", progress_in_order)
+    monkeypatch.setattr("bristle.cli.study.progress", progress_in_order)
     bench = Bench(tmp_path)
     bench.write(STUDY)
     return bench
 
 
-def test_a_study_is_run_and_reported(bench, capsys, undrawn):
-    assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 0
-    text = capsys.readouterr()
-    assert "90 % of the runs from" in text.out
-    assert "rank correlation" in text.out
-    assert "open out/report.html" in text.err
+def test_a_study_is_run_and_reported(bristle, bench, undrawn):
+    words = {"said": "open out/report.html", "shown": ("90 % of the runs from", "rank correlation")}
+    bristle("study", "study.toml", "--out", "out", "--workers", "1", code=0, **words)
     summary = json.loads((bench.folder / "out" / "summary.json").read_text())
     assert (summary["runs"], summary["done"], summary["statuses"]) == (12, 12, {"ok": 12})
     worst = summary["worst"]
@@ -260,11 +249,9 @@ def test_a_study_is_run_and_reported(bench, capsys, undrawn):
     assert summary["provenance"]["command"] == "bristle study study.toml --out out"
 
 
-def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys, undrawn):
-    main(["study", "study.toml", "--out", "out", "--workers", "1", "--json"])
-    kept = json.loads(capsys.readouterr().out)["worst"][0]
-    assert main(["study", "study.toml", "--run", str(kept["run"]), "--json", "--out", "again"]) == 0
-    repeated = json.loads(capsys.readouterr().out)
+def test_the_numbers_are_those_of_the_run_that_is_repeated(bristle, bench, undrawn):
+    kept = bristle("study", "study.toml", "--out", "out", "--workers", "1", "--json").data["worst"][0]
+    repeated = bristle("study", "study.toml", "--run", kept["run"], "--json", "--out", "again", code=0).data
     assert repeated["variants"]["base"]["motion"]["peak_to_peak"] == kept["motion.peak_to_peak"]
     assert repeated["run"] == kept["run"]
     table = pyarrow.parquet.read_table(bench.folder / "out" / "runs").to_pylist()[kept["run"]]
@@ -274,23 +261,22 @@ def test_the_numbers_are_those_of_the_run_that_is_repeated(bench, capsys, undraw
     assert (bench.folder / "again" / "log.csv").is_file()
 
 
-def test_a_report_of_a_grid_and_of_indices(bench, capsys, undrawn):
+def test_a_report_of_a_grid_and_of_indices(bristle, bench, undrawn):
     grid = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]')
     bench.write(grid, name="grid.toml")
-    assert main(["study", "grid.toml", "--out", "grid", "--workers", "1"]) == 0
+    bristle("study", "grid.toml", "--out", "grid", "--workers", "1", code=0)
     page = (bench.folder / "grid" / "report.html").read_text()
     assert "effort.frequency 2" in page
     bench.write(STUDY.replace("runs = 12", "runs = 32").replace("seed = 7", "seed = 7\nsobol_indices = true"), "i.toml")
-    assert main(["study", "i.toml", "--out", "indices", "--workers", "1", "--json"]) == 0
-    capsys.readouterr()
+    bristle("study", "i.toml", "--out", "indices", "--workers", "1", "--json", code=0)
     summary = json.loads((bench.folder / "indices" / "summary.json").read_text())
     assert [entry["cause"] for entry in summary["sobol_indices"]][:2] == ["friction.F_C", "plant.M"]
     assert "Sobol indices" in (bench.folder / "indices" / "report.html").read_text()
 
 
 @pytest.mark.slow
-def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
-    assert main(["study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv"]) == 0
+def test_figures_of_a_study_replace_those_of_an_earlier_report(bristle, bench):
+    bristle("study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv", code=0)
     figures = bench.folder / "out" / "figures"
     names = {file.name for file in figures.iterdir()}
     assert {"spread.svg", "captions.txt"} <= names
@@ -298,25 +284,22 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bench, capsys):
     page = (bench.folder / "out" / "report.html").read_text()
     assert page.count("<figure id=") == len(list(figures.glob("*.svg")))
     (figures / "mine.svg").write_text("of a person")
-    assert main(["study", "study.toml", "--out", "out", "--format", "pdf"]) == 0
+    bristle("study", "study.toml", "--out", "out", "--format", "pdf", code=0)
     drawn = {file.name for file in figures.iterdir()}
     assert {"mine.svg", "spread.pdf", "captions.txt"} <= drawn
     assert [name for name in drawn if name.endswith((".svg", ".csv"))] == ["mine.svg"]
     captions = (figures / "captions.txt").read_text()
     (figures / "captions.txt").write_text("of a person")
-    capsys.readouterr()
-    assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 2
-    assert "were changed: figures/captions.txt" in capsys.readouterr().err
+    bristle("study", "study.toml", "--out", "out", "--format", "svg", code=2, said="were changed: figures/captions.txt")
     assert (figures / "captions.txt").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
     (figures / "captions.txt").write_text(captions)
-    assert main(["study", "study.toml", "--out", "out", "--format", "svg"]) == 0
+    bristle("study", "study.toml", "--out", "out", "--format", "svg", code=0)
     assert {file.suffix for file in figures.iterdir()} == {".svg", ".txt"}
     assert (figures / "spread.svg").is_file()
 
 
-def test_a_study_with_only_refused_runs_exits_with_1(bench, capsys, undrawn):
+def test_a_study_with_only_refused_runs_exits_with_1(bristle, bench, undrawn):
     never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
     bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
-    assert main(["study", "study.toml", "--out", "out", "--workers", "1"]) == 1
-    assert "12 of 12 runs failed: 12 refused." in capsys.readouterr().out
+    bristle("study", "study.toml", "--out", "out", "--workers", "1", code=1, shown="12 of 12 runs failed: 12 refused.")
