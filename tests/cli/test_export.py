@@ -12,7 +12,6 @@ from tests.cli.conftest import written_in
 from tests.golden.yard import CURVES
 
 import bristle as br
-from bristle import hysteresis, response
 from bristle.exports import fmu
 from bristle.files.operator import write_operator
 from bristle.hysteresis.identification import FITTED
@@ -137,10 +136,10 @@ def test_the_summary_of_a_scene_states_its_force_error(bristle, place):
 
 @pytest.fixture
 def loops(tmp_path):
-    truth = hysteresis.preisach(s="10 N/um", f_p="20 N")
+    truth = br.hysteresis.preisach(s="10 N/um", f_p="20 N")
     turns = np.array([0, 6, -6, 4, -3, 3, -2, 5, -5, 1, -1, 6])
     u = np.interp(np.linspace(0, turns.size - 1, 700), np.arange(turns.size), turns)
-    f = response(truth, 1e-6 * u) + 0.02 * np.random.default_rng(0).standard_normal(u.size)
+    f = br.response(truth, 1e-6 * u) + 0.02 * np.random.default_rng(0).standard_normal(u.size)
     (tmp_path / "axis.toml").write_text(CURVES)
     rows = [f"{a:.9g},{b:.9g}" for a, b in zip(u, f, strict=True)]
     (tmp_path / "loops.csv").write_text("\n".join(["x,F", *rows]) + "\n")
@@ -216,5 +215,5 @@ def test_unsuitable_curves_end_with_a_message(bristle, loops, arguments, said):
 def test_two_files_and_a_missing_axis_are_refused(bristle, loops):
     log = loops / "loops.csv"
     bristle("identify", log, log, "--axis", loops / "axis.toml", code=2, said="needs a single file of curves")
-    write_operator(loops / "model.toml", hysteresis.preisach(s=1e7, f_p=20.0))
+    write_operator(loops / "model.toml", br.hysteresis.preisach(s=1e7, f_p=20.0))
     bristle("predict", loops / "model.toml", log, code=2, said="names the columns of input and output")
