@@ -169,11 +169,15 @@ def bristle(capsys, monkeypatch):
     """Run the command line in this process."""
     monkeypatch.setattr("bristle.cli.options.progress", progress_in_order)
 
-    def run(*arguments: object) -> Ended:
+    def run(*arguments: object, code: int | None = None, said: str | tuple[str, ...] = (), shown: str | tuple[str, ...] = ()) -> Ended:
+        """Return how it ended: with a code, if one is named, and with words that it said on the error stream and showed on the output."""
         capsys.readouterr()
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return Ended(code, captured.out, captured.err)
+        ended = Ended(main([str(argument) for argument in arguments]), *capsys.readouterr())
+        assert code in (None, ended.code), ended
+        for stream, words in ((ended.err, said), (ended.out, shown)):
+            for each in (words,) if isinstance(words, str) else words:
+                assert each in " ".join(stream.split()), ended
+        return ended
 
     return run
 

@@ -353,8 +353,7 @@ def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     bad.make()
     before = {item: item.stat().st_mtime_ns for item in place.rglob("*")}
     out = ("--out", "results") if bad.arguments[0] in ("identify", "predict", "run") and not {"--out", "--log"} & {*bad.arguments} else ()
-    ended = bristle(*bad.arguments, *out, *(() if bad.arguments[0] == "idenfity" else ("--json",)))
-    assert ended.code == 2, ended
+    ended = bristle(*bad.arguments, *out, *(() if bad.arguments[0] == "idenfity" else ("--json",)), code=2)
     assert ended.out == ""
     is_readable(ended.err, bad.words)
     assert {item: item.stat().st_mtime_ns for item in place.rglob("*") if "__pycache__" not in item.parts} == before

@@ -1,14 +1,15 @@
-"""``bristle bench`` in this process: its exit codes, and what it says on failures and further results."""
+"""Commands on a machine and on competitors: ``bristle bench``, ``bristle tune``."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bristle.bench.child import answered
 from bristle.bench.record import Data, Record
-from bristle.cli.main import main
 from bristle.core import Axis
+from bristle.tune.journal import Journal
 
 TIME = 1e-3 * np.arange(4000)
 AXIS = Axis(kind="translational", cutoff=40.0)
@@ -36,24 +37,29 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(*arguments):
-    return main(["bench", *arguments, "--task", "cogging", "--out", "out", "--workers", "1"])
+def bench(bristle, *competitors, **ends):
+    return bristle("bench", *competitors, "--task", "cogging", "--out", "out", "--workers", "1", **ends)
 
 
-def test_a_failed_competitor_has_its_reason_and_the_exit_code_1(folder, capsys):
-    assert run("wrong.py", "right.py", "least_squares") == 1
-    assert "line 2: KeyError: 'mass'" in capsys.readouterr().out
-    assert run("least_squares") == 0
-    text = capsys.readouterr().out
-    assert "KeyError" not in text
-    assert "out holds 2 results" in text
+def test_a_failed_competitor_has_its_reason_and_the_exit_code_1(bristle, folder):
+    bench(bristle, "wrong.py", "right.py", "least_squares", code=1, shown="line 2: KeyError: 'mass'")
+    assert "KeyError" not in bench(bristle, "least_squares", code=0, shown="out holds 2 results").out
 
 
-def test_a_run_without_a_possible_task_leaves_the_board(folder, capsys, monkeypatch):
-    assert run("right.py", "least_squares") == 0
+def test_a_run_without_a_possible_task_leaves_the_board(bristle, folder, monkeypatch):
+    bench(bristle, "right.py", "least_squares", code=0)
     before = (folder / "out" / "score-board.json").read_text()
     monkeypatch.setattr("bristle.bench.task.Task.missing", "BRISTLE_DATA is not set")
-    assert run("right.py", "least_squares") == 1
+    bench(bristle, "right.py", "least_squares", code=1, said="no task can run with these competitors")
     assert (folder / "out" / "score-board.json").read_text() == before
     assert set(json.loads(before)["scores"]["force"]["tasks"]["cogging"]) == {"right", "least_squares"}
-    assert "no task can run with these competitors" in capsys.readouterr().err
+
+
+RIG = Path(__file__).parents[2] / "examples/tune/machine.toml"
+
+
+def test_a_machine_without_memory_is_refused_by_name(bristle, tmp_path, monkeypatch):
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "state"))
+    (tmp_path / "out").mkdir()
+    Journal(tmp_path / "out").write("verdict", "begun", file=str(RIG))
+    bristle("tune", "--save", str(tmp_path / "out"), code=1, said="the machine experiment has no non-volatile memory")

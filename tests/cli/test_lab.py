@@ -85,11 +85,6 @@ def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tm
     assert "an hour of work" in page.read_text()
 
 
-def test_a_missing_folder_is_reported(tmp_path, page):
-    with pytest.raises(br.core.InputError, match="cannot be written"):
-        run(["lab", "--out", str(tmp_path / "nowhere" / "lab.html")])
-
-
 def test_the_lab_is_served_with_the_given_options(monkeypatch, capsys):
     calls = []
 
@@ -113,6 +108,7 @@ def test_the_lab_is_served_with_the_given_options(monkeypatch, capsys):
     ("line", "words"),
     [
         (["lab"], "--out: is missing"),
+        (["lab", "--out", "nowhere/lab.html"], "cannot be written"),
         (["lab", "--port", "8000", "--out", "x.html"], "applies to --serve only"),
         (["lab", "--no-open", "--out", "x.html"], "applies to --serve only"),
         (["lab", "model.toml", "--serve"], "cannot be combined with --serve"),
@@ -120,7 +116,7 @@ def test_the_lab_is_served_with_the_given_options(monkeypatch, capsys):
         (["lab", "--serve", "--port", "70000"], "is not a port"),
     ],
 )
-def test_conflicting_options_are_refused(line, words):
+def test_unsuitable_options_are_refused(page, here, line, words):
     with pytest.raises(br.core.InputError, match=words):
         run(line)
 

@@ -1,5 +1,6 @@
-"""Options that commands share, and the words and codes with which commands end."""
+"""Options: which way a command takes by them, what it hands on to the work, and the words and codes with which it ends."""
 
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -7,7 +8,8 @@ import pytest
 import typer
 from tests.cli.conftest import USER_MODEL
 
-from bristle.cli import models, options, study
+import bristle as br
+from bristle.cli import compare, design, export, identify, models, options, run, study
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
 from bristle.cli.options import (
     SIZE_SETTING,
@@ -22,7 +24,6 @@ from bristle.cli.options import (
     size_limit,
 )
 from bristle.core import SIZE_LIMIT, Variable
-from bristle.core.errors import InputError
 from bristle.report.table import Table
 from bristle.study.store import OK
 
@@ -40,15 +41,15 @@ def test_a_log_may_be_as_large_as_the_environment_says(monkeypatch):
     monkeypatch.setenv(SIZE_SETTING, "2 GB")
     assert size_limit() == 2 * 10**9
     monkeypatch.setenv(SIZE_SETTING, "many")
-    with pytest.raises(InputError, match=SIZE_SETTING):
+    with pytest.raises(br.core.InputError, match=SIZE_SETTING):
         size_limit()
 
 
 def test_the_first_option_that_was_given_is_refused():
     refuse({"--a": None, "--b": False, "--c": ""}, "no")
-    with pytest.raises(InputError, match=r"--b: says nothing here\. Leave --b out"):
+    with pytest.raises(br.core.InputError, match=r"--b: says nothing here\. Leave --b out"):
         refuse({"--a": None, "--b": 3, "--c": 4}, "says nothing here")
-    with pytest.raises(InputError, match=r"--a: says nothing here\. Do that"):
+    with pytest.raises(br.core.InputError, match=r"--a: says nothing here\. Do that"):
         refuse({"--a": True}, "says nothing here", "Do that")
 
 
@@ -60,7 +61,7 @@ def test_a_name_holds_a_file_of_code(name, own):
 
 
 def test_figures_need_a_folder(tmp_path):
-    with pytest.raises(InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
+    with pytest.raises(br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
         own_figures([tmp_path / "x.py"], "run", has_folder=False)
 
 
@@ -77,9 +78,9 @@ def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
 
     def fails(content):
         if content.source.name == "b.py":
-            raise InputError("is no model")
+            raise br.core.InputError("is no model")
 
-    with pytest.raises(InputError):
+    with pytest.raises(br.core.InputError):
         loaded_code(files, fails)
     assert allowed == []
 
@@ -217,7 +218,7 @@ def test_a_range_is_written_without_its_unit(variable, words):
     ],
 )
 def test_an_unknown_model_is_refused(name, words):
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(br.core.InputError, match=words):
         models._selected(name)
 
 
@@ -250,3 +251,116 @@ def test_an_identified_model_is_reported_with_its_error_or_as_earlier(tmp_path, 
     ]
     allowed = {"allow_code": True, "size_limit": size_limit()}
     assert asked == [allowed | {"progress": print}, allowed]
+
+
+# --- ways ------------------------------------------------------------------------------------------------------------
+
+
+class Told:
+    """The options of a command's output; what is told is kept."""
+
+    command, formats, force, as_json = "bristle command", None, False, False
+
+    def __init__(self, out=None, **options):
+        self.out, self.told, self.opens, self.warnings = out, [], [], []
+        self.context = SimpleNamespace(with_resource=lambda resource: resource, obj=self.command)
+        self.__dict__ |= options
+
+    @contextmanager
+    def opened(self, words, reads=(), **how):
+        self.opens.append((words, [file for file in reads if file is not None], how))
+        yield self.out, in_range
+
+    def tell(self, summary, *parts, warnings=(), files=""):
+        self.told = [summary, *(part for part in parts if part is not None)]
+        self.warnings = list(warnings)
+
+
+def in_range(share, text):
+    assert 0.0 <= share <= 1.0, text
+
+
+def named(**parts):
+    return SimpleNamespace(**parts)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """What was asked for, instead of being done."""
+    calls = []
+
+    def put(place, answer=None):
+        monkeypatch.setattr(place, lambda *passed, **how: calls.append((place.rpartition(".")[2], passed, how)) or answer)
+        return calls
+
+    put.calls = calls
+    return put
+
+
+# --- identify --------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def ways(asked):
+    for name, code in (("_identify_each", 7), ("_identify_friction", 5)):
+        asked(f"bristle.cli.identify.{name}", code)
+    asked("bristle.cli.operators.identify_operators", 3)
+    return asked.calls
+
+
+def test_logs_are_identified_together_or_as_a_fleet(ways):
+    output, logs = Told(), [Path("a.csv"), Path("b.csv")]
+    assert identify.identify(log=logs, output=output) == 5
+    assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
+    (together, passed, _), (each, separate, how) = ways
+    assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3, "robot": None})
+    assert passed[:2] == separate[:2] == (logs, [])
+    assert passed[2]["model"] == br.friction.DEFAULT_MODELS.split(",")
+    assert separate[2]["model"] == ["coulomb_viscous"]
+    rest = {"cutoff": None, "free": "", "draws": 100, "method": None}
+    assert {key: passed[2][key] for key in rest} == {key: separate[2][key] for key in rest} == rest
+
+
+def test_options_of_an_identification_are_passed_in_si(ways):
+    chosen = {"model": "dahl , lugre+asymmetry", "cutoff": "0.1 kHz", "draws": 20, "free": "exponent", "method": "output_error"}
+    identify.identify(log=[Path("a.csv")], output=Told(), **chosen)
+    models = ["dahl", "lugre+asymmetry"]
+    assert ways[0][1][2] == chosen | {"model": models, "cutoff": 100.0}
+    with pytest.raises(br.core.InputError, match="--cutoff"):
+        identify.identify(log=[Path("a.csv")], output=Told(), cutoff="0 Hz")
+
+
+@pytest.mark.parametrize(
+    ("command", "files"),
+    [
+        (identify.identify, {"log": [Path("a.csv")]}),
+        (compare.compare, {"before": Path("a.csv"), "after": Path("b.csv")}),
+        (design.design, {"experiment": Path("e.toml")}),
+        (run.run, {"experiment": Path("e.toml")}),
+    ],
+)
+def test_a_figure_needs_a_folder(command, files, tmp_path):
+    with pytest.raises(br.core.InputError, match="--figure: needs a folder to write into"):
+        command(**files, output=Told(), figure=[tmp_path / "f.py"])
+    with pytest.raises(br.core.InputError, match=r"f\.py"):
+        command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
+
+
+def test_an_export_passes_its_options_and_states_its_notes(asked, monkeypatch, tmp_path):
+    output, context = Told(Path("out")), named(obj="bristle export")
+    exported = named(write=lambda folder: None, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    monkeypatch.setattr(export, "Output", lambda *_, **__: output)
+    asked("bristle.report.exported.export_model_file", exported)
+    asked("bristle.cli.export._law", exported)
+    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
+    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
+    (_, model, how), (_, law, of_law) = asked.calls
+    assert (model, law) == ((tmp_path / "model.toml", "c"), (Path("e.toml"), "fed", "st"))
+    expected = {"points": 20, "float32": True, "tunable": True, "accept_harm": False, "name": "axis_x", "log": Path("a.csv"), "step": None}
+    assert {key: how[key] for key in expected} == expected
+    assert {key: of_law[key] for key in ("single", "accept_harm", "tunable")} == {"single": True, "accept_harm": True, "tunable": False}
+    assert output.opens == [
+        ("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False}),
+        ("exporting", [Path("e.toml")], {"draws": False}),
+    ]
+    assert output.told == [{"notes": ["short"]}, "Note: short"]

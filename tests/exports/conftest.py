@@ -44,7 +44,7 @@ def fmus(tmp_path_factory):
 
 @pytest.fixture
 def opened(fmus, tmp_path):
-    """Return an FMU that is instantiated by FMPy."""
+    """Return an FMU that is instantiated by FMPy: of those above by its name, any other by its folder."""
     open_ones = []
 
     def open_one(name, mass=False, exchanged=False):

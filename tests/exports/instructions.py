@@ -15,7 +15,6 @@ from tests.exports.native import example_with
 from tests.exports.other_targets import FLAGS, TARGETS
 
 import bristle as br
-from bristle.core.contracts import Model
 from bristle.exports.subject import PART, RESTS, SEED, subject_of, walk_of
 
 COUNTED = ("lugre", "maxwell_slip", "dahl", "preisach_lugre", "preisach_contact")
@@ -41,7 +40,7 @@ class Count(NamedTuple):
     stack: int
 
 
-def counted(model: Model, core: str, folder: Path, steps: int = STEPS) -> Count:
+def counted(model: br.core.Model, core: str, folder: Path, steps: int = STEPS) -> Count:
     """Return what a step of a model costs on a core."""
     target, single = TARGETS[core], CORES[core]
     br.export(model, "c", folder, step=DT, float32=single)

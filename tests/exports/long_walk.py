@@ -16,7 +16,6 @@ from tests.exports.native import COMPILER, Native, differing, example_with, walk
 
 import bristle as br
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED
-from bristle.friction import MODELS
 
 STEPS, ST_STEPS, DT = 1_000_000, 100_000, 5e-4
 SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
@@ -29,7 +28,7 @@ def main() -> int:
     if COMPILER is None:
         print("no C compiler here: nothing compared")
         return 0
-    models = {f"{kind}_{name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in MODELS}
+    models = {f"{kind}_{name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in br.friction.MODELS}
     x, wrong = walk(STEPS), 0
     with tempfile.TemporaryDirectory() as place:
         built = {}

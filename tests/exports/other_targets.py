@@ -17,9 +17,7 @@ from typing import NamedTuple
 from tests.exports.native import example_with
 
 import bristle as br
-from bristle.core.contracts import Model
 from bristle.core.cores import abreast
-from bristle.friction import MODELS
 
 HERE = Path(__file__).parent / "cortex_m"
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off")
@@ -82,7 +80,7 @@ TARGETS = {
 }
 
 
-def answer(target: Target, model: Model, folder: Path) -> str:
+def answer(target: Target, model: br.core.Model, folder: Path) -> str:
     """Return what the self-test of a model on a target says against it; nothing where its bits are the same."""
     br.export(model, "c", folder, name="axis_x")
     program = folder / "selftest"
@@ -108,9 +106,9 @@ def answer(target: Target, model: Model, folder: Path) -> str:
     return "" if ran.returncode == 0 and "identical to bristle" in ran.stdout else (ran.stdout + ran.stderr)[-400:] or "silent"
 
 
-def examples() -> dict[str, Model]:
+def examples() -> dict[str, br.core.Model]:
     """Return every model with each set of slots."""
-    return {f"{kind} {name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in MODELS}
+    return {f"{kind} {name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in br.friction.MODELS}
 
 
 def main() -> int:
@@ -128,7 +126,7 @@ def main() -> int:
     return 1 if wrong else 0
 
 
-def _different(target: Target, models: dict[str, Model]) -> Iterator[tuple[str, str]]:
+def _different(target: Target, models: dict[str, br.core.Model]) -> Iterator[tuple[str, str]]:
     with tempfile.TemporaryDirectory() as place:
         try_one = abreast(lambda name: answer(target, models[name], Path(place) / name.replace(" ", "_")))
         yield from ((name, text) for name, text in zip(models, try_one(list(models)), strict=True) if text)

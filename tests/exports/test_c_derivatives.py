@@ -10,12 +10,9 @@ from tests.exports.test_names import TEXT
 
 import bristle as br
 from bristle.core.packing import pack
-from bristle.engine import interpreted
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
-from bristle.files.user_model import load_code
-from bristle.friction import MODELS, with_slots
 from bristle.friction.resting import with_rest
 from bristle.testing import example_of
 
@@ -114,7 +111,7 @@ def around_of(model, count):
 
 
 def example(name, slots):
-    return with_rest(example_of(with_slots(MODELS[name], slots) if slots else MODELS[name]), "held")
+    return with_rest(example_of(br.friction.with_slots(br.friction.MODELS[name], slots) if slots else br.friction.MODELS[name]), "held")
 
 
 QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("stribeck", ()), ("efficiency", ())]
@@ -133,7 +130,7 @@ def test_derivatives_in_c_are_identical_to_python(quick, case):
     parameters, d_x = directions_of(model, x)
     around = around_of(model, x.size)
     force, slopes = quick.along(case[0], x, parameters, d_x, around=around)
-    with interpreted():
+    with br.engine.interpreted():
         expected_force, expected = in_python(model, x, parameters, d_x, around=around)
     assert np.abs(expected).max() > 0.0
     assert differing(force[1:], expected_force) == 0
@@ -146,7 +143,7 @@ def test_the_derivative_by_the_time_step_is_that_of_differences(quick):
     still = np.zeros((1, len(list(tunable_of(quick.models["gms"]).numbers()))))
     _, slopes = quick.along("gms", x, still, np.zeros((x.size, 1)), np.ones((x.size, 1)))
     nudge = 1e-6 * DT
-    with interpreted():
+    with br.engine.interpreted():
         high, low = (br.response(quick.models["gms"], x, DT + change) for change in (nudge, -nudge))
     expected = (high - low) / (2.0 * nudge)
     assert np.abs(expected).max() > 1.0
@@ -167,7 +164,7 @@ def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
 @pytest.mark.parametrize("name", ["d", "slopes", "at"])
 def test_names_of_a_model_and_of_its_export_are_apart(tmp_path, name):
     (tmp_path / "odd.py").write_text(TEXT, encoding="utf-8")
-    br.export(example_of(load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
+    br.export(example_of(br.load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
     compiled(tmp_path / "out", *FLAGS, *WARNINGS, "-fsyntax-only", *(f"{name}{end}.c" for end in ("", "_selftest", "_casadi")))
 
 
@@ -214,7 +211,7 @@ def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
     library = Library({"varied": model}, tmp_path, "axis.parameters.F_C = 17.0; axis.parameters.k_i[1] = 2e6;", tunable=True)
     parameters, d_x = directions_of(model, x)
     _, slopes = library.along("varied", x, parameters, d_x)
-    with interpreted():
+    with br.engine.interpreted():
         _, expected = in_python(model.with_values(F_C=17.0, k_i=[6e6, 2e6, 1e6]), x, parameters, d_x)
         _, before = in_python(model, x, parameters, d_x)
     assert differing(slopes[1:] + 0.0, expected + 0.0) == 0

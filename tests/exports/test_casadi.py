@@ -6,7 +6,6 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, compiled, walk
 from tests.exports.test_c_derivatives import DT, SLOTS, example, in_python
 
 import bristle as br
-from bristle.engine import interpreted
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
 from bristle.translation.tree import INTEGER
@@ -49,7 +48,7 @@ def test_jacobian_and_gradient_through_steps_are_those_of_bristle(tmp_path, case
     count, moved = exported.size, np.zeros((STEPS + 1, exported.size + 1))
     moved[50, -1] = 1.0
     around = {line.field: np.full(STEPS + 1, value) for line, value in zip(model.component.surroundings, usual, strict=True)}
-    with interpreted():
+    with br.engine.interpreted():
         expected_force, expected = in_python(model, places, np.eye(count + 1, count), moved, around=around)
     assert np.array(values).ravel().tolist() == expected_force.tolist()
     found = np.hstack([np.array(by_p), np.array(by_x)])

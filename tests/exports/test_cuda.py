@@ -1,4 +1,4 @@
-"""CUDA C++ of models and operators: the bits of bristle in every lane, each with values and positions of its own."""
+"""CUDA of friction models: its text, and its bits on a graphics processor."""
 
 import ctypes
 import re
@@ -9,15 +9,14 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import differing, walk
+from tests.exports.native import differing, example_with, walk
 
 import bristle as br
 from bristle.engine.path import output_along
-from bristle.friction import MODELS, with_slots
-from bristle.hysteresis import OPERATORS
+from bristle.exports import cuda
+from bristle.exports.cuda import write
+from bristle.exports.targets import Request
 from bristle.testing import example_of
-
-pytestmark = pytest.mark.slow
 
 COMPILER = shutil.which("c++") or shutil.which("g++")
 DT = 5e-4
@@ -45,8 +44,8 @@ extern "C" void run_{name}(int lanes, int samples, double dt, const double *x, c
 
 
 SLOTS = {"lugre": ("periodic",), "gms": ("asymmetry", "load")}
-MODELS_OF = {name: with_slots(component, SLOTS.get(name, ())) for name, component in MODELS.items()}
-COMPONENTS = MODELS_OF | {f"op_{name}": OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
+MODELS_OF = {name: br.friction.with_slots(component, SLOTS.get(name, ())) for name, component in br.friction.MODELS.items()}
+COMPONENTS = MODELS_OF | {f"op_{name}": br.hysteresis.OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
 COMPARED = [*with_fast("lugre", "gms", "preisach_lugre"), pytest.param("op_prandtl_ishlinskii", marks=pytest.mark.slow), "op_preisach"]
 
 
@@ -104,6 +103,7 @@ def expected(name):
     return x, values, np.transpose([br.response(model, x[:, lane], DT) for lane, model in enumerate(models)])
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(COMPILER is None, reason="needs a C++ compiler")
 @pytest.mark.parametrize("name", COMPARED)
 def test_every_lane_is_identical_to_bristle_with_separate_values(written, tmp_path, name):
@@ -115,6 +115,7 @@ def test_every_lane_is_identical_to_bristle_with_separate_values(written, tmp_pa
     assert differing(computed, forces) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lugre", "preisach_lugre", "op_preisach"])
 def test_nvrtc_compiles_it_and_rounds_every_operation(written, name):
     ptx = ptx_of(written(name))
@@ -124,10 +125,12 @@ def test_nvrtc_compiles_it_and_rounds_every_operation(written, name):
     assert f".entry {name}_start_lanes" in ptx
 
 
+@pytest.mark.slow
 def test_fused_multiply_add_is_detected(written):
     assert "fma.rn.f64" in ptx_of(written("lugre"), "--fmad=true", "--std=c++17")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMPARED)
 def test_a_graphics_processor_gives_identical_forces(written, name):
     text = written(name)
@@ -218,3 +221,87 @@ class Device:
         content = np.empty(shape)
         self._of(self._driver.cuMemcpyDtoH(content.ctypes.data, address, content.nbytes))
         return content
+
+
+# --- text ------------------------------------------------------------------------------------------------------------
+
+
+LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
+SIZES = {"double": 8, "int32_t": 4, "int64_t": 8, "bool": 1}
+
+
+def texts(model, **options):
+    product = write(Request(model, "axis_x", 1e-3, **options))
+    assert list(product.files) == ["axis_x.cu", "README.md"]
+    return product.files["axis_x.cu"], product.files["README.md"], product.notes
+
+
+def size_of(body):
+    """The bytes of a structure of C, each number at a multiple of its own size, the whole of eight."""
+    at = 0
+    for kind, count in re.findall(r"^\s*(double|int32_t|int64_t|bool) \w+(?:\[(\d+)\])?;", body, re.MULTILINE):
+        at = -(-at // SIZES[kind]) * SIZES[kind] + SIZES[kind] * int(count or 1)
+    return -(-at // 8) * 8
+
+
+@pytest.mark.parametrize(
+    "model",
+    [LUGRE, br.friction.coulomb(F_C=2.0), example_with("preisach_lugre"), example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"])],
+    ids=lambda model: model.name,
+)
+def test_a_lane_is_as_large_as_its_structure(model):
+    source, readme, _ = texts(model)
+    told = re.findall(r"(\d+) bytes", readme)
+    assert len(set(told)) == 1
+    parameters = re.search(r"typedef struct \{\n([^}]*)\} axis_x_parameters;", source)[1]
+    lane = re.search(r"typedef struct axis_x \{\n(.*?)\} axis_x;", source, re.DOTALL)[1]
+    state = re.search(r"struct \{\n(.*?)\} state;", lane, re.DOTALL)
+    own = re.sub(r"struct \{\n.*?\} state;", "", lane, flags=re.DOTALL)
+    head, memory = own.partition("double memory")[::2]
+    sizes = [size_of(head), size_of("    double memory" + memory) if memory else 0, size_of(parameters)]
+    assert int(told[0]) == sum(sizes) + (size_of(state[1]) if state else 0)
+
+
+OPERATOR = example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"])
+ROWS = "`F_C`, `F_S`, `v_S`, `sigma_0`, `sigma_1`, `sigma_2`, `v_d`"
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        (LUGRE, ["one axis with 96 bytes", "double values[7][lanes]", ROWS, "force[samples][lanes]"]),
+        (OPERATOR, ["`thresholds[0]`, `thresholds[1]`, `thresholds[2]`", "output[samples][lanes]"]),
+    ],
+)
+def test_rows_of_values_are_the_parameters_in_order_with_each_array_element(model, words):
+    _, readme, _ = texts(model)
+    assert [word for word in words if word not in readme] == []
+
+
+def test_functions_are_device_functions_and_structures_are_constructed_by_name():
+    source, _, _ = texts(LUGRE)
+    assert "__device__ double axis_x_force(" in source
+    assert "static __device__ inline double lugre_stribeck_force(" in source
+    assert re.search(r"\((State|Move|Motion|Parameters)\)\{", source) is None  # which is C
+    assert re.search(r"\b(State|Move|Motion|Parameters)\{", source)
+    assert re.search(r"^static __device__ const \w+", source, re.MULTILINE) or "static const" not in source
+
+
+def test_the_option_tunable_does_not_change_the_text():
+    assert texts(LUGRE)[0] == texts(LUGRE, tunable=True)[0]
+
+
+def test_constant_parameters_are_shared_by_all_lanes(monkeypatch):
+    _, _, notes = texts(LUGRE)
+    assert len(notes) == 1
+    assert "--fmad=false" in notes[0]
+
+    def refuses(model, fixed=()):
+        raise br.core.InputError("converts these parameters at the start", path="model")
+
+    monkeypatch.setattr(cuda, "tunable_of", refuses)
+    source, readme, notes = texts(LUGRE)
+    assert notes[1] == "all lanes share the parameters of the model"
+    assert "values[" not in readme
+    assert "one axis with 40 bytes" in readme
+    assert "_set_lanes" not in source

@@ -1,18 +1,28 @@
-"""What the comments of exported files say: values, ranges, intervals, units, and whose they are."""
+"""What exported files say of a model, what tells them apart from those of another one, and what is refused."""
 
 import hashlib
 import re
+from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from tests.exports.native import example_with
+from tests.exports.test_laws import variant_of
+from tests.exports.test_names import HEAD, TRIAL, model_of
+from tests.identification.known_logs import log_of, sines
 
 import bristle as br
-from bristle.core.variable import Variable
+from bristle.exports import face
 from bristle.exports.described import (
     Source,
     command_facts,
+    copyright_line,
+    hash_of_law,
     hash_of_model,
+    licence_text,
     meaning_of,
     meaning_within,
     model_facts,
@@ -22,11 +32,14 @@ from bristle.exports.described import (
     version,
     with_rights,
 )
+from bristle.exports.law import law_of
 from bristle.exports.subject import capacity_of, forces_of, subject_of
-from bristle.exports.targets import Request
+from bristle.exports.targets import TARGETS, Product, Request
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
+from bristle.testing import example_of
 
-LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
+VALUES = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}
+LUGRE = br.friction.lugre(**VALUES)
 PLAY = br.hysteresis.play(r=1.0)
 
 
@@ -38,7 +51,7 @@ def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment(text, expected
     assert plain(text) == expected
 
 
-FORCE, SHARE = Variable("force", "a force", min=0.0), Variable("1", "a share")
+FORCE, SHARE = br.core.Variable("force", "a force", min=0.0), br.core.Variable("1", "a share")
 
 
 @pytest.mark.parametrize(
@@ -174,3 +187,182 @@ def test_a_long_remark_is_folded_in_the_head_of_every_file(target):
         assert len(lines) > 3
         assert max(map(len, lines)) <= 125
         assert re.findall(r"word\d+", " ".join(lines)) == remark.split()
+
+
+# --- from Python and from text ---------------------------------------------------------------------------------------
+
+
+COULOMB = br.friction.coulomb(F_C=1.0)
+
+
+@pytest.fixture
+def requested(monkeypatch):
+    """Targets with the request, and whether harm is accepted."""
+    seen = []
+
+    def files(target, request, *, accept_harm):
+        seen.append((target, request, accept_harm))
+        return Product({"a.txt": "a"}, ("a note",))
+
+    monkeypatch.setattr(face, "files_for", files)
+    return seen
+
+
+DEFAULTS = {"model": COULOMB, "name": "axis_x", "dt": 5e-4, "tunable": False, "single": False, "axis": None, "plant": None, "log": None}
+DEFAULTS |= {"loop": None, "speed": 0.0, "points": 20, "mass": 1.0, "rest": "", "info": {}}
+
+
+def test_default_options_are_fixed_parameters_half_a_millisecond_and_no_harm(requested, tmp_path):
+    result = br.export(COULOMB, "c", tmp_path / "out")
+    ((target, request, accept_harm),) = requested
+    assert (target, accept_harm) == ("c", False)
+    assert DEFAULTS.items() <= vars(request).items()
+    assert (result.files, result.notes, result.effect) == (("a.txt",), ("a note",), None)
+    assert (tmp_path / "out" / "a.txt").read_text() == "a"
+    with pytest.raises(br.core.InputError):
+        br.export(COULOMB, "c", tmp_path / "out")
+
+
+def test_options_become_a_request(requested, tmp_path):
+    br.export(COULOMB, "c", tmp_path / "out", accept_harm=True, tunable=True, float32=True, rest="middle", mass="2 kg")
+    ((_, request, accept_harm),) = requested
+    assert (request.tunable, request.single, request.rest, request.mass, accept_harm) == (True, True, "middle", 2.0, True)
+
+
+@pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])
+def test_the_option_points_allows_two_to_a_thousand_entries(requested, tmp_path, points, taken):
+    if taken:
+        br.export(COULOMB, "table", tmp_path / "out", points=points)
+        assert requested[0][1].points == points
+    else:
+        with pytest.raises(br.core.InputError, match="points"):
+            br.export(COULOMB, "table", tmp_path / "out", points=points)
+
+
+def test_text_and_missing_options_become_a_request(requested):
+    options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
+    face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
+    face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})
+    assert [(request.name, request.dt, request.rest, harm) for _, request, harm in requested] == [
+        ("axis_x", 5e-4, "", False),
+        ("mine", 2e-3, "held", True),
+    ]
+    wrong: dict[str, Any]
+    for wrong in ({"step": "0 s"}, {"rest": "moving"}, {"name": "int"}):
+        with pytest.raises(br.core.InputError):
+            face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | wrong)
+
+
+MOTION = sines(duration=0.5)
+LOG = {"log": log_of(MOTION, 12.0 * MOTION.acceleration)}
+LAW = variant_of("cascade", "nothing")
+NOT_A_TABLE = "is not a table"
+
+
+@pytest.mark.parametrize(
+    ("model", "to", "options", "words"),
+    [
+        (COULOMB, "cobol", {}, "no such target"),
+        (COULOMB, "c", {"name": "int"}, "cannot name a function"),
+        (COULOMB, "c", {"name": "Axis 1"}, "cannot name a function"),
+        (COULOMB, "st", {"name": "limit"}, "cannot name a function block"),
+        (COULOMB, "c", {"step": 0.0}, "step"),
+        (COULOMB, "c", LOG, NOT_A_TABLE),
+        (COULOMB, "mjcf", LOG, NOT_A_TABLE),
+        (COULOMB, "sinumerik", LOG, NOT_A_TABLE),
+        (LUGRE.with_values(sigma_0=1e39), "c", {"float32": True}, r"sigma_0: is too large for single precision.*float32"),
+        (LUGRE, "c", {"derivatives": True, "float32": True}, "single precision"),
+        (LUGRE, "st", {"derivatives": True}, "does not support derivatives"),
+        (PLAY, "c", {"derivatives": True}, "of friction only"),
+        (PLAY, "wasm", {}, "does not support hysteresis operators"),
+        (PLAY, "casadi", {}, "operators"),
+        (LAW, "wasm", {}, "does not support control laws"),
+        (LAW, "fmu3", {"float32": True}, "single precision"),
+    ],
+)
+def test_what_a_target_cannot_write_is_refused_without_a_file(tmp_path, model, to, options, words):
+    with pytest.raises(br.core.InputError, match=words):
+        br.export(model, to, tmp_path / "out", **options)
+    assert not (tmp_path / "out").exists()
+
+
+# --- hashes and the licence ------------------------------------------------------------------------------------------
+
+
+ROOT = Path(__file__).parents[2]
+LED = variant_of("cascade", "desired")
+TEXT_ENDS = (".c", ".h", ".st", ".txt", ".md", ".xml", ".mjs", ".cu")
+
+
+def hash_of(subject):
+    return hash_of_law(law_of(subject)) if isinstance(subject, br.core.Variant) else hash_of_model(subject)
+
+
+def test_the_licence_is_that_of_the_package():
+    assert licence_text() == (ROOT / "LICENSE").read_text(encoding="ascii")
+
+
+@pytest.mark.parametrize(
+    ("subject", "to", "options"),
+    [
+        *((LUGRE, to, {}) for to in ("c", "st", "cuda", "wasm")),
+        (LUGRE, "c", {"tunable": True, "name": "knee"}),
+        (LUGRE, "st", {"float32": True, "step": 1e-3}),
+        *((COULOMB, "c", {"rest": rest}) for rest in ("held", "middle")),
+        *((LAW, to, options) for to in ("c", "st") for options in ({}, {"tunable": True}, {"float32": True})),
+    ],
+)
+def test_all_files_have_the_hash_of_their_model_for_all_options(tmp_path, subject, to, options):
+    br.export(subject, to, tmp_path / "out", **options)
+    files = [path for path in (tmp_path / "out").iterdir() if path.suffix in TEXT_ENDS]
+    heads = ["".join(path.read_text(encoding="utf-8").splitlines(keepends=True)[:9]) for path in files]
+    assert {re.search(r"Hash of the model: sha256 ([0-9a-f]{64})", head)[1] for head in heads} == {hash_of(subject)}
+    assert all("SPDX-License-Identifier: BSD-3-Clause" in head and copyright_line() in head for head in heads)
+
+
+def test_hashes_stay_what_they_were_in_every_process():
+    digests = {name: hash_of_model(example_with(name))[:12] for name in ("lugre", "stribeck", "gms")}
+    assert digests == {"lugre": "0681e09f87ac", "stribeck": "2c9b5ee8b03c", "gms": "91dd668345f8"}
+
+
+DIFFERENT = {
+    "a bit and the kind of axis": [LUGRE, LUGRE.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **VALUES)],
+    "models and operators": [
+        *map(
+            example_of,
+            [
+                *br.friction.MODELS.values(),
+                br.friction.with_slots(br.friction.MODELS["lugre"], ("asymmetry",)),
+                *br.hysteresis.OPERATORS.values(),
+            ],
+        )
+    ],
+    "gain, compensator and delay": [
+        LED,
+        LAW,
+        variant_of("cascade", "measured"),
+        variant_of("sliding_mode", "desired"),
+        replace(LED, controller=LED.controller.with_values(k_p=40.00000000000001)),
+        replace(LED, feedforward=replace(LED.feedforward, gain=0.65)),
+        replace(LED, run=replace(LED.run, delay=2)),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", DIFFERENT)
+def test_each_difference_changes_the_hash(name):
+    assert len({hash_of(subject) for subject in DIFFERENT[name]}) == len(DIFFERENT[name])
+
+
+def test_the_hash_depends_on_the_computation_not_on_the_text_of_kernels(tmp_path):
+    changed = {
+        "commented": TRIAL.replace("    total = 0\n", "    # the sum\n\n    total = 0  # of all\n"),
+        "constant": TRIAL.replace("0.01 * total", "0.02 * total"),
+        "order": TRIAL.replace("side * (p.F_C + 0.01 * total)", "(p.F_C + 0.01 * total) * side"),
+    }
+    assert all(text != TRIAL for text in changed.values())
+    result = {name: hash_of_model(model_of(HEAD + text, tmp_path)) for name, text in changed.items()}
+    plain = hash_of_model(model_of(HEAD + TRIAL, tmp_path))
+    assert result.pop("commented") == plain
+    assert len({plain, *result.values()}) == 3
+    assert hash_of_model(model_of(HEAD.replace("LAYERS = 3", "LAYERS = 2") + TRIAL, tmp_path)) != plain

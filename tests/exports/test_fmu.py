@@ -1,29 +1,29 @@
-"""FMUs: accepted by importers, with the bits of bristle at the internal step, and integrated with its events in continuous time."""
+"""FMUs, stepped and integrated by an importer: models, and laws of control."""
 
 import ctypes
 import importlib
 import importlib.util
 import sys
 import zipfile
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, described_by, example, needs_compiler, needs_fmpy
-from tests.exports.native import FLAGS, WARNINGS, compiled, differing, example_with
+from tests.exports.native import FLAGS, WARNINGS, compiled, differing, example_with, library_of_laws
+from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, told, variant_of
 
 import bristle as br
 from bristle.cli.main import main
-from bristle.engine import force_along, interpreted, run_open_loop
 from bristle.exports import fmu
-from bristle.exports.described import Source, hash_of_model
+from bristle.exports.c import law_files
+from bristle.exports.described import Source, hash_of_law, hash_of_model
 from bristle.exports.fmu_exchange import why_not
-from bristle.files.model import write_model
-from bristle.friction import MODELS
+from bristle.exports.law import law_of, law_walk
 from bristle.friction.resting import with_rest
 from bristle.friction.slots import SLOTS
-from bristle.plants.terms import with_terms
 from bristle.testing import example_of
 
 pytestmark = [pytest.mark.slow, needs_compiler, needs_fmpy]
@@ -73,8 +73,8 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
     inputs = [{"v": v[k], "x": x[k]} | {key: values[k] for key, values in load.items()} for k in range(COUNT)]
     forces = opened(name).start().along(STEP, inputs, "force")[:, 0]
-    with interpreted():
-        expected = force_along(with_rest(model, "middle"), v, STEP, x, **load)
+    with br.engine.interpreted():
+        expected = br.engine.force_along(with_rest(model, "middle"), v, STEP, x, **load)
     assert np.ptp(expected) > 0.0
     assert differing(forces, expected) == 0
 
@@ -84,8 +84,8 @@ def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
     u = efforts()
     unit = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02)
     seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x", "v"), start=0.25)
-    with interpreted():
-        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
@@ -106,21 +106,21 @@ def test_a_second_importer_computes_identical_results(ecos, fmus, name):
                 simulation.set_real("axis::effort", effort)
                 simulation.step()
                 seen.append([*before, simulation.get_real("axis::force")])
-    with interpreted():
-        trace = run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert differing(seen, np.transpose([trace.position, trace.velocity, trace.friction])) == 0
 
 
 def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
     values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2, "spring_1": 4.0}
-    plant = with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
+    plant = br.plants.with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
     result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("cannot change during a simulation" in note for note in result.notes)
     u, unit = efforts()[:300], opened("termed", mass=True).start()
     seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x",))[:, 0]
-    with interpreted():
-        trace = run_open_loop(plant, example("coulomb_3"), u, STEP)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(plant, example("coulomb_3"), u, STEP)
     assert differing(seen, trace.position) == 0
     with pytest.raises(Exception, match="SetReal failed"):
         unit.set(M=3.0)
@@ -197,8 +197,8 @@ def test_parameters_are_tunable_within_their_ranges(opened):
     inputs[200] |= {"k_i[2]": 2e6, "F_S_neg": 26.5}
     forces = unit.along(STEP, inputs, "force")[:, 0]
     model = example("gms_2")
-    with interpreted():
-        expected = force_along(model, v, STEP, np.zeros(400))
+    with br.engine.interpreted():
+        expected = br.engine.force_along(model, v, STEP, np.zeros(400))
     assert forces[:200].tolist() == expected[:200].tolist()
     assert forces[200:].tolist() != expected[200:].tolist()
     for values in ({"F_S_neg": -1.0}, {"v": np.nan}, {"force": 1.0}):
@@ -213,8 +213,8 @@ def test_parameters_set_before_the_start_give_the_changed_model(opened):
     v, unit = velocities(400), opened("lugre_2").start(sigma_0=2e6, F_C=11.0)
     forces = unit.along(STEP, [{"v": value, "x": 0.0} for value in v], "force")[:, 0]
     model = example("lugre_2").with_values(sigma_0=2e6, F_C=11.0)
-    with interpreted():
-        expected = force_along(model, v, STEP, np.zeros(400))
+    with br.engine.interpreted():
+        expected = br.engine.force_along(model, v, STEP, np.zeros(400))
     assert differing(forces, expected) == 0
 
 
@@ -276,7 +276,7 @@ def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, f
 
 
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, uncompiled, capsys):
-    write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
+    br.write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
     assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
     assert "contains its source only" in capsys.readouterr().out
@@ -317,8 +317,8 @@ def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor)
     effort = 0.9 * np.sin(np.arange(SAMPLES) * 0.012) * np.repeat(np.random.default_rng(6).uniform(0, 1, SAMPLES // 50), 50)
     seen = unit.along(SHORT, [{"effort": value} for value in effort], "force", before=("x", "v", "x_table", "v_table"))
     unit.close()
-    with interpreted():
-        trace = run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
+    with br.engine.interpreted():
+        trace = br.engine.run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
     signals = (trace.motor_position, trace.motor_velocity, trace.position, trace.velocity, trace.friction)
     assert differing(seen, np.transpose(signals)) == 0
@@ -380,8 +380,8 @@ def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(fmus, turns, sp
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
     result, events = integrated(path, stays(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
     steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
-    with interpreted():
-        force = force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
+    with br.engine.interpreted():
+        force = br.engine.force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
     at = STROKE / speed * (np.arange(force.size) + 0.5)
     kinks = np.concatenate((times, result["time"][events]))
     apart = np.min(np.abs(result["time"][:, None] - kinks), axis=1) > STROKE / speed
@@ -521,7 +521,7 @@ def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatc
     path = tmp_path / "out" / "axis_x_mass.fmu"
     assert [validate_fmu(str(tmp_path / "out" / file)) for file in result.files] == [[], []]
     levels = np.array([0, 15, -5, 20, 10, 22, -15, -5, -20, 0, 32, 0, -40, 0, 10, 10, 10.0])
-    exact = run_open_loop(plant, model, levels, dt, steps=FINE)
+    exact = br.engine.run_open_loop(plant, model, levels, dt, steps=FINE)
     times = dt * np.arange(levels.size + 1)
     for tolerance in (1e-4, 1e-6, 1e-8):
         seen, events = integrated(path, stays(times, effort=levels), tolerance, ["x", "v"])
@@ -535,7 +535,7 @@ def test_the_guide_lists_every_model_in_its_group():
     section = guide[guide.index("### Model exchange") :]
     section = section[: section.index("\n## ")]
     able, unable = section.split("These models allow only co-simulation")
-    for name, component in MODELS.items():
+    for name, component in br.friction.MODELS.items():
         assert (f"`{name}`" in able) == (why_not(example_of(component)) == ""), name
         assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
     of_all = unable.split("and Preisach–LuGre with")[0]
@@ -586,3 +586,138 @@ def test_directional_derivatives_are_those_of_differences(opened, name, mass):
         np.testing.assert_allclose(adjoint, np.array(jacobian) @ weights, rtol=1e-12)
     with pytest.raises(Exception, match="DirectionalDerivative"):
         unit.unit.getDirectionalDerivative(places(["time"]), places(knowns[:1]), [1.0])
+
+
+# --- laws ------------------------------------------------------------------------------------------------------------
+
+
+SAMPLES_OF_A_LAW = 600
+# A law without a compensator, one along the measured motion, one led ahead with a past, and one that gravity passes to.
+LAWS = {
+    "cascade_nothing": ("cascade", "nothing", 2),
+    "twisting_measured": ("twisting", "measured", 3),
+    "sliding_mode_all": ("sliding_mode", "all", 2),
+    "cascade_toothed": ("cascade", "toothed", 3),
+}
+TUNED = ("cascade", "toothed")
+
+
+@cache
+def law(controller, fed, *, tunable=False):
+    return law_of(variant_of(controller, fed), tunable=tunable)
+
+
+@cache
+def inputs_of(controller, fed):
+    """Return what a law is told along the walk of its self-test, a row for each sample."""
+    message = law(controller, fed)
+    walk, count, _ = law_walk(message, 2)
+    x = walk.positions(SAMPLES_OF_A_LAW + count)
+    v = np.diff(x) / DT
+    return told(message, x[:-1], v, 100.0 * v, np.append(x[0], x[:-2]))[:SAMPLES_OF_A_LAW]
+
+
+@pytest.fixture(scope="module")
+def in_c(tmp_path_factory):
+    """The same laws in C, as one library; parameters of one of them are changed where that is asked for."""
+    texts, callers = {}, {}
+    for name, (controller, fed, _) in LAWS.items():
+        tuned = (controller, fed) == TUNED
+        texts[name] = law_files(law(controller, fed, tunable=tuned), name, Source())
+        changes = CHANGED[TUNED][0].items() if tuned else ()
+        lines = " ".join(f"axis.parameters.{field} = {value!r};" for field, value in changes) or "(void)changed;"
+        callers[name] = RUN_CHANGED.format(name=name, lines=lines)
+    return library_of_laws(tmp_path_factory.mktemp("in_c"), texts, callers)
+
+
+@pytest.fixture(scope="module")
+def laws(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("law_fmus")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(fmu, "zig", list)
+        for name, (controller, fed, fmi) in LAWS.items():
+            message = law(controller, fed)
+            source = Source(model_hash=hash_of_law(message))
+            written = fmu.write_law(message, name, source, fmi=fmi)
+            assert any("sample time of the law, 0.0005 s" in note for note in written.notes)
+            assert any(note.startswith("step the law before the plant") for note in written.notes)
+            (folder / name).mkdir()
+            (folder / name / "axis_x.fmu").write_bytes(written.files[f"{name}.fmu"])
+    return folder
+
+
+def stepped(unit, rows, first=0, dt=DT):
+    """Return the effort after each sample; the inputs of an FMU stand in the order of those in C."""
+    names = [variable.name for variable in unit.described.modelVariables if variable.causality == "input"]
+    inputs = [dict(zip(names, row.tolist(), strict=True)) for row in rows]
+    return unit.along(dt, inputs, "effort", first=first)[:, 0]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_an_importer_finds_no_problem_in_a_law(laws, name):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(laws / name / "axis_x.fmu")) == []
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_efforts_are_identical_to_the_law_in_c(in_c, opened, laws, name):
+    controller, fed, _ = LAWS[name]
+    rows = inputs_of(controller, fed)
+    result = stepped(opened(laws / name).start(), rows)
+    assert np.ptp(result) > 20.0
+    assert differing(result, replayed(in_c, name, rows, 0)) == 0
+
+
+def test_changed_parameters_act_as_in_the_law_in_c(in_c, opened, laws):
+    rows = inputs_of(*TUNED)
+    unit = opened(laws / "cascade_toothed").start()
+    unit.set(**CHANGED[TUNED][0])
+    result = stepped(unit, rows)
+    assert differing(result, replayed(in_c, "cascade_toothed", rows, 1)) == 0
+    assert differing(result, replayed(in_c, "cascade_toothed", rows, 0)) > SAMPLES_OF_A_LAW // 2
+    for values in ({"controller_k_p": -1.0}, {"measured": np.nan}, {"effort": 1.0}):
+        with pytest.raises(Exception, match="SetFloat64 failed"):
+            unit.set(**values)
+
+
+@pytest.mark.parametrize("name", ["sliding_mode_all", "cascade_toothed"])
+def test_a_saved_state_continues_and_damaged_bytes_are_refused(opened, laws, name):
+    rows = inputs_of(*LAWS[name][:2])
+    unit, other = opened(laws / name).start(), opened(laws / name).start()
+    virgin = unit.saved()
+    first = stepped(unit, rows[:300])
+    saved = unit.saved()
+    rest = stepped(unit, rows[300:], 300)
+    other.restore(saved)
+    assert differing(stepped(other, rows[300:], 300), rest) == 0
+    other.restore(virgin)
+    assert differing(stepped(other, rows[:300]), first) == 0
+    for place in (0, 17, len(saved) // 2, len(saved) - 1):
+        with pytest.raises(Exception, match=r"erialize.* failed"):
+            unit.restore(saved[:place] + bytes([saved[place] ^ 4]) + saved[place + 1 :])
+
+
+def test_the_source_compiles_without_warnings(laws, tmp_path):
+    for name in LAWS:
+        with zipfile.ZipFile(laws / name / "axis_x.fmu") as archive:
+            archive.extractall(tmp_path / name)
+        compiled(tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{name}.c")
+
+
+def test_the_description_lists_inputs_and_the_order_of_steps(laws):
+    described = described_by(laws / "cascade_toothed" / "axis_x.fmu")
+    variables = {each.get("name"): each for each in described.find("ModelVariables")}
+    assert [name for name, each in variables.items() if each.get("causality") == "input"] == [
+        "position",
+        "velocity",
+        "acceleration",
+        "measured",
+        "place_ahead[1]",
+        "place_ahead[2]",
+        "acceleration_ahead[1]",
+        "acceleration_ahead[2]",
+    ]
+    assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == ("N", "tunable")
+    assert described.find("CoSimulation").get("fixedInternalStepSize") == repr(DT)
+    assert described.find("ModelExchange") is None

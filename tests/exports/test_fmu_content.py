@@ -6,13 +6,9 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 from tests.exports.native import example_with
-from tests.exports.test_law import variant
+from tests.exports.test_laws import variant
 
 import bristle as br
-from bristle.core.contracts import Motion
-from bristle.core.experiment import Feedforward
-from bristle.core.variable import Variable
-from bristle.engine import interpreted
 from bristle.engine.screwed import through_screw
 from bristle.exports.cycle import LARGEST, SOLVER, core_of, loaded, stored
 from bristle.exports.described import Source
@@ -119,14 +115,14 @@ def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason
 
 
 def test_outputs_are_finite_and_parameters_have_their_ranges():
-    assert Port("x", INPUT, Variable("length", "x"), 0.0).range == (-LARGEST, LARGEST)
-    assert Port("x", OUTPUT, Variable("length", "x", min=-1.0, max=2.0), 0.0).range == (-1.0, 2.0)
+    assert Port("x", INPUT, br.core.Variable("length", "x"), 0.0).range == (-LARGEST, LARGEST)
+    assert Port("x", OUTPUT, br.core.Variable("length", "x", min=-1.0, max=2.0), 0.0).range == (-1.0, 2.0)
     for role in (PARAMETER, CONSTANT, MARGIN):
-        assert Port("x", role, Variable("length", "x"), 0.0).range == (-math.inf, math.inf)
+        assert Port("x", role, br.core.Variable("length", "x"), 0.0).range == (-math.inf, math.inf)
 
 
 def test_each_array_element_is_a_variable_and_choices_are_not():
-    variables = {"k": Variable("force/length", "stiffness"), "n": Variable("1", "number")}
+    variables = {"k": br.core.Variable("force/length", "stiffness"), "n": br.core.Variable("1", "number")}
     ports = parameter_ports(variables, {"k": np.array([1.0, 2.0]), "n": math.nan}, PARAMETER, Source())
     assert [(port.name, port.value) for port in ports] == [("k[1]", 1.0), ("k[2]", 2.0)]
 
@@ -180,7 +176,7 @@ def test_states_are_local_to_an_fmu_without_a_mass():
 
 
 def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
-    law = law_of(variant(Feedforward(friction=LUGRE)), tunable=True)
+    law = law_of(variant(br.core.Feedforward(friction=LUGRE)), tunable=True)
     content = content_of_law(law, "axis_x", Source())
     assert isinstance(content.entry.body[-1], Return)
     assert content.entry.body[-1].value.type == REAL
@@ -190,7 +186,7 @@ def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
 
 
 def test_variables_of_a_law_are_its_inputs_its_effort_and_its_parameters():
-    content = content_of_law(law_of(variant(Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source())
+    content = content_of_law(law_of(variant(br.core.Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source())
     roles = {port.name: port.role for port in content.ports.listed}
     assert list(roles)[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
     assert {"controller_k_p", "friction_sigma_0"} <= set(roles)
@@ -222,7 +218,7 @@ MASS = br.plants.inertia(M=2.5)
 
 @pytest.fixture(autouse=True)
 def in_plain_python():
-    with interpreted():
+    with br.engine.interpreted():
         yield
 
 
@@ -263,7 +259,7 @@ def test_a_model_with_rates_only_gives_force_and_rates(z, v):
     assert importer.exchange.held == ()
     component, p = BOUC_WEN.component, BOUC_WEN.parameters
     importer["varying"][0] = z
-    force, rates = component.rate(component.State(z), Motion(v, 0.3), p)
+    force, rates = component.rate(component.State(z), br.core.Motion(v, 0.3), p)
     assert importer.call("flowing", v=v, x=0.3) == force
     assert importer["slope"][0] == rates[0]
     assert np.isnan(importer["slope"][1:]).all()  # no event is looked for
@@ -275,7 +271,7 @@ def test_a_mass_moves_with_its_velocity_and_friction_brakes_it():
     importer["varying"][:] = [0.3, 2e-3, 1e-6]
     force = importer.call("flowing", effort=7.0)
     component = BOUC_WEN.component
-    expected, rates = component.rate(component.State(1e-6), Motion(2e-3, 0.3), BOUC_WEN.parameters)
+    expected, rates = component.rate(component.State(1e-6), br.core.Motion(2e-3, 0.3), BOUC_WEN.parameters)
     assert force == expected
     assert importer["slope"][:3].tolist() == [2e-3, pytest.approx((7.0 - force) / 2.5), rates[0]]
 
@@ -328,8 +324,8 @@ def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
 def test_margins_have_a_small_offset_beyond_their_events():
     importer = Importer.moving(NESTED)
     component = NESTED.component
-    piece = component.piece(component.State(), importer["memory"], Motion(1e-3, 0.0), NESTED.parameters)
-    _, _, margin = component.flow(*piece, Motion(1e-3, 0.0), NESTED.parameters)
+    piece = component.piece(component.State(), importer["memory"], br.core.Motion(1e-3, 0.0), NESTED.parameters)
+    _, _, margin = component.flow(*piece, br.core.Motion(1e-3, 0.0), NESTED.parameters)
     importer.call("flowing", v=1e-3, x=0.0)
     assert importer["slope"][-2] == pytest.approx(margin + BEYOND, rel=1e-15)
     assert 0.0 < BEYOND < 1e-6
@@ -350,7 +346,7 @@ def test_an_event_commits_the_present_state_of_the_contact():
     importer.call("arrived")
     component, p = NESTED.component, NESTED.parameters
     memory = np.array(component.new_memory(p), dtype=float)
-    contact, _ = component.piece(component.State(), memory, Motion(1e-3, 0.0), p)
+    contact, _ = component.piece(component.State(), memory, br.core.Motion(1e-3, 0.0), p)
     move = component.arrival(component.State(), memory, contact._replace(z=2e-6), p)
     after = component.commit(component.State(), memory, move, p)
     assert importer["lasting"].tolist() == [float(number) for number in after]

@@ -19,7 +19,6 @@ from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
-from bristle.friction import MODELS
 from bristle.plants import inertia
 from bristle.plants.terms import effort_of_place, terms_of, with_terms
 
@@ -297,7 +296,7 @@ def test_no_operation_is_fused(tmp_path):
 @pytest.mark.slow
 @pytest.mark.skipif(bool(LACKING), reason=LACKING)
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", br.friction.MODELS)
 def test_hal_computes_identical_feeds(tmp_path, name, slots):
     files = written(example_with(name, slots), plant=COGS, speed=0.0)
     component_name = next(file for file in files if file.endswith(".comp")).removesuffix(".comp")

@@ -1,8 +1,9 @@
-"""Control laws in C and Structured Text: replayed on what a simulated loop records, the efforts, bit for bit."""
+"""Laws of control in samples: what is fed forward, and the efforts of a simulated loop, bit for bit, in C and Structured Text."""
 
 import ctypes
 import math
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -11,21 +12,20 @@ import pytest
 from tests.exports.native import COMPILER, RUN_LAW, built, differing, in_structured_text, library_of_laws, selected_cases
 
 import bristle as br
-from bristle.core.errors import InputError
-from bristle.core.experiment import Experiment, Feedforward, Run, Start, Variant
+from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
 from bristle.exports.effect import effect_of_law
 from bristle.exports.fmu import source_text
 from bristle.exports.fmu_content import Setting, content_of_law
 from bristle.exports.hal import hal_law_files
-from bristle.exports.law import law_facts, law_of
+from bristle.exports.law import Inputs, law_facts, law_of, law_walk
+from bristle.exports.law_text import Gravity, Load, loads_of
 from bristle.exports.st import st_law_files
-from bristle.exports.tunable import tunable_law
+from bristle.exports.tunable import settled_law, tunable_law
 from bristle.plants import inertia
 from bristle.references import varied_sine
 from bristle.sensors import encoder
-from bristle.simulation import simulate
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65
@@ -128,7 +128,7 @@ def told(law, x, v, a, measured):
 
 def recorded(variant):
     """Return what the law was told at each sample but the last ones, whose next ones there are not, and its efforts."""
-    outcome = simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
+    outcome = br.simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
     t = variant.run.sample_time * np.arange(outcome.time.size + variant.run.delay)
     inputs = told(law_of(variant), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured)
     return inputs, outcome.command[: len(inputs)]
@@ -541,7 +541,7 @@ def test_single_precision_stays_close(tmp_path):
 
 
 def test_a_component_of_hal_with_too_many_pins_is_refused():
-    with pytest.raises(InputError, match=r"hal: has too many inputs.*20 pins"):
+    with pytest.raises(br.core.InputError, match=r"hal: has too many inputs.*20 pins"):
         hal_law_files(screwed_law("both"), "led", Source())
     few = hal_law_files(screwed_law("table"), "led", Source()).files
     assert "pin in float acceleration_ahead_3" in few["led.comp"]
@@ -551,7 +551,219 @@ def test_the_effect_of_a_law_compares_the_error_of_the_table():
     effect = effect_of_law(screwed_law("measured").variant)
     lost = 2.0 * (200.0 / 3e6 + 10e-6) / ARM  # the table reverses the screw
     assert effect.distance == pytest.approx(lost)
-    own = simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
+    own = br.simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
     assert effect.along[-1].with_it == pytest.approx(own.true_error.peak_to_peak, rel=0.1)
     assert effect.along[-1].with_it != pytest.approx(own.following_error.peak_to_peak, rel=0.1)
     assert all(path.ratio < 0.5 for path in effect.along)
+
+
+# --- one law ---------------------------------------------------------------------------------------------------------
+
+
+MASS, MILLISECOND = 2.0, 1e-3
+COULOMB = br.friction.with_slots(br.friction.coulomb, [])(F_C=5.0, offset=0.5)
+TRANSMITTED = br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)
+PENDULUM = br.plants.find("inertia+gravity")(M=3.0, g_sin=4.0, g_cos=1.0)
+BRISTLES = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
+
+
+def variant(feedforward=None, delay=0, limit=math.inf, **changes):
+    parts = {
+        "name": "loop",
+        "plant": br.plants.inertia(M=MASS),
+        "friction": COULOMB,
+        "controller": br.controllers.cascade(k_p=20.0, k_v=30.0),
+        "sensor": br.sensors.encoder(resolution=0.0),
+        "reference": br.references.recorded(position=np.zeros(100), sample_time=MILLISECOND),
+        "feedforward": feedforward or Feedforward(),
+        "run": Run(0.1, MILLISECOND, delay=delay, effort_limit=limit),
+    }
+    return Variant(**parts | changes)
+
+
+def fed(reported, delay=0, **feedforward):
+    """Return the inputs of a law, and what its feedforward adds at each sample."""
+    law, plain = (law_of(variant(each, delay=delay)) for each in (Feedforward(**feedforward), None))
+    return law.inputs, law.efforts(reported) - plain.efforts(reported)
+
+
+def at_rest(ahead, a=0.0, a_ahead=0.0, measured=0.0):
+    """A sample at 0, with the positions and accelerations of the next ones."""
+    return Inputs(0.0, 0.0, a, measured, np.array(ahead), np.full(len(ahead), a_ahead))
+
+
+def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
+    inputs, efforts = fed([at_rest([0.0], a, a + 1.0) for a in (0.0, 1.0, 2.0)], mass=MASS)
+    assert inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")
+    assert efforts == pytest.approx([1.0, 3.0, 5.0])
+
+
+@pytest.mark.parametrize("delay", [0, 2])
+def test_friction_along_the_desired_motion_leads_by_the_delay(delay):
+    x = np.array([0.0, 0.0, 0.0, 0.0, 1e-4, 2e-4, 1e-4, 0.0, -1e-4, -2e-4])
+    _, efforts = fed([at_rest(x[k + 1 : k + 2 + delay]) for k in range(6)], delay, friction=COULOMB)
+    ways = np.sign(np.diff(x))[delay : delay + 6]
+    assert efforts[ways != 0.0] == pytest.approx(5.0 * ways[ways != 0.0] + 0.5)
+
+
+def test_friction_along_the_measured_motion_needs_no_samples_ahead():
+    reported = [at_rest(np.zeros(3), measured=x) for x in (0.0, 1e-4, 2e-4, 1e-4)]
+    inputs, efforts = fed(reported, 2, friction=COULOMB, along="measured")
+    assert inputs == ("position", "velocity", "acceleration", "measured")
+    assert efforts[1:] == pytest.approx([5.5, 5.5, -4.5])
+
+
+@pytest.mark.parametrize(
+    ("way", "shape", "force"),
+    [
+        (1.0, {}, 5.5),
+        (1.0, {"gain": 0.5}, 2.75),
+        (1.0, {"gain": 0.5, "offset": 1.0}, 3.75),
+        (1.0, {"limit": 3.0}, 3.0),
+        (-1.0, {"limit": 3.0}, -3.0),
+        (1.0, {"asymmetry": 0.2}, 5.5 * 1.2),
+        (-1.0, {"asymmetry": 0.2}, -4.5 * 0.8),
+    ],
+)
+def test_gain_asymmetry_and_limit_shape_the_feedforward(way, shape, force):
+    x = way * 1e-4 * np.arange(7)
+    reported = [Inputs(x[k], way * 0.1, 0.0, x[k], x[k + 1 : k + 2], np.zeros(1)) for k in range(5)]
+    assert fed(reported, friction=COULOMB, **shape)[1][-1] == pytest.approx(force)
+
+
+def test_a_drive_limits_the_effort():
+    far = [Inputs(1.0, 0.0, 0.0, 0.0, np.ones(1), np.zeros(1))] * 3
+    assert law_of(variant(limit=7.0)).efforts(far) == pytest.approx([7.0] * 3)
+    assert law_of(variant()).efforts(far)[-1] > 100.0
+
+
+def test_gravity_acts_at_the_middle_of_two_samples():
+    load, carried = loads_of(Feedforward(plant=PENDULUM))
+    assert load is carried
+    assert (load.place, load.numbers) == (Gravity(4.0, 1.0), (0.0, 4.0, 1.0))
+    _, gravity = fed([Inputs(0.2, 0.0, 0.0, 0.2, np.array([0.4]), np.zeros(1))], plant=PENDULUM)
+    assert gravity == pytest.approx([4.0 * math.sin(0.3) + math.cos(0.3)])
+
+
+def test_friction_transmits_the_feedforward_or_the_carried_plant():
+    fed, carried = loads_of(Feedforward(mass=MASS, friction=TRANSMITTED, carries=PENDULUM))
+    assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", MASS, "carried_", 3.0)
+    with pytest.raises(br.core.InputError, match="has forces besides inertia, gravity, cogging and a spring"):
+        loads_of(Feedforward(friction=TRANSMITTED, carries=br.testing.example_of(br.plants.oscillator)))
+    assert Load("", 0.0, None).text("", "0") == "0.0"
+
+
+SAME = br.plants.inertia(M=MASS)
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "apart", "prefix"),
+    [
+        ({"mass": MASS, "friction": TRANSMITTED}, False, ""),
+        ({"mass": MASS, "friction": TRANSMITTED, "carries": SAME}, False, ""),
+        ({"mass": MASS, "friction": TRANSMITTED, "carries": SAME}, True, "carried_"),
+        ({"mass": MASS, "friction": COULOMB, "carries": PENDULUM}, False, ""),
+    ],
+)
+def test_a_carried_plant_is_that_of_the_feedforward_if_they_are_equal(feedforward, apart, prefix):
+    fed, carried = loads_of(Feedforward(**feedforward), apart=apart)
+    assert carried.prefix == prefix
+    assert (carried is fed) == (prefix == "")
+
+
+def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():
+    fresh, worn = (law_of(variant(Feedforward(friction=BRISTLES, conditioning=size))) for size in (0.0, 1e-3))
+    assert float(fresh.lasting.fed.state.z) == 0.0
+    assert worn.lasting.fed.state == br.engine.conditioned(BRISTLES, 1e-3)[0]
+
+
+def test_leaves_are_all_numbers_of_the_state_in_order():
+    law = law_of(variant(Feedforward(friction=BRISTLES)))
+    paths = [".".join(path) for path, _ in law.leaves]
+    assert paths[-3:] == ["fed.state.z", "fed.place", "fed.effort"]
+    assert all(path.startswith(("controller.", "fed.")) for path in paths)
+    assert law.memory_size == law.memory.size
+    assert law.dt == MILLISECOND
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"effort": Effort(np.zeros(100))}, "drives an open loop"),
+        ({"learning": Learning(2, 1.0, 0.0, 20.0)}, "needs repetitions of the whole motion"),
+    ],
+)
+def test_variants_without_a_law_are_refused(changes, words):
+    with pytest.raises(br.core.InputError, match=words):
+        law_of(variant(**changes))
+
+
+def test_facts_of_a_law_list_feedforward_and_samples_ahead():
+    facts = law_facts(law_of(variant(Feedforward(mass=MASS, friction=COULOMB, gain=0.5), delay=2, limit=9.0)), "axis_x", Source())
+    assert facts["fed"] == ["inertia along the desired motion: 2 kg", "friction along the desired motion by coulomb, gain 0.5"]
+    assert (facts["ahead"], facts["delay"], facts["limit"], facts["rate"]) == (3, 2, "9", "1000")
+    assert [(entry["declared"], entry["unit"], entry["several"]) for entry in facts["inputs"]] == [
+        ("position", "m", False),
+        ("velocity", "m/s", False),
+        ("acceleration", "m/s^2", False),
+        ("measured", "m", False),
+        ("place_ahead[3]", "m", True),
+        ("acceleration_ahead[3]", "m/s^2", True),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("feedforward", "first", "last"),
+    [
+        ({}, "nothing", "nothing"),
+        (
+            {"friction": TRANSMITTED, "plant": PENDULUM, "carries": PENDULUM},
+            "position-dependent effort of inertia+gravity",
+            "that inertia+gravity transmits along the desired motion",
+        ),
+        ({"mass": MASS, "friction": TRANSMITTED}, "inertia", "that the rest of the feedforward transmits along the desired motion"),
+    ],
+)
+def test_facts_of_a_law_state_what_is_transmitted(feedforward, first, last):
+    lines = law_facts(law_of(variant(Feedforward(**feedforward))), "axis_x", Source())["fed"]
+    assert lines[0].startswith(first)
+    assert lines[-1].endswith(last)
+
+
+def test_the_self_test_measures_each_position_one_sample_late():
+    law = law_of(variant(Feedforward(mass=MASS, friction=COULOMB)))
+    walk, reported, efforts = law_walk(law, 40)
+    assert reported == 40 + law.samples_ahead + 1
+    assert efforts.shape == (40,)
+    x = walk.positions(reported)
+    v = np.diff(x) / MILLISECOND
+    first = Inputs(x[0], v[0], 100.0 * v[0], x[0], x[1:2], 100.0 * v[1:2])
+    second = Inputs(x[1], v[1], 100.0 * v[1], x[0], x[2:3], 100.0 * v[2:3])
+    assert law.efforts([first, second]) == pytest.approx(efforts[:2])
+
+
+LAW, TUNABLE = (law_of(variant(Feedforward(mass=2.0)), tunable=tunable) for tunable in (False, True))
+
+
+def length(text) -> int:
+    return sum(map(len, text.values())) if isinstance(text, Mapping) else len(text)
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_folding_earlier_or_later_gives_the_same_law(write):
+    assert write(LAW, "axis_x", Source()) == write(settled_law(LAW), "axis_x", Source())
+
+
+@pytest.mark.parametrize("write", [law_files, st_law_files], ids=["c", "st"])
+def test_a_law_with_variable_parameters_is_longer(write):
+    assert length(write(TUNABLE, "axis_x", Source())) > length(write(LAW, "axis_x", Source()))
+
+
+def test_folding_earlier_or_later_gives_the_same_fmu_of_a_law():
+    texts = [printed(content_of_law(law, "axis_x", Source()).unit) for law in (TUNABLE, settled_law(TUNABLE))]
+    assert texts[0] == texts[1]
+
+
+def printed(unit) -> str:
+    """Every function of a unit, as its tree has it."""
+    return "\n".join(repr((function.name, function.parameters, function.body)) for function in unit.functions)

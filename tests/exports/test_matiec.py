@@ -14,16 +14,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.exports.native import ALL, COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
-from tests.exports.test_fmu_law import inputs_of
+from tests.exports.test_fmu import inputs_of
 from tests.exports.test_laws import CASES, replayed, variant_of
 
 import bristle as br
-from bristle.engine import force_along, interpreted
 from bristle.exports.c import law_files
 from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.st import st_law_files
-from bristle.friction import MODELS
 from bristle.friction.resting import with_rest
 
 FOLDER = os.environ.get("BRISTLE_MATIEC", "")
@@ -127,7 +125,7 @@ def outputs(model, folder, rows, **options):
 
 
 # The last one has loops of a single pass.
-SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in MODELS] + [("maxwell_slip", None)]
+SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in br.friction.MODELS] + [("maxwell_slip", None)]
 
 
 @pytest.mark.parametrize(("name", "slots"), SHAPES)
@@ -136,15 +134,15 @@ def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
     model = one if slots is None else example_with(name, slots)
     x, around, rows = motion(signals_of(model))
     result = outputs(model, tmp_path, rows, rest="held" if with_rest(model, "held") != model else None)
-    with interpreted():
+    with br.engine.interpreted():
         message = {key: values[1:] for key, values in around.items()}
-        expected = force_along(with_rest(model, "held"), np.diff(x) / DT + 0.0, DT, x[1:], **message)
+        expected = br.engine.force_along(with_rest(model, "held"), np.diff(x) / DT + 0.0, DT, x[1:], **message)
     assert np.ptp(expected) > 0.0
     assert differing(settled(result), np.concatenate([[0.0], expected])) == 0
 
 
 @pytest.mark.parametrize("slots", [(), ALL], ids=["plain", "varied"])
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", br.friction.MODELS)
 def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
     model = example_with(name, slots)
     _, _, rows = motion(signals_of(model))

@@ -12,14 +12,12 @@ from tests.exports.importing import needs_compiler
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, in_structured_text, texts_of, walk
 
 import bristle as br
-from bristle.engine import interpreted
 from bristle.exports import fmu
 from bristle.exports.c import builds
 from bristle.exports.c_code import Names
 from bristle.exports.st import write
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
-from bristle.files.user_model import load_code
 from bristle.testing import example_of
 from bristle.translation.scope import NotExportableError
 
@@ -97,7 +95,7 @@ MODEL = FrictionModel(
 def model(tmp_path_factory):
     file = tmp_path_factory.mktemp("own") / "odd.py"
     file.write_text(TEXT, encoding="utf-8")
-    return example_of(load_code(file))
+    return example_of(br.load_code(file))
 
 
 @needs_compiler
@@ -237,7 +235,7 @@ MODEL = FrictionModel(
 
 def model_of(text, folder):
     (folder / "layers.py").write_text(text)
-    return example_of(load_code(folder / "layers.py"))
+    return example_of(br.load_code(folder / "layers.py"))
 
 
 # All that a kernel may, without a remainder of whole numbers, which WebAssembly lacks, and with names that are words elsewhere.
@@ -253,7 +251,7 @@ OWN = {
 def own(request, tmp_path):
     """Return a model of a person's own, positions, and the forces of plain Python there."""
     model, x = model_of(OWN[request.param], tmp_path), walk(2000, seed=5)
-    with interpreted():
+    with br.engine.interpreted():
         forces = br.response(model, x, DT)
     assert len(np.unique(forces)) > 500
     return model, x, forces

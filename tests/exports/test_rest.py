@@ -1,17 +1,16 @@
-"""A memoryless model at rest: one rule, in every language, and no step in the wrong direction."""
+"""A memoryless model at rest follows one rule in every language; hysteresis operators in C and Structured Text: the bits of bristle."""
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, example_with, in_structured_text, texts_of
+from tests.exports.native import COMPILER, Native, differing, example_with, in_structured_text, selected_cases, texts_of
+from tests.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
-from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
-from bristle.simulation import feedforward_effort
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3
@@ -69,13 +68,15 @@ def test_a_drive_treats_a_step_within_rounding_as_rest():
 @pytest.mark.parametrize("rule", RESTS)
 def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
     model = model_of("coulomb")
-    fed = feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
+    fed = br.simulation.feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
     for k, value in expected(model, rule).items():
         assert fed[k - 1] == pytest.approx(value, rel=1e-6)  # the effort of a sample acts over the step behind it
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
-    assert [name for name in MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(MEMORYLESS, key=list(MODELS).index)
+    assert [name for name in br.friction.MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(
+        MEMORYLESS, key=list(br.friction.MODELS).index
+    )
 
 
 @needs_compiler
@@ -108,3 +109,62 @@ def test_a_note_warns_of_a_mass_outside_the_fmu():
     assert any("creeps at rest" in note and "axis_x_mass.fmu" in note for note in notes)
     lugre = example_with("lugre")
     assert not any("rests" in note for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes)
+
+
+# --- hysteresis operators --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def native(request, tmp_path_factory):
+    names = {operator for (operator,) in selected_cases(request, "operator")} | {"inverse_preisach"}
+    models = {operator.replace(" ", "_"): OPERATORS[operator] for operator in names}
+    return Native(models, tmp_path_factory.mktemp("operators"))
+
+
+@needs_compiler
+@pytest.mark.fast_cases(5)
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_outputs_are_identical_to_bristle(native, operator):
+    u = sized(OPERATORS[operator], walk(7, count=4000))
+    outputs = br.response(OPERATORS[operator], u)
+    assert np.ptp(outputs) > 0.0
+    assert differing(native.forces(operator.replace(" ", "_"), u, 0.0), outputs) == 0
+
+
+INVERSE = OPERATORS["inverse_preisach"]
+BEYOND = [share * INVERSE.values["f_p"] for share in (0.5, 2.0, 0.25)]  # the second force has no output
+
+
+def repeated():
+    """Return the outputs beside it, of which the first is repeated."""
+    first, last = br.response(INVERSE, [BEYOND[0], BEYOND[2]])
+    return [first, first, last]
+
+
+@needs_compiler
+def test_an_inverse_without_an_output_repeats_the_last_output(native):
+    assert native.forces("inverse_preisach", BEYOND, 0.0).tolist() == repeated()
+
+
+@pytest.fixture(scope="module")
+def blocks(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("blocks")
+    names = {values: f"op_{values}".replace(" ", "_") for values in OPERATORS}
+    return in_structured_text({operator: texts_of(OPERATORS[values], folder, operator) for values, operator in names.items()}, folder)
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_structured_text_is_identical(blocks, operator):
+    u, block = sized(OPERATORS[operator], walk(7, count=4000)), f"op_{operator}".replace(" ", "_")
+    assert differing(blocks.run(block, excitation=u)[0], br.response(OPERATORS[operator], u)) == 0
+    assert blocks.selftest(block) == (True, True)
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_structured_text_repeats_the_last_output_of_an_inverse(blocks):
+    fixed, flags = blocks.run("op_inverse_preisach", excitation=BEYOND)
+    assert fixed.tolist() == repeated()
+    assert flags.tolist() == [0, 2, 2]

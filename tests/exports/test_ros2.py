@@ -10,8 +10,6 @@ import pytest
 from tests.exports.native import COMPILER, FLAGS, compiled, differing, walk
 
 import bristle as br
-from bristle.core.errors import InputError
-from bristle.engine import force_along, interpreted
 from bristle.exports import Request
 from bristle.exports.ros2 import write
 
@@ -69,8 +67,8 @@ def rows_of(position=NAN, velocity=NAN, effort=NAN):
 
 
 def python(model, x):
-    with interpreted():
-        return force_along(model, np.diff(x) / DT, DT, x[1:])
+    with br.engine.interpreted():
+        return br.engine.force_along(model, np.diff(x) / DT, DT, x[1:])
 
 
 def test_the_package_contains_the_c_of_the_model_unchanged():
@@ -182,5 +180,5 @@ def test_friction_of_each_joint_is_a_parameter_of_a_tunable_export(tmp_path):
 
 
 def test_an_amplifier_in_velocity_mode_is_refused():
-    with pytest.raises(InputError, match="ros2: feeds an effort forward"):
+    with pytest.raises(br.core.InputError, match="ros2: feeds an effort forward"):
         write(Request(MODEL, "axis_x", DT, mode="velocity"))

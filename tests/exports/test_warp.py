@@ -13,7 +13,6 @@ import bristle as br
 from bristle.exports.targets import Request
 from bristle.exports.tunable import tunable_of
 from bristle.exports.warp import write
-from bristle.friction import MODELS, with_slots
 
 DT, AXES, SAMPLES = 5e-4, 48, 300
 ELEMENTS = br.friction.maxwell_slip(F_C="20 N", k_i=["6 N/um", "3 N/um"], nu_i=[0.4, 0.6])
@@ -77,7 +76,7 @@ def test_draws_are_written_with_one_column_for_each_number():
 
 @pytest.mark.fast_cases(2)
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", br.friction.MODELS)
 def test_draws_of_an_asymmetric_model_cover_every_number(name):
     model = example_with(name, ["asymmetry"])
     draws = {key: np.stack([value, value]) for key, value in tunable_of(model).values.items()}
@@ -87,7 +86,7 @@ def test_draws_of_an_asymmetric_model_cover_every_number(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", br.friction.MODELS)
 def test_each_axis_has_the_forces_of_bristle_to_the_bit(exported, name):
     model, x = example_with(name), walks()
     friction = exported(model, f"same_{name}").Friction(AXES, "cpu")
@@ -104,7 +103,7 @@ def test_each_axis_has_the_forces_of_bristle_to_the_bit(exported, name):
 def test_axes_with_drawn_parameters_have_their_own_forces(exported, levels):
     drawn = {"nu_i": np.array([[0.3, 0.7], [0.5, 0.5]])} | {name: np.array([18.0, 22.0]) - k for k, name in enumerate(levels)}
     values = {name: ELEMENTS.values[name] for name in ("k_i", "nu_i")} | dict.fromkeys(levels, 20.0)
-    friction = with_slots(br.friction.maxwell_slip, ["asymmetry"] * (len(levels) - 1))(**values)
+    friction = br.friction.with_slots(br.friction.maxwell_slip, ["asymmetry"] * (len(levels) - 1))(**values)
     module, x = exported(friction, f"drawn_{len(levels)}", info={"bands": {"draws": drawn}}), walks()
     axes = module.Friction(AXES, "cpu")
     axes.draw(seed=1)

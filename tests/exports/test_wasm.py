@@ -15,12 +15,11 @@ from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Request
 from bristle.exports.wasm import ALONE, module_of, write
 from bristle.exports.wasm_code import leb, signed_leb
-from bristle.friction import MODELS
 from bristle.friction.resting import rest_rule, with_rest
 
 NODE = shutil.which("node")
 DT = 5e-4
-MODELS_OF = {f"sided_{name}": (name, ("asymmetry",)) for name in MODELS} | {
+MODELS_OF = {f"sided_{name}": (name, ("asymmetry",)) for name in br.friction.MODELS} | {
     f"varied_{name}": (name, ALL) for name in ("lugre", "gms", "preisach_lugre")
 }
 CHOSEN = [

@@ -1,18 +1,22 @@
-"""What is kept of a run is what ``simulate`` returns of it, whichever way it was simulated."""
+"""What is kept of a run is what ``simulate`` returns of it; which runs are made many at once; progress is told in words."""
+
+from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
 from tests.study.conftest import STUDY, content, same
 
 import bristle as br
-from bristle.core.errors import InputError
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.report.simulation import simulation_summary
-from bristle.study import run_study
-from bristle.study.block import Simulator, Varied, row_of
+from bristle.study import block as blocks
+from bristle.study import run, run_study
+from bristle.study.block import FAILED, Simulator, Varied, _overridden, fits_a_batch, row_of
 from bristle.study.plan import METRICS, Block
-from bristle.study.run import repeat_run, values_of
+from bristle.study.run import Ran, in_words, repeat_run, run_within, values_of, worst_runs
+from bristle.study.store import Runs
+from bristle.study.workers import Cluster, Crew, Here
 
 EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')
 LOOPS = """
@@ -78,7 +82,7 @@ def test_only_draws_out_of_range_leave_the_batch(bench, model, drawn):
     for place in range(12):
         try:
             alone = varied.models(row_of(values, place), study.seeds(block)[place], ("plant", "friction"))
-        except InputError:
+        except br.core.InputError:
             refused.add(place)
         else:
             assert models[place] == alone
@@ -165,3 +169,240 @@ def test_every_metric_is_a_number_of_bristle_run(bench):
         for key in name.split("."):
             entry = entry[key]
         assert isinstance(entry, float)
+
+
+# --- blocks ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_is_made_with_plain_numbers():
+    values = {"a": np.array([1.0, 2.0]), "b": np.array(["x", "y"]), "c": np.array([[1, 2], [3, 4]])}
+    row = row_of(values, 1)
+    assert row == {"a": 2.0, "b": "y", "c": [3, 4]}
+    assert [type(row["a"]), type(row["b"]), type(row["c"][0])] == [float, str, int]
+
+
+@pytest.mark.parametrize(
+    ("override", "keys", "own"),
+    [
+        ({}, ("friction", "F_C"), False),
+        ({"friction": {"F_C": 1.0}}, ("friction", "F_C"), True),
+        ({"friction": {"F_v": 1.0}}, ("friction", "F_C"), False),
+        ({"friction": {"model": "dahl"}}, ("friction", "F_C"), True),
+        ({"friction": {"file": "a.toml"}}, ("friction", "F_C"), True),
+        ({"friction": "none"}, ("friction", "F_C"), False),
+        ({"friction": {"model": "dahl"}}, ("plant", "M"), False),
+    ],
+)
+def test_a_variant_keeps_values_under_keys_of_the_variant(override, keys, own):
+    assert _overridden(override, keys) is own
+
+
+def test_runs_that_failed_have_no_numbers():
+    assert FAILED == ("not_finite", "refused", "raised")
+
+
+def loop_of(**changes):
+    run = Some(tolerance=0.0, delay=0, current_lag=0.0)
+    known = {
+        "run": run,
+        "friction": br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5),
+        "effort": 1,
+        "disturbance": None,
+        "start": None,
+    }
+    known |= {"plant": Some(component=Some(screw=None))}
+    return Some(**known | changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "fits"),
+    [
+        ({}, True),
+        ({"effort": None}, False),
+        ({"plant": Some(component=Some(screw=1))}, False),
+        ({"disturbance": 1}, False),
+        ({"start": 1}, False),
+        ({"run": Some(tolerance=1e-9, delay=0, current_lag=0.0)}, False),
+        ({"run": Some(tolerance=0.0, delay=1, current_lag=0.0)}, False),
+        ({"run": Some(tolerance=0.0, delay=0, current_lag=1e-3)}, False),
+        ({"friction": br.friction.maxwell_slip(F_C=1.0, k_i=[1e5, 2e5], nu_i=[0.4, 0.6])}, False),
+    ],
+)
+def test_runs_in_a_batch_have_a_single_mass_under_a_given_effort(changes, fits):
+    assert fits_a_batch(Some(variants=[loop_of(**changes)])) is fits
+    assert fits_a_batch(Some(variants=[loop_of(), loop_of(**changes)])) is fits
+
+
+def test_a_block_has_a_row_for_each_of_the_runs(bench):
+    columns = Simulator(bench.study()).columns(Block(4, 7))
+    assert columns["run"].tolist() == [4, 5, 6]
+    assert list(columns["seed"]) == bench.study().seeds(Block(4, 7))
+    assert columns["status"] == ["ok"] * 3
+    assert columns["reason"] == [""] * 3
+    assert {len(column) for column in columns.values()} == {3}
+
+
+def test_a_list_that_was_drawn_is_a_column_for_each_element(bench, monkeypatch):
+    simulator = Simulator(bench.study())
+    drawn = {"friction.K": np.arange(4.0).reshape(2, 2)}
+    study = Some(values=lambda block: drawn, seeds=lambda block: [0, 0], metrics=())
+    simulator.study, simulator.in_batches = study, False
+    monkeypatch.setattr(simulator, "_serial", lambda *a: ("refused", "why"))
+    columns = simulator.columns(Block(0, 2))
+    assert columns["friction.K[0]"].tolist() == [0.0, 2.0]
+    assert columns["friction.K[1]"].tolist() == [1.0, 3.0]
+    assert "friction.K" not in columns
+    assert (columns["status"], columns["reason"]) == (["refused"] * 2, ["why"] * 2)
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "reason"),
+    [(br.core.InputError("is wrong"), "refused", "is wrong"), (ValueError("x" * 400), "raised", "ValueError: xxx")],
+)
+def test_a_run_that_fails_is_reported_with_the_reason_in_short(bench, monkeypatch, error, status, reason):
+    simulator = Simulator(bench.study(), batches=False)
+
+    def fails(experiment):
+        raise error
+
+    monkeypatch.setattr(blocks, "simulate", fails)
+    columns = simulator.columns(Block(0, 1))
+    assert columns["status"] == [status]
+    assert reason in columns["reason"][0]
+    assert len(columns["reason"][0]) <= 300
+    assert np.isnan(columns["effort.rms"][0])
+
+
+def test_no_memory_is_no_reason_of_a_run(bench, monkeypatch):
+    simulator = Simulator(bench.study(), batches=False)
+
+    def fails(experiment):
+        raise MemoryError
+
+    monkeypatch.setattr(blocks, "simulate", fails)
+    with pytest.raises(MemoryError):
+        simulator.columns(Block(0, 1))
+
+
+def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
+    study = bench.study(LOOPS)
+    simulator, ends = Simulator(study), {"plain": br.core.Status.OK, "stiff": br.core.Status.TOLERANCE_MISSED}
+    result = Some(variants={name: Some(name=name, status=status) for name, status in ends.items()})
+    monkeypatch.setattr(blocks, "simulate", lambda experiment: result)
+    simulator.study = Some(metrics=())
+    row = row_of(study.values(Block(0, 1)), 0)
+    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", f"stiff: {br.core.Status.TOLERANCE_MISSED.sentence}")
+    del result.variants["plain"]
+    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", br.core.Status.TOLERANCE_MISSED.sentence)
+    result.variants["stiff"].status = br.core.Status.OK
+    assert simulator._serial(0, row, 1, {}) == ("ok", "")
+
+
+def test_a_fed_forward_model_and_another_variant_are_placed_apart(bench):
+    (sections,) = blocks._placed(bench.study())
+    assert sections == {"friction": {"friction.F_C": "F_C"}, "plant": {"plant.M": "M"}}
+    plain, stiff = blocks._placed(bench.study(LOOPS.replace('"friction.F_C"', '"compare.stiff.friction.F_C"')))
+    assert "friction" not in plain
+    assert stiff["friction"] == {"compare.stiff.friction.F_C": "F_C"}
+    assert "controller" not in stiff  # whose gain is its own
+
+
+@pytest.mark.parametrize(("number", "is_direct"), [(0, False), (5, True), (11, False)])
+def test_the_first_and_the_last_run_decide_whether_values_are_set_directly(bench, monkeypatch, number, is_direct):
+    study = bench.study()
+    changed = row_of(study.values(Block(number, number + 1)), 0)
+    models = Varied.models
+
+    def heavier(self, values, *further):
+        return models(self, values | {"plant.M": 2.0 * values["plant.M"]} if values == changed else values, *further)
+
+    monkeypatch.setattr(Varied, "models", heavier)
+    assert Varied(study).is_direct is is_direct
+
+
+# --- what is missing is simulated, here or in other processes --------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.0, "1 s"), (1.6, "2 s"), (89.0, "89 s"), (90.0, "2 min"), (5399.0, "90 min"), (5400.0, "1.5 h"), (36_000.0, "10.0 h")],
+)
+def test_a_time_is_reported_in_words(seconds, words):
+    assert in_words(seconds) == words
+
+
+class Kept:
+    """A folder of which the first block is there."""
+
+    def __init__(self, present=(0,)):
+        self.present, self.written = set(present), []
+        blocks = tuple(Block(4 * k, 4 * k + 4) for k in range(4))
+        self.study = Some(blocks=blocks, count=16)
+
+    def blocks_present(self):
+        return self.present
+
+    def write(self, block, columns):
+        self.written.append((block.first, columns))
+
+
+def test_progress_counts_present_runs_and_the_remaining_time(monkeypatch):
+    now = iter([0.0, 10.0, 40.0, 100.0])
+    monkeypatch.setattr(run, "time", Some(monotonic=lambda: next(now)))
+    reported, kept = [], Kept()
+    ran = run_within(
+        kept,
+        workers=1,
+        progress=lambda share, words: reported.append((share, words)),
+        simulator=lambda study: Some(columns=lambda block: block.count),
+    )
+    assert ran == Ran(1, ())
+    assert kept.written == [(4, 4), (8, 4), (12, 4)]
+    # Thirty seconds for the second block leave as much for the last one.
+    assert reported == [(0.25, "4 of 16 runs"), (0.5, "8 of 16 runs"), (0.75, "12 of 16 runs, 30 s left"), (1.0, "16 of 16 runs, 1 s left")]
+
+
+def test_a_complete_study_starts_no_worker(monkeypatch):
+    kept = Kept((0, 4, 8, 12))
+    monkeypatch.setattr(run, "Simulator", None)
+    assert run_within(kept) == Ran(4, ())
+    assert kept.written == []
+
+
+def simulator(in_batches):
+    return lambda study: Some(in_batches=in_batches, columns=len)
+
+
+@pytest.mark.parametrize(
+    ("missing", "workers", "in_batches", "kind", "count"),
+    [
+        (3, 1, True, Here, 1),
+        (3, 2, True, Crew, 2),
+        (3, 8, True, Crew, 3),
+        (3, None, True, Here, 6),
+        (3, None, False, Crew, 3),
+        (1, None, False, Here, 1),
+        (0, None, True, Crew, 1),
+        (0, 1, True, Crew, 1),
+    ],
+)
+def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind, count, monkeypatch):
+    monkeypatch.setattr(run, "Simulator", simulator(in_batches))
+    monkeypatch.setattr(run, "core_count", lambda: 6)
+    crew = run._crew(None, missing, workers, None, run.Simulator)
+    assert (type(crew), crew.workers) == (kind, count)
+
+
+def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
+    pytest.importorskip("distributed")
+    with pytest.raises(br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"):
+        run._crew(None, 3, 2, "tcp://a:1", None)
+    assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
+    assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Crew)
+
+
+def test_of_equally_bad_runs_the_earlier_comes_first():
+    columns = {"run": np.arange(10, 16), "m": np.array([1.0, 3.0, np.nan, 3.0, 9.0, 2.0])}
+    columns["status"] = np.array(["ok", "ok", "ok", "tolerance_missed", "refused", "ok"])
+    assert worst_runs(Runs({"metrics": ["m", "n"]}, columns), 3) == [11, 13, 15]
+    assert worst_runs(Runs({"metrics": ["m"]}, columns), 9) == [11, 13, 15, 10]

@@ -1,4 +1,4 @@
-"""The folder of a study: blocks that are whole, the same study gone on with, another one refused."""
+"""The folder of a study: blocks that are whole, the same study gone on with, another one refused, the runs as a data set."""
 
 import errno
 import os
@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyarrow.parquet import read_table, write_table
-from tests.study.conftest import content
+from tests.study.conftest import STUDY, content
 
-from bristle.core.errors import InputError, InputWarning
+import bristle as br
 from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder
 from bristle.study import read_study_file, run_study
@@ -65,9 +65,9 @@ def test_a_damaged_file_is_simulated_again(done, spoil):
     study, out = done
     before = content(out)
     spoil(out / "runs" / "0000000004.parquet")
-    with pytest.raises(InputError, match=r"contains files that are damaged or were not written here: runs/0000000004\.parquet"):
+    with pytest.raises(br.core.InputError, match=r"contains files that are damaged or were not written here: runs/0000000004\.parquet"):
         runs_in(out)
-    with pytest.warns(InputWarning, match=r"runs/0000000004\.parquet is damaged.*keeps the damaged file as .*\.damaged"):
+    with pytest.warns(br.core.InputWarning, match=r"runs/0000000004\.parquet is damaged.*keeps the damaged file as .*\.damaged"):
         assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
     assert runs_in(out).count == study.count
@@ -82,10 +82,10 @@ def test_every_bit_of_a_study_is_guarded(done, name, step):
         data = bytearray(whole)
         data[bit // 8] ^= 1 << bit % 8
         file.write_bytes(data)
-        with pytest.raises(InputError, match=re.escape(file.stem)):
+        with pytest.raises(br.core.InputError, match=re.escape(file.stem)):
             runs_in(out)
         if file.suffix != ".parquet":
-            with pytest.raises(InputError, match=re.escape(name)):
+            with pytest.raises(br.core.InputError, match=re.escape(name)):
                 run_study(study, out, workers=1)
     file.write_bytes(whole)
     assert run_study(study, out, workers=1).before == 3
@@ -94,7 +94,7 @@ def test_every_bit_of_a_study_is_guarded(done, name, step):
 def test_a_whole_block_in_the_place_of_another_one_is_refused(done):
     runs = done[1] / "runs"
     (runs / "0000000004.parquet").write_bytes((runs / "0000000000.parquet").read_bytes())
-    with pytest.raises(InputError, match=r"damaged.*0000000004"):
+    with pytest.raises(br.core.InputError, match=r"damaged.*0000000004"):
         runs_in(done[1])
 
 
@@ -102,7 +102,7 @@ def test_runs_without_the_description_of_their_study_are_continued_by_no_other_o
     out = bench.folder / "out"
     run_study(bench.study(), out, workers=1, provenance={})
     (out / "study.json").unlink()
-    with pytest.raises(InputError, match=r"study\.json: is missing, and the runs in this folder do not identify"):
+    with pytest.raises(br.core.InputError, match=r"study\.json: is missing, and the runs in this folder do not identify"):
         run_study(bench.study(change=("seed = 7", "seed = 8")), out, workers=1, provenance={})
     assert run_study(bench.study(), out, workers=1, provenance={}).before == 3
 
@@ -111,7 +111,7 @@ def test_a_persons_file_under_the_name_of_one_that_was_being_written_is_left_alo
     study, out = done
     name = re.search(r"runs/bristle-[0-9a-f]{32}\.partial", (out / NOTE).read_text())[0]
     (out / name).write_text("mine")
-    with pytest.raises(InputError, match=f"were changed: {name}"):
+    with pytest.raises(br.core.InputError, match=f"were changed: {name}"):
         run_study(study, out, workers=1)
     assert (out / name).read_text() == "mine"
 
@@ -130,7 +130,7 @@ def test_a_link_in_the_place_of_the_figures_is_refused(done, tmp_path):
     (out / "figures").symlink_to(mine)
     with (
         growing_folder(out, "study", used=lambda name: False) as (grown, _),
-        pytest.raises(InputError, match="figures: is a link or a file"),
+        pytest.raises(br.core.InputError, match="figures: is a link or a file"),
     ):
         grown.write("figures/mine.svg", "<svg/>")
     assert not list(mine.iterdir())
@@ -144,12 +144,12 @@ def test_a_persons_own_file_of_a_name_that_the_study_uses_is_left_alone(done, na
     file.unlink(missing_ok=True)
     file.write_text("a year of work")
     if name.startswith("runs"):  # it stands where a block was: it is kept beside the new one
-        with pytest.warns(InputWarning, match="is damaged"):
+        with pytest.warns(br.core.InputWarning, match="is damaged"):
             run_study(study, out, workers=1)
         file = file.with_name(f"{file.name}.damaged")
     else:
         before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-        with pytest.raises(InputError, match=rf"(were changed|did not write): {re.escape(name)}"):
+        with pytest.raises(br.core.InputError, match=rf"(were changed|did not write): {re.escape(name)}"):
             run_study(study, out, workers=1)
         assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert file.read_text() == "a year of work"
@@ -163,7 +163,7 @@ def test_a_link_is_never_written_through(done, tmp_path):
         path.unlink()
     (out / "runs").rmdir()
     (out / "runs").symlink_to(mine)
-    with pytest.raises(InputError, match="did not write: runs"):
+    with pytest.raises(br.core.InputError, match="did not write: runs"):
         run_study(study, out, workers=1)
     assert [path.name for path in mine.iterdir()] == ["thesis.tex"]
 
@@ -190,7 +190,7 @@ def test_another_study_is_refused_with_its_differences(bench, done, change, told
     before = content(out)
     for file in (bench.folder / "study.toml", bench.folder / "rig.toml"):
         file.write_text(file.read_text().replace(*change))
-    with pytest.raises(InputError, match=f"contains another study: {told}"):
+    with pytest.raises(br.core.InputError, match=f"contains another study: {told}"):
         run_study(read_study_file(bench.folder / "study.toml"), out, workers=1)
     assert content(out) == before
 
@@ -205,7 +205,7 @@ def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench
     file = bench.folder / "mine" / custom
     file.parent.mkdir(parents=True)
     file.write_text("years")
-    with pytest.raises(InputError, match=f"is not a folder of a study, but contains {custom}"):
+    with pytest.raises(br.core.InputError, match=f"is not a folder of a study, but contains {custom}"):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert file.read_text() == "years"
 
@@ -218,7 +218,7 @@ def test_remains_of_a_study_that_ended_before_its_start_do_not_matter(bench):
 
 def test_a_foreign_file_among_the_runs_is_refused(bench, done):
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
-    with pytest.raises(InputError, match=r"did not write: runs/more\.parquet"):
+    with pytest.raises(br.core.InputError, match=r"did not write: runs/more\.parquet"):
         run_study(bench.study(), bench.folder / "out", workers=1)
 
 
@@ -232,7 +232,7 @@ def test_a_full_disk_ends_a_study_cleanly_and_free_space_continues_it(bench, mon
         rename(self, old, new)
 
     monkeypatch.setattr(Folder, "rename", put_where_there_is_room)
-    with pytest.raises(InputError, match=r"no space left on device.*Make room"):
+    with pytest.raises(br.core.InputError, match=r"no space left on device.*Make room"):
         run_study(study, bench.folder / "out", workers=1)
     assert sorted(content(bench.folder / "out")) == ["0000000000.parquet"]
     assert not list(bench.folder.rglob("*.partial"))
@@ -256,25 +256,25 @@ def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
     study, out = bench.study(), bench.folder / "out"
     with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
-        with pytest.raises(InputError, match=rf"another process \(process {holder.pid}\) is writing to this folder"):
+        with pytest.raises(br.core.InputError, match=rf"another process \(process {holder.pid}\) is writing to this folder"):
             run_study(study, out, workers=1)
         holder.kill()
     assert run_study(study, out, workers=1).is_whole
 
 
 def test_a_description_that_cannot_be_read_is_reported(tmp_path):
-    with pytest.raises(InputError, match="is not the folder of a study"):
+    with pytest.raises(br.core.InputError, match="is not the folder of a study"):
         study_in(tmp_path)
     for text, words in (("{", "cannot be read"), ("[]", "has a format that this"), ('{"schema": 2}', "has a format that this")):
         (tmp_path / "study.json").write_text(text)
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(br.core.InputError, match=words):
             study_in(tmp_path)
     (tmp_path / "study.json").write_text('{"schema": 1, "a": 2}')
     assert study_in(tmp_path)["a"] == 2
 
 
 def refused(before, now):
-    with pytest.raises(InputError) as error:
+    with pytest.raises(br.core.InputError) as error:
         refuse_another(before, now, Path("out"))
     return str(error.value)
 
@@ -320,3 +320,54 @@ def test_reasons_survive_the_round_trip(bench):
     assert 0 < failed.sum() < 12
     assert all(bool(reason) == bool(fault) for reason, fault in zip(runs.columns["reason"], failed, strict=True))
     assert np.all(np.isnan(runs.columns["effort.rms"]) == failed)
+
+
+# --- as a labelled data set ------------------------------------------------------------------------------------------
+
+
+GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace("runs = 12", "runs = 4")
+
+
+def test_a_study_is_read_with_its_units(bench):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    data = br.read_study(bench.folder / "out")
+    assert dict(data.sizes) == {"run": 12}
+    assert data["friction.F_C"].attrs == {"units": "N", "role": "drawn"}
+    assert data["motion.peak_to_peak"].attrs["units"] == "m"
+    assert data.run.values.tolist() == list(range(12))
+    assert set(data.status.values) == {"ok"}
+    assert data.attrs["seed"] == 7
+
+
+def test_a_grid_becomes_dimensions(bench):
+    run_study(bench.study(GRID), bench.folder / "out", workers=1)
+    data = br.read_study(bench.folder / "out")
+    assert dict(data.sizes) == {"draw": 4, "effort.frequency": 2}
+    assert data["effort.frequency"].values.tolist() == [2.0, 4.0]
+    assert data["effort.frequency"].attrs["units"] == "Hz"
+    assert data["run"].values.tolist() == [[0, 1], [2, 3], [4, 5], [6, 7]]
+    # One draw is the same at both frequencies, and its axis moves differently.
+    assert np.all(data["friction.F_C"].values[:, 0] == data["friction.F_C"].values[:, 1])
+    assert np.all(data["motion.peak_to_peak"].values[:, 0] != data["motion.peak_to_peak"].values[:, 1])
+
+
+def test_missing_runs_are_nan(bench):
+    run_study(bench.study(GRID), bench.folder / "out", workers=1)
+    (bench.folder / "out" / "runs" / "0000000004.parquet").unlink()
+    data = br.read_study(bench.folder / "out")
+    assert data["run"].values[2:].tolist() == [[-1, -1], [-1, -1]]
+    assert np.all(np.isnan(data["motion.peak_to_peak"].values[2:]))
+    assert np.all(np.isfinite(data["motion.peak_to_peak"].values[:2]))
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path):
+    with pytest.raises(br.core.InputError, match=r"has no study[.]json"):
+        br.read_study(tmp_path)
+
+
+def test_without_pyarrow_the_install_command_is_shown(bench, monkeypatch):
+    run_study(bench.study(), bench.folder / "out", workers=1)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    for message in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
+        with pytest.raises(br.core.errors.MissingExtraError, match=r'bristle study .* pip install "bristle\[study\]"'):
+            message()
