@@ -7,7 +7,7 @@ import pytest
 # Folders whose tests share what takes long to make: the figures of the source paper, the page of all models.
 TOGETHER = ("tests/paper/", "tests/lab/")
 # What takes long begins first, so that no worker is left with it at the end.
-FIRST = ("tests/identification/", "tests/exports/", "tests/cli/", "tests/engine/")
+FIRST = ("tests/identification/", *TOGETHER, "tests/exports/", "tests/cli/", "tests/engine/", "tests/tune/", "tests/serve/")
 
 
 def pytest_addoption(parser):
