@@ -22,7 +22,7 @@ except ImportError:  # Windows
     fcntl = None
 
 # Below this resident memory [MB] a process compiles by itself: the next kernel then finds what they share.
-LARGE = 750.0
+LARGE = 600.0
 
 
 class Clock:
