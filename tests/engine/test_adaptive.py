@@ -82,14 +82,13 @@ def test_a_step_of_effort_is_met_at_its_instant():
     assert trace.steps < 60
 
 
-def test_rejected_steps_do_not_change_the_memory():
-    effort = 160.0 * np.sin(20.0 * np.pi * np.arange(0.0, 0.15, 2e-4))
+def test_rejected_steps_do_not_change_the_memory(in_plain_python):
+    effort = 160.0 * np.sin(20.0 * np.pi * np.arange(0.0, 0.04, 2e-3))
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, **SLIDING)
-    rough = run_adaptive(inertia(M=M), model, effort, 2e-4, tolerance=1e-3)
-    gentle = run_adaptive(inertia(M=M), model, effort, 2e-4, tolerance=1e-2, max_step=2e-6)
+    rough = run_adaptive(inertia(M=M), model, effort, 2e-3, tolerance=1e-3, hold="zero")
+    fixed = run_open_loop(inertia(M=M), model, effort, 2e-3, steps=200, hold="zero")  # rejects no step
     assert rough.rejected > 5
-    assert gentle.rejected == 0
-    assert np.max(np.abs(rough.position - gentle.position)) < 1e-3
+    assert np.max(np.abs(rough.position - fixed.position)) < 3e-4
 
 
 @pytest.mark.slow
