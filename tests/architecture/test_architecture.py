@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -28,7 +27,6 @@ MOST_ARGUMENTS = 12
 FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "references")
 
 
-@cache
 def read(path):
     """Return the text of a file, and its tree."""
     text = path.read_text()

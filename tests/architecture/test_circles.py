@@ -51,20 +51,24 @@ def targets(node, folder, modules, late=()):
             yield late[base, alias.name]
 
 
+def tree_of(path):
+    """Return the tree of a file. The trees of all files would take 0.2 GB."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def graph(root=ROOT):
     """Return, of each module of a package, those of it that it imports."""
     files = {}
     for path in sorted(root.rglob("*.py")):
         parts = (root.name, *path.relative_to(root).with_suffix("").parts)
         files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in files.items()}
     late = {}
     for name in (name for name, path in files.items() if path.name == "__init__.py"):
-        late |= late_names(name, trees[name])
+        late |= late_names(name, tree_of(files[name]))
     arrows = {}
     for name, path in files.items():
         folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        loaded = {target for node in imports(trees[name]) for target in targets(node, folder, files, late)}
+        loaded = {target for node in imports(tree_of(path)) for target in targets(node, folder, files, late)}
         arrows[name] = sorted(loaded & files.keys() - {name})
     return arrows
 

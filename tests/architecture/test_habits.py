@@ -69,6 +69,7 @@ def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
     first = {slow.due(parts, [], count)[0].name for count in range(5)}
     assert first == {"p0", "p1", "p2", "p3", "p4"}
     assert [part.name for part in slow.within(parts, 11.0)] == ["p0", "p1"]
+    assert not slow.within([slow.Part("p", "", 5.0, (), (), is_nightly=True)], 11.0)
 
 
 def test_each_path_that_makes_a_part_due_exists():

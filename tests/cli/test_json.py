@@ -13,6 +13,7 @@ from tests.golden.case import CASES
 from tests.golden.commands import COMMANDS
 from tests.golden.comparison import differences
 from tests.golden.skeleton import skeleton
+from tests.golden.yard import yard
 
 from bristle.cli.application import app
 from bristle.lab.page import MARK
@@ -34,6 +35,12 @@ DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper",
 def pages_in_short(monkeypatch, undrawn):
     """Reports without figures, and what every page of the lab begins with: the pages themselves have their tests."""
     monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **__: MARK)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def files_of_commands():
+    """The folder in which the command lines run, made once."""
+    return yard()
 
 
 @cache

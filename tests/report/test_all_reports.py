@@ -15,6 +15,7 @@ pytestmark = pytest.mark.slow
 
 OF_A_LOG = ("identification", "prediction", "log", "comparison", "operator")
 WITH_VERDICT = [kind for kind in KINDS if kind != "study"]
+WITH_CARDS = [kind for kind in KINDS if kind != "arm"]  # the joints of an arm are rows of a table
 
 
 def test_every_kind_of_report_is_tested():
@@ -49,7 +50,7 @@ def first_screen(page):
     return page.partition("<main>")[2].partition('<div class="tabs">')[0]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WITH_CARDS)
 def test_first_screen_has_title_picture_cards_next_step_and_few_words(kind):
     first = first_screen(report_of(kind)[0])
     page = Page(re.sub(r"<(svg|code)\b.*?</\1>", " ", first, flags=re.DOTALL))
@@ -96,7 +97,7 @@ def numbers_of_cards():
     }
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WITH_CARDS)
 def test_number_of_a_card_is_that_of_the_results(kind):
     label, unit, value = numbers_of_cards()[kind]
     number, shown = cards_of(kind)[label].split()
