@@ -5,12 +5,13 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from tests.needs import allowed_reason
-from tests.plugins import budget, kernels, order
+from tests.plugins import budget, kernels, order, skips
 
 ROOT = Path(__file__).parents[2]
 
@@ -159,6 +160,12 @@ def test_folders_that_share_a_fixture_stay_in_one_process():
 )
 def test_few_reasons_of_skips_are_allowed(reason, is_allowed):
     assert (allowed_reason(reason) is not None) == is_allowed
+
+
+def test_a_file_that_is_skipped_as_a_whole_needs_an_allowed_reason_too(monkeypatch):
+    monkeypatch.setattr(skips, "REASONS", Counter({"needs a C compiler": 2, "needs casadi": 1}))
+    monkeypatch.setattr(skips, "FILES", Counter({"could not import 'pandas'": 1, "could not import 'torch'": 1}))
+    assert sorted(skips.refused()) == ["could not import 'pandas'", "needs a C compiler"]
 
 
 COSTLY = """

@@ -60,14 +60,14 @@ def test_the_effort_is_within_its_limit(name):
 
 def test_the_root_term_stops_a_velocity_in_torricellis_time():
     # With k_1 alone dv/dt = -k_1 sqrt(|v|): at rest after 2 sqrt(v_0)/k_1, having gone 2 v_0^1.5/(3 k_1).
-    dt, v, k_1 = 5e-4, 0.09, 0.5
+    dt, v, k_1 = 2.5e-4, 0.09, 0.5
     law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
-    reference = np.zeros((4, 3200))
+    reference = np.zeros((4, 6400))
     trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v)
     end = 2.0 * math.sqrt(v) / k_1
     assert trace.time[np.argmax(trace.velocity < 1e-5 * v)] == pytest.approx(end, rel=1e-2)
-    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=5e-3)
-    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=5e-3)
+    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=1e-3)
+    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=1e-3)
 
 
 def test_the_observer_removes_the_error_of_a_constant_force():

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import columns_by_cause, lagging_columns, missing_forces, ripple_in
+from bristle.identification.missing_force import _Search, columns_by_cause, lagging_columns, missing_forces, ripple_in
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.play import play_at_flanks
 from bristle.identification.settings import DEFAULT
@@ -136,8 +136,16 @@ def test_waves_too_fast_for_the_filter_are_not_sought():
 
 def test_the_weight_of_a_link_has_its_amplitude():
     rows = rows_of(1.5, "rotational")
-    (missing,), _ = missing_forces(with_residual(rows, columns_by_cause(rows)["gravity"] @ np.array([3.0, 4.0])), DEFAULT)
-    assert (missing.cause, missing.amplitude) == ("gravity", pytest.approx(5.0, rel=0.08))
+    columns = columns_by_cause(rows)["gravity"]
+    lacking = with_residual(rows, columns @ np.array([3.0, 4.0]))
+    search = _Search.of(lacking, lacking.explained, slow=False)
+    left_over = search.weighed.left(search.explained)
+    result = search._force("gravity", columns, left_over)
+    assert result.amplitude == pytest.approx(5.0, rel=0.05)
+    assert result.share > 0.9
+    assert search._force("position", columns, left_over).amplitude == 0.0
+    (missing,), _ = missing_forces(lacking, DEFAULT)
+    assert missing.cause == "gravity"
     assert missing.share > 0.9
 
 

@@ -88,6 +88,15 @@ def test_a_page_has_the_neutral_values_of_a_slot(kind):
     assert (condition["advisory"], np.isfinite(condition["least"])) == (False, True)
 
 
+def test_a_walk_has_the_surroundings_of_its_slots_only():
+    scales = switches.scales_of(switches.subject_of(example_named("coulomb")))
+    neutral = list(switches.Surroundings())
+    assert switches._around(("position", "asymmetry"), scales) == neutral
+    for place, slot in enumerate(("load", "temperature", "transmitted")):
+        differs = [value != usual for value, usual in zip(switches._around((slot,), scales), neutral, strict=True)]
+        assert differs == [index == place for index in range(3)]
+
+
 def test_walks_of_the_package_are_those_of_every_set_of_slots(monkeypatch):
     monkeypatch.setattr(switches, "walks_of", lambda model: {"contact": {}})
     monkeypatch.setattr(switches, "slot_walks", lambda *_, complete: {"complete": complete})

@@ -68,7 +68,7 @@ def test_a_given_coefficient_is_held_and_explains_its_part(tmp_path, log, second
     )
     values, error = fitted(log, axis_file(tmp_path, *entries))
     assert (values["known_belt_tension"], values["known_p"]) == (held, 2.0)
-    assert values["M"] == pytest.approx(12.0, rel=0.02)
+    assert values["M"] == pytest.approx(12.0, rel=0.01)
     assert error < 1.0 if is_right else error > 8.0
 
 

@@ -146,7 +146,7 @@ def test_two_joints_give_an_axis_file_with_two_tables_and_no_channels(tmp_path):
     for axis, joint in zip(axes.values(), joints, strict=True):
         log = read_log(path, axis)
         assert axis.kind == "rotational"
-        np.testing.assert_allclose([log.position.values, log.effort.values], [joint.q, joint.u], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose([log.position.values, log.effort.values], [joint.q, joint.u], rtol=1e-7, atol=1e-6)
 
 
 def test_a_log_without_names_is_refused_with_the_command_that_proposes_roles():

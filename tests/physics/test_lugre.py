@@ -66,7 +66,7 @@ def test_driven_mass_converges_to_the_differential_equation_with_order_two():
         return [y[1], effort(t) - force, slope.z]
 
     end = 0.5
-    solved = solve_ivp(right_hand_side, (0, end), [0, 0, 0], method="Radau", rtol=1e-9, atol=1e-13, max_step=2e-3)
+    solved = solve_ivp(right_hand_side, (0, end), [0, 0, 0], method="Radau", rtol=1e-10, atol=1e-14, max_step=2e-3)
     errors = []
     for h in (2e-4, 1e-4, 5e-5):
         t = h * np.arange(round(end / h) + 1)

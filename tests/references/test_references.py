@@ -80,9 +80,9 @@ def test_a_move_takes_the_shortest_possible_time(limits, shortest):
 @pytest.mark.parametrize("ratio", [1.0, 0.8, 1.25])
 def test_triangles_turn_at_their_turning_points(ratio, side):
     model = triangle(amplitude=2.0 * side, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
-    x, v, _ = sampled(model, np.linspace(0.0, duration(model), 50_001))
+    x, v, _ = sampled(model, np.linspace(0.0, duration(model), 200_001))
     turns = np.flatnonzero(np.sign(v[1:-1]) * np.sign(v[2:]) < 0) + 1
-    assert x[turns] == pytest.approx([2.0 * side * (-ratio) ** k for k in range(6)], abs=1e-5)
+    assert x[turns] == pytest.approx([2.0 * side * (-ratio) ** k for k in range(6)], abs=1e-6)
     assert x[-1] == pytest.approx(0.0, abs=1e-12)
 
 
