@@ -149,6 +149,7 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path, person_at):
     assert tab.run("state.files.length") == 0
     assert tab.run("location.href") != address
     tab.session = first
+    tab.call("Page.bringToFront")  # the browser slows down a tab that nobody sees
     person.ticks("model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "leuven", "preisach_lugre")
     person.clicks("#identify")
     person.waits("state.job.task === 'identify' && state.job.state === 'runs'")
