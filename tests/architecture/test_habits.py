@@ -70,6 +70,18 @@ def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
     assert first == {"p0", "p1", "p2", "p3", "p4"}
     assert [part.name for part in slow.within(parts, 11.0)] == ["p0", "p1"]
     assert not slow.within([slow.Part("p", "", 5.0, (), (), is_nightly=True)], 11.0)
+    constant = slow.Part("browser", "", 5.0, (), (), is_constant=True)
+    assert [part.name for part in slow.within([*parts, constant], 11.0)] == ["browser", "p0"]
+
+
+def test_each_run_of_ci_has_the_browser_and_a_site_without_broken_links(slow):
+    (browser,) = [part for part in slow.parts() if part.is_constant]
+    assert " --ci " in browser.command  # a missing browser fails the part
+    assert "tests/lab/test_browser.py" in browser.command
+    lines = (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
+    (site,) = [line for line in lines if " build " in line]
+    assert "--strict" in site
+    assert "--quiet" not in site  # it would hide the warnings that --strict counts
 
 
 def test_each_path_that_makes_a_part_due_exists():
