@@ -1,5 +1,6 @@
 """The gates of a run, on records that are made here: each lets the right axis pass, and refuses the wrong one by name."""
 
+from contextlib import ExitStack
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -9,7 +10,7 @@ from scipy import stats
 from tests.tune.machine import BenchMachine, written
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.files import read_machine
+from bristle.files import growing_folder, read_machine
 from bristle.identification.result import Identification
 from bristle.prediction import first_gain
 from bristle.tune import MachineRefusedError, Recording, steps
@@ -41,11 +42,17 @@ class Scripted(BenchMachine):
 @pytest.fixture
 def prepared(tmp_path, monkeypatch):
     """Return a function that makes a run on a scripted machine."""
+    with ExitStack() as folders:
+        yield preparing(tmp_path, monkeypatch, folders)
+
+
+def preparing(tmp_path, monkeypatch, folders):
     monkeypatch.setattr(steps, "_feedforward", lambda _, identified: SimpleNamespace(name=identified["results"], lead=0.0))
 
     def run(**script):
         file, bench, _ = written(tmp_path, 4, 6)
-        made = Run(read_machine(file), Scripted(bench, **script), tmp_path, Journal(tmp_path), Options())
+        grown, _ = folders.enter_context(growing_folder(tmp_path / f"run-{len(list(tmp_path.iterdir()))}", "run"))
+        made = Run(read_machine(file), Scripted(bench, **script), grown, Journal(grown.path), Options())
         made.step = "stages"
         made.facts |= {"before": {"error": 1e-4}, "identification": {"results": "results", "usable": True}}
         return made
@@ -332,11 +339,12 @@ class Pushed(Scripted):
 )
 def test_an_answer_to_a_test_effort_is_that_of_the_axis(tmp_path, answer, code):
     file, bench, _ = written(tmp_path, 4, 6)
-    run = Run(read_machine(file), Pushed(bench, **answer), tmp_path, Journal(tmp_path), Options())
-    if not code:
-        found = steps._answer(run)
-        assert found["test_effort"] <= 0.04 * run.limits.effort
-    else:
-        with pytest.raises(MachineRefusedError) as refused:
-            steps._answer(run)
-        assert refused.value.code == code
+    with growing_folder(tmp_path / "out", "run") as (grown, _):
+        run = Run(read_machine(file), Pushed(bench, **answer), grown, Journal(grown.path), Options())
+        if not code:
+            found = steps._answer(run)
+            assert found["test_effort"] <= 0.04 * run.limits.effort
+        else:
+            with pytest.raises(MachineRefusedError) as refused:
+                steps._answer(run)
+            assert refused.value.code == code

@@ -63,7 +63,7 @@ def test_a_kept_feedforward_is_saved_and_removed_by_undo(kept):
     entries = Journal(kept / "out").entries
     assert [(entry["event"], entry["places"]) for entry in entries[-2:]] == [("saving", {"stored": ""}), ("saved", machine.saved())]
     assert sentences_of(result)[:2] == ["Saved, and read back: stored.", "The controller reads stored.json."]
-    assert sentences_of(result)[-1] == f"Undo: bristle tune --undo {kept / 'out'}"
+    assert sentences_of(result)[-1] == f"The machine has the feedforward. Undo: bristle tune --undo {kept / 'out'}"
     again = machine.restarted()
     assert again.state() == state
     assert undo(kept / "out", machine=again).outcome == "undone"
@@ -188,7 +188,16 @@ def changed_byte(path: Path) -> None:
 FILES = {"before": "records/before.csv", "excitation": "records/excitation.csv", "identification": "results/model.toml"}
 
 
-@pytest.mark.parametrize(("step", "change"), [("before", changed_byte), ("excitation", Path.unlink), ("identification", changed_byte)])
+def test_a_record_that_was_changed_is_refused_before_anything_moves(finished, tmp_path):
+    make, folder = begun(finished[1], tmp_path, "before")
+    changed_byte(folder / "out" / FILES["before"])
+    machine = make()
+    with pytest.raises(InputError, match=r"files that were changed: records/before\.csv"):
+        tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    assert machine.records == []
+
+
+@pytest.mark.parametrize(("step", "change"), [("excitation", Path.unlink), ("identification", changed_byte)])
 def test_a_file_that_was_changed_is_not_used_by_a_run_that_goes_on(finished, tmp_path, step, change):
     make, folder = begun(finished[1], tmp_path, step)
     change(folder / "out" / FILES[step])

@@ -129,9 +129,15 @@ def test_a_killed_run_is_restored_at_the_next_start(identified, place):
     entry = before + int(place * 20)
     assert killed(entry, lambda: tune(folder / "machine.toml", folder / "out", move=True, machine=make(), options=OPTIONS))
     machine = make()
-    tune(folder / "machine.toml", folder / "out", machine=machine, options=OPTIONS)
+    changed = machine.state()
+    plan = tune(folder / "machine.toml", folder / "out", machine=machine, options=OPTIONS)
+    assert machine.state() == changed  # without --move nothing is written
+    assert plan.remarks[0].endswith(f"bristle tune --undo {folder / 'out'}")
+    machine = make(Faults(stops_at=0))
+    tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
-    assert Journal(folder / "out").last("restored")["identical"]
+    last, first, *_ = Journal(folder / "out").with_events("restored")
+    assert (first["cause"], first["identical"], last["identical"]) == ("a run that was interrupted", True, True)
 
 
 def test_without_move_nothing_moves_and_nothing_is_written(tmp_path):

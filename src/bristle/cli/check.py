@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -37,6 +38,7 @@ def check(
     draws: Annotated[
         int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: number of simulated logs, by default 10.")
     ] = None,
+    move: Annotated[bool, typer.Option("--move", help="With a machine: its example() may move and be written.")] = False,
     as_json: Json = False,
 ) -> int:
     """Check a model, your own code, or the information in a log.
@@ -58,7 +60,7 @@ def check(
         refuse(options, "applies only to a model file", "Leave the option out, or check model.toml of this folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
     refuse({"--log": log, "--draws": draws}, "applies only to a folder of results")
-    judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options)
+    judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options, move=move)
     if as_json:
         print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
     else:
@@ -117,7 +119,7 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
     return _Judged(chosen.name, data, failures, certificate_table(chosen.name, certificates))
 
 
-def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
+def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Judged:
     """Test a code file against its contract and return the result. The name on the command line allows its code."""
     from bristle.core import InputError
     from bristle.exports import load_target_file
@@ -143,7 +145,7 @@ def _of_code(model: Path, options: dict[str, str | None]) -> _Judged:
         ("TARGET", load_target_file, "export target", check_target),
         ("FIGURE", load_figure_file, "figure", check_figure),
         ("FORMAT", load_reader_file, "log reader", check_reader),
-        ("MACHINE", load_machine_file, "machine", check_machine),
+        ("MACHINE", load_machine_file, "machine", partial(check_machine, move=move)),
     )
     if not {"MODEL", "SLOT", *(name for name, *_ in kinds)} & vars(module).keys():
         raise InputError(

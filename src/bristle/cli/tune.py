@@ -45,9 +45,9 @@ def tune(
     if undo is not None and save is not None:
         raise InputError("exclude each other", path="--undo and --save", mend="Write one of them")
     if undo is not None:
-        result = package.undo(undo)
+        result = package.undo(undo, allow_code=allow_code)
     elif save is not None:
-        result = package.save(save)
+        result = package.save(save, allow_code=allow_code)
     elif machine is None or out is None:
         raise InputError("is needed", path="MACHINE.toml and --out DIR", mend="Write bristle tune machine.toml --out tuned --move")
     else:
@@ -59,6 +59,8 @@ def tune(
         print_json(result.as_data())
     elif result.outcome == "planned":
         show(Table("Plan", ("Step", "Duration", "Travel", "Writes"), plan_rows(result)))
+        for remark in result.remarks:
+            complain(remark)
         complain("nothing moved and nothing was written. Add --move to run these steps")
     else:
         show(*sentences_of(result))

@@ -105,6 +105,12 @@ class Growing:
         """Make a folder in it if it is missing."""
         self._folder.make(name)
 
+    def claim(self, name: str) -> None:
+        """Note a file that the command writes itself, line by line."""
+        if name not in self._sums:
+            owned.write_line(self._opened, {"file": name})
+            self._sums[name] = set()
+
     def remove(self, name: str) -> None:
         """Remove a written file, unless its content was changed."""
         if self.is_whole(name):

@@ -55,19 +55,24 @@ def _head(column: Column | None, name: str, unit: str) -> tuple[str, float]:
 
 def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
     """Write a motion as CSV."""
-    _write(path, motion_columns(axis), signals)
+    write_whole(path, _text(motion_columns(axis), signals))
 
 
 def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
     """Write a log of the drive as CSV that can be read with the same axis."""
+    write_whole(path, log_text(axis, signals))
+
+
+def log_text(axis: Axis, signals: Mapping[str, np.ndarray]) -> str:
+    """Return a log of the drive as CSV that can be read with the same axis."""
     heads = {name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind)) for name, quantity in RECORDED.items()}
-    _write(path, {name: head for name, head in heads.items() if name in signals}, signals)
+    return _text({name: head for name, head in heads.items() if name in signals}, signals)
 
 
-def _write(path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> None:
+def _text(columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> str:
     table, out = np.column_stack([signals[name] / scale for name, (_, scale) in columns.items()]), io.StringIO()
     np.savetxt(out, table, fmt="%.12g", delimiter=",", header=",".join(head for head, _ in columns.values()), comments="")
-    write_whole(path, out.getvalue())
+    return out.getvalue()
 
 
 def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:

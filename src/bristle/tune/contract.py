@@ -1,6 +1,8 @@
 """The contract of a machine: what `bristle tune` relies on before it moves an axis."""
 
 import json
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +22,49 @@ STATE = "Return the same plain data while nothing is written"
 ADVICE = "See the methods of bristle.tune.Machine"
 
 
-def check_machine(machine: Any) -> list[Check]:
+def check_machine(machine: Any, *, move: bool = False) -> list[Check]:
     """Return the outcome of each demand on a class of machines; only the machine of its class method ``example`` moves.
 
     Parameters
     ----------
     machine : type
-        The class; ``example()`` returns a new machine without hardware, at rest at the position 0. A class with the method ``save``
-        also has a class method ``restarted(machine)``: it restarts the controller of this machine, and returns a new connection.
+        The class; ``example()`` returns a machine at rest at the position 0, which should be one without hardware. A class with the
+        method ``save`` also has a class method ``restarted(machine)``: it restarts the controller of this machine, and returns a new
+        connection.
+    move : bool
+        Whether this machine may move and be written. Without it, methods and two readings of the state are checked. With it, the
+        machine is restored as it was found, at gain 0, behind each demand.
     """
-    demands = (all_methods, plain_state, every_sample, guard_trips, gain_of_feedforward, restores, saves)
+    moving = (every_sample, guard_trips, gain_of_feedforward, restores, saves)
+    demands = [all_methods, plain_state, *(restoring(demand) if move else untried(demand) for demand in moving)]
     return outcomes(demands, machine, (all_methods,), ADVICE)
+
+
+def restoring(demand: Callable[[Any], Fact]) -> Callable[[Any], Fact]:
+    """Return a demand behind which the machine is as it was found."""
+
+    @wraps(demand)
+    def restored(machine: Any) -> Fact:
+        found = _plain(machine.example())
+        try:
+            return demand(machine)
+        finally:
+            instance = machine.example()
+            if _plain(instance) != found:
+                instance.set()
+                instance.restore(found)
+
+    return restored
+
+
+def untried(demand: Callable[[Any], Fact]) -> Callable[[Any], Fact]:
+    """Return a demand that does not apply, because the machine may not move."""
+
+    @wraps(demand)
+    def skipped(machine: Any) -> Fact:
+        return Fact("not tried: it moves the machine of example(). Add --move", applies=False)
+
+    return skipped
 
 
 def all_methods(machine: Any) -> Fact:

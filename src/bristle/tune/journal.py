@@ -1,5 +1,6 @@
 """The journal of a run: JSON lines that are only appended, each on the disk before the run acts, and chained by their hashes."""
 
+import errno
 import hashlib
 import json
 import os
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import InputError
+from bristle.files import Folder
 
 NAME = "journal.jsonl"
 
@@ -27,21 +29,23 @@ class Journal:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.path = folder / NAME
+        self.path, self._is_known = folder / NAME, True
         self.entries, self._last, self._is_cut = _read(self.path)
 
     def write(self, step: str, event: str, **facts: Any) -> dict[str, Any]:
-        """Append an entry: `event` of a step (begun, write, file, done, stopped, restored, kept, saving, saved, removed)."""
+        """Append an entry, and return it as it is read back.
+
+        `event` of a step is begun, write, file, done, stopped, restored, kept, saving, saved or removed.
+        """
+        if not self._is_known:  # an interrupted write may have written an entry, or a part of it
+            self.entries, self._last, self._is_cut = _read(self.path)
         entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
         line = json.dumps(entry, ensure_ascii=False).encode()
-        try:
-            with self.path.open("ab") as file:
-                file.write((b"\n" if self._is_cut else b"") + line + b"\n")
-                file.flush()
-                os.fsync(file.fileno())
-        finally:  # an interrupted write may have written the entry
-            self.entries, self._last, self._is_cut = _read(self.path)
-        return entry
+        self._is_known = False
+        _append(self.path, (b"\n" if self._is_cut else b"") + line + b"\n")
+        self.entries.append(json.loads(line))
+        self._last, self._is_cut, self._is_known = _hash(line), False, True
+        return self.entries[-1]
 
     def with_events(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
         """Return the entries with these events, last first."""
@@ -71,6 +75,30 @@ class Journal:
         return "" if last is None else last["event"]
 
 
+def _append(path: Path, data: bytes) -> None:
+    """Append to a file and wait for the disk; refuse a link, behind which the file of a person may be."""
+    mend = "Move it to another place, or name another folder"
+    with Folder(path.parent) as folder:
+        try:
+            opened = folder.open(path.name, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+        except OSError as error:
+            if error.errno != errno.ELOOP:
+                raise
+            raise InputError("is a link", path=str(path), mend=mend) from None
+    try:
+        if os.fstat(opened).st_nlink > 1:
+            raise InputError("has a second name, under which it is the file of a person", path=str(path), mend=mend)
+        while data:
+            data = data[os.write(opened, data) :]
+        os.fsync(opened)
+    finally:
+        os.close(opened)
+
+
+def _hash(line: bytes) -> str:
+    return hashlib.sha256(line).hexdigest()[:16]
+
+
 def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
     """Return the entries of a journal, the hash of its last line, and whether a killed or a writing process left a line incomplete."""
     if not path.exists():
@@ -87,5 +115,5 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
             mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
             raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)
         entries.append(entry)
-        last = hashlib.sha256(line).hexdigest()[:16]
+        last = _hash(line)
     return entries, last, bool(data) and not data.endswith(b"\n")

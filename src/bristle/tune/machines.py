@@ -1,13 +1,37 @@
 """The machines: built-in ones by name, and Python files of the user."""
 
+import hashlib
+import json
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from bristle.core import InputError, Readable, did_you_mean
-from bristle.files import MachineFile, code_named, declared_in
+from bristle.core import InputError, Kind, Readable, did_you_mean
+from bristle.files import code_named, declared_in
 from bristle.tune.machine import Machine
 
 BUILT_IN = ("experiment", "linuxcnc", "ads", "opcua")
+
+
+class Connection(NamedTuple):
+    """What connects a machine: its name, its settings, and its machine file, beside which its code is; and the kind of its axis."""
+
+    machine: str
+    settings: dict[str, Any]
+    source: Path
+    kind: Kind = "translational"
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the entry for the journal, from which a later process connects the machine."""
+        return json.loads(json.dumps({"machine": self.machine, "settings": self.settings, "kind": self.kind}, default=str))
+
+
+def code_of(link: Connection) -> str:
+    """Return the SHA-256 of the code of a machine; empty if it has none, or none that can be read."""
+    file = link.source.parent / link.machine
+    if link.machine in BUILT_IN or not file.is_file():
+        return ""
+    return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _built_in(name: str) -> Any:
@@ -29,8 +53,8 @@ def _built_in(name: str) -> Any:
     return OpcUa
 
 
-def connected(file: MachineFile, *, allow_code: bool = False) -> Machine:
-    """Return the machine of a machine file, connected; code of the user needs permission."""
+def connected(file: Connection, *, allow_code: bool = False) -> Machine:
+    """Return a machine, connected; code of the user needs permission."""
     if file.machine in BUILT_IN:
         kind, settings = _built_in(file.machine), dict(file.settings)
         for key, (meaning, example) in kind.REQUIRED.items():

@@ -25,7 +25,7 @@ def sentences_of(result: Tuning) -> list[str]:
     change = result.facts.get("comparison", {}).get("changes", {}).get("following_error.rms")
     lines = []
     if result.outcome == "undone":
-        return ["Undone: the machine reads back as before the run."]
+        return [*map(_sentence, result.remarks), f"Undone. {last_line(result)}"]
     if result.outcome == "saved":
         facts = result.facts["save"]
         lines += [f"Saved, and read back: {', '.join(facts['places'])}.", *([facts["loads"]] if facts["loads"] else [])]
@@ -33,8 +33,7 @@ def sentences_of(result: Tuning) -> list[str]:
     elif result.outcome == "kept":
         lines.append(f"Kept, at gain {result.facts['comparison']['gain']:.3g}.")
     else:
-        state = "Restored" if result.restored else "NOT RESTORED: the machine differs from its backup"
-        lines.append(f"{state}. {capital(result.reason)}{'' if result.reason.endswith('.') else '.'}")
+        lines.append(f"{_state(result)}. {_sentence(result.reason)}")
     if change is not None:
         before, after = (with_unit(change[side], change["unit"]) for side in ("before", "after"))
         ends = [number(float(end), digits=3) for end in change["interval_percent"] or ()]
@@ -42,9 +41,33 @@ def sentences_of(result: Tuning) -> list[str]:
         lines.append(f"Following error, rms: {before} before, {after} after, {number(change['change_percent'], digits=3)} %{interval}.")
     if result.outcome == "kept" and result.facts.get("identity", {}).get("saves"):
         lines.append(f"Keep it over a restart of the controller: bristle tune --save {result.folder}")
-    if _is_changed(result):
-        lines.append(f"Undo: {undo_command(result)}")
-    return lines
+    lines += map(_sentence, result.remarks)
+    return [*lines, last_line(result)]
+
+
+def last_line(result: Tuning) -> str:
+    """Return how the machine reads now, and the one command that follows."""
+    undo, way_out = undo_command(result), result.way_out
+    if result.outcome in ("kept", "saved"):
+        return f"The machine has the feedforward. Undo: {undo}"
+    if way_out is not None and way_out.fault:
+        return f"NOT RESTORED: the machine does not answer ({way_out.fault}). As soon as it answers: {undo}"
+    if way_out is not None and way_out.different:
+        different = ", ".join(f"{name} {now} instead of {before}" for name, (before, now) in way_out.different.items())
+        return f"NOT RESTORED: the machine differs from its backup: {different}. Restore it: {undo}"
+    state = "The run wrote nothing on the machine." if way_out is None else "The machine reads back as before the run."
+    return f"{state} Run again: {result.again}" if result.again else state
+
+
+def _state(result: Tuning) -> str:
+    """Return the outcome of a run that was stopped, in a word."""
+    if result.way_out is None:
+        return "Stopped"
+    return "Restored" if result.restored else "NOT RESTORED"
+
+
+def _sentence(text: str) -> str:
+    return f"{capital(text)}{'' if text.endswith('.') else '.'}"
 
 
 def undo_command(result: Tuning) -> str:
@@ -66,7 +89,7 @@ def plan_rows(result: Tuning) -> list[tuple[str, ...]]:
 def tune_report(run: Run, result: Tuning, **options: Any) -> str:
     """Return the report of a run as an HTML page; options as of `report_page`."""
     is_kept = result.outcome == "kept"
-    ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", "Restored" if result.restored else "Not restored")
+    ruling = Ruling("usable", "Kept") if is_kept else Ruling("no", capital(_state(result).lower()))
     following = Step("Keep it, or undo it:" if is_kept else "Undo again:", undo_command(result))
     if not _is_changed(result):
         following = Step("Run again:" if result.code == STOPS[-1] else "Mend the cause, and run again:", options["command"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import Axis, Progress, cached_property
-from bristle.files import MachineFile, write_log
+from bristle.files import Growing, MachineFile, log_text
 from bristle.logs import Log, read_log
 from bristle.tune.journal import Journal
 from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
@@ -40,7 +40,7 @@ class Run:
 
     file: MachineFile
     machine: Machine
-    folder: Path
+    grown: Growing
     journal: Journal
     options: Options = field(default_factory=Options)
     progress: Progress | None = None
@@ -48,9 +48,15 @@ class Run:
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
     feedforward: FrictionFeedforward | None = None
     compared: Compared | None = None
+    backup: Mapping[str, Any] | None = None
     played: float = 0.0
     planned: float = 1.0
     recorded: float = 0.0
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the run."""
+        return self.grown.path
 
     @property
     def axis(self) -> Axis:
@@ -111,6 +117,9 @@ class Run:
         self.tell(text)
         recording = self.machine.record(reference, lambda: self.tell(text, min(time.monotonic() - begin, seconds)))
         self.played += seconds
+        if not all(isinstance(getattr(recording, name, None), np.ndarray) for name in ("reference", "position", "effort")):
+            reason = f"the machine returned no record of {name.replace('_', ' ')}, but {type(recording).__name__}"
+            raise MachineRefusedError("no_record", reason, "Return a Recording of three arrays. Test the machine: bristle check")
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
         if lengths != {reference.size}:
             raise MachineStoppedError(
@@ -122,15 +131,13 @@ class Run:
             worst = float(np.max(np.abs(recording.reference - reference)))
             mend = "Check the scale of the reference"
             raise MachineRefusedError("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
-        folder = self.folder / RECORDS
-        folder.mkdir(exist_ok=True)
         signals = {"position": recording.position, "effort": recording.effort, "reference": recording.reference}
         if skip is not None:
             signals = {channel: cycles_of(self, signal, skip).ravel() for channel, signal in signals.items()}
         # The times of the records state their order.
         signals["time"] = self.recorded + np.arange(signals["position"].size) * self.sample_time
         self.recorded += seconds
-        write_log(folder / f"{name}.csv", self.axis, signals)
+        self.grown.write(f"{RECORDS}/{name}.csv", log_text(self.axis, signals))
         self.note(f"{RECORDS}/{name}.csv")
         return recording
 
@@ -144,17 +151,22 @@ class Run:
 
     def noted(self, name: str) -> Path:
         """Return the path of a file that this run wrote; refuse a file that was changed since."""
-        path, entries = self.folder / name, self.journal.with_events("file")
-        written = next((entry["sha256"] for entry in entries if entry["name"] == name), None)
-        if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != written:
-            reason = f"{name} differs from its hash in the journal: it was changed after the run wrote it"
-            raise MachineRefusedError("file_changed", reason, "Begin a new run in another folder")
-        return path
+        return noted(self.journal, name)
 
     def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""
         self.facts[self.step] = facts
         return self.journal.write(self.step, "done", facts=facts)
+
+
+def noted(journal: Journal, name: str) -> Path:
+    """Return the path of a file beside a journal; refuse a file that was changed since its hash was noted."""
+    path, entries = journal.path.parent / name, journal.with_events("file")
+    written = next((entry["sha256"] for entry in entries if entry["name"] == name), None)
+    if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != written:
+        reason = f"{name} differs from its hash in the journal: it was changed after the run wrote it"
+        raise MachineRefusedError("file_changed", reason, "Begin a new run in another folder")
+    return path
 
 
 def cycles_of(run: Run, signal: np.ndarray, skip: int = 0) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any
 from bristle.core import Kind, number, unit_of, with_unit
 from bristle.tune.journal import Journal
 from bristle.tune.report import sentences_of, undo_command
+from bristle.tune.restoring import Restoration
 from bristle.tune.steps import STEPS, Step
 from bristle.tune.tuning import Tuning
 
@@ -41,7 +42,8 @@ def _result(folder: Path, journal: Journal, latest: list[dict[str, Any]], kind: 
     if last.get("event") == "restored" or (stopped and not journal.has_written):
         outcome = "undone" if last.get("cause") == "undo" else "restored"
     reason = stopped.get("reason") or stopped.get("code") or last.get("cause", "")
-    return Tuning(folder, outcome, stopped.get("code", ""), reason, facts, last.get("identical", True), kind)
+    way_out = Restoration(last.get("different", {}), last.get("fault", "")) if last.get("event") == "restored" else None
+    return Tuning(folder, outcome, stopped.get("code", ""), reason, facts, kind, way_out)
 
 
 def _step(step: Step, journal: Journal, latest: list[dict[str, Any]], result: Tuning) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def backup(run: Run) -> None:
     state = dict(run.machine.state())
     if dict(run.machine.state()) != state:
         raise MachineRefusedError("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
-    run.finish(state=state, writes=run.machine.writes())
+    run.backup = run.finish(state=state, writes=run.machine.writes())["facts"]["state"]
 
 
 def check(run: Run) -> None:

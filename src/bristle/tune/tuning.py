@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO, NamedTuple
 
-from bristle.core import BristleError, InputError, Kind, Progress
-from bristle.files import MachineFile, as_json, lock, provenance, read_machine, state_folder, write_whole
+from bristle.core import InputError, InputWarning, Kind, Progress
+from bristle.files import MachineFile, as_json, growing_folder, lock, provenance, read_machine, state_folder
+from bristle.friction import find
 from bristle.tune.journal import NAME, Journal
-from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, SavingMachine
-from bristle.tune.machines import connected
-from bristle.tune.run import MODEL, RESULTS, Options, Run
+from bristle.tune.machine import Machine, MachineRefusedError, SavingMachine
+from bristle.tune.machines import Connection, code_of, connected
+from bristle.tune.report import last_line
+from bristle.tune.restoring import Restoration, answering, differences, named, plain, restored
+from bristle.tune.run import MODEL, REFINED, RESULTS, Options, Run, noted
 from bristle.tune.steps import GAINS, ORDER, RUN_IN, STAGE_CYCLES, STEPS, Step, cycles_compared
 
-SUMMARY = "summary.json"
+SUMMARY, REPORT = "summary.json", "report.html"
+KIND = "run of tune"
 COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
 ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
 WRITING = ("check", "stages", "refinement", "comparison", "verdict")  # steps that write on the machine
@@ -39,10 +43,14 @@ class Tuning:
         Why the machine was restored; empty if it was not.
     facts : mapping
         Facts of each finished step.
-    restored : bool
-        Whether the machine reads back as before the run, if it was restored.
     kind : {"translational", "rotational"}
         Kind of axis.
+    way_out : Restoration, optional
+        How the machine reads back; None if the run wrote nothing on it.
+    again : str
+        The command that repeats the run.
+    remarks : list of str
+        What could not be written.
     """
 
     folder: Path
@@ -50,8 +58,15 @@ class Tuning:
     code: str = ""
     reason: str = ""
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
-    restored: bool = True
     kind: Kind = "translational"
+    way_out: Restoration | None = None
+    again: str = ""
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def restored(self) -> bool:
+        """Whether the machine reads back as before the run, if the run wrote on it."""
+        return self.way_out is None or self.way_out.is_identical
 
     @property
     def change_percent(self) -> float | None:
@@ -103,42 +118,83 @@ def tune(
     InputError
         If the machine file is not valid, another run uses the machine, or the journal was changed.
     """
-    described = file if isinstance(file, MachineFile) else read_machine(file)
+    described, options = file if isinstance(file, MachineFile) else read_machine(file), options or Options()
+    for name in options.models.split(","):
+        find(name.strip())
     path = Path(folder).absolute()
+    link = Connection(described.machine, described.settings, described.source.absolute(), described.axis.kind)
+    with _only_run(link, path, notes=move), _held(machine, link, allow_code=allow_code) as used:
+        journal = _resumable(path, described, options)
+        if not move:
+            return _plan(described, used, journal, options)
+        if journal.has_written:
+            _put_back(used, journal)
+        with growing_folder(path, KIND, made_anew=_is_own, used=lambda name: not _is_own(name)) as (grown, _):
+            grown.claim(NAME)
+            run = Run(described, used, grown, journal, options, progress)
+            return _reported(run, _steps(run, link))
+
+
+def _is_own(name: str) -> bool:
+    """Return whether a file is made anew by each run, or keeps its own list of files."""
+    return name in (NAME, SUMMARY, REPORT) or name.partition("/")[0] in (RESULTS, REFINED)
+
+
+def _resumable(path: Path, file: MachineFile, options: Options) -> Journal:
+    """Return the journal in a folder; refuse another folder, and a run that was finished or begun with another request."""
+    if os.path.lexists(path) and not path.is_dir():
+        raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
     if path.exists() and any(path.iterdir()) and not (path / NAME).exists():
         raise InputError("contains files that are not of a run of tune", path=str(path), mend="Name a new folder")
-    with _only_run(described, path), contextlib.closing(machine or connected(described, allow_code=allow_code)) as used:
-        path.mkdir(parents=True, exist_ok=True)
-        run = Run(described, used, path, Journal(path), options or Options(), progress)
-        _same_request(run)
-        if run.journal.is_kept:
-            mend = f"Restore the machine first: bristle tune --undo {path}"
-            raise InputError("is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend)
-        if run.journal.has_written:
-            _put_back(run, "a run that was interrupted")
-        if not move:
-            return Tuning(path, "planned", facts=_planned(run), kind=described.axis.kind)
-        outcome = _steps(run)
-        _write(run, outcome)
-        return outcome
+    journal = Journal(path)
+    _same_request(journal, file, options)
+    if journal.is_kept:
+        mend = f"Restore the machine first: bristle tune --undo {path}"
+        raise InputError("is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend)
+    return journal
 
 
-def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> Tuning:
-    """Restore the machine as it was before the run in a folder, also its non-volatile memory, and prove it by reading back."""
-    with _reopened(folder, machine) as run:
+def _plan(described: MachineFile, used: Machine, journal: Journal, options: Options) -> Tuning:
+    """Return the plan of a run; nothing is written, neither on the machine nor on the disk."""
+    path = journal.path.parent
+    with answering():
+        facts = _planned(described, used, options)
+    plan = Tuning(path, "planned", facts=facts, kind=described.axis.kind)
+    if journal.has_written:
+        plan.remarks.append(f"an interrupted run has left the machine changed. Restore it: bristle tune --undo {path}")
+    return plan
+
+
+def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
+    """Restore the machine as it was before the run in a folder, also its non-volatile memory, and prove it by reading back.
+
+    Raises
+    ------
+    MachineRefusedError
+        If the journal contains no backup, or the machine does not read back as before.
+    """
+    with _reopened(folder, machine, allow_code=allow_code) as run, answering():
+        result = Tuning(run.folder, "undone", kind=run.link.kind)
+        backup = _backup_in(run.journal)
+        if backup is None:
+            reads = ", ".join(f"{name} {value}" for name, value in plain(run.machine.state()).items())
+            reason = f"the journal contains no backup of the machine, so bristle cannot restore it. The machine reads {reads}"
+            raise MachineRefusedError("no_backup", reason, "Compare these values with those before the run")
+        result.way_out = restored(run.machine, backup)
+        _note_restoration(run.journal, "undo", result, "undo")
         try:
-            _put_back(run, "undo")
+            _refuse_unrestored(result)
         finally:
             if run.journal.is_saved and isinstance(run.machine, SavingMachine):
                 run.machine.unsave()
                 left = [place for place, content in run.machine.saved().items() if content]
                 if left:
                     raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
-                run.journal.write("save", "removed")
-    return Tuning(run.folder, "undone")
+                _try_to_note(run.journal, result, "save", "removed")
+    return result
 
 
-def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> Tuning:
+def save(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
     """Save the kept feedforward of the run in a folder in the non-volatile memory of its machine, and prove it by reading back.
 
     Raises
@@ -146,21 +202,21 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
     MachineRefusedError
         If the machine has no such memory, the run was not kept, the machine changed since, or the memory does not read back as written.
     """
-    with _reopened(folder, machine) as run:
+    with _reopened(folder, machine, allow_code=allow_code) as run, answering():
         journal, used = run.journal, run.machine
         if not isinstance(used, SavingMachine):
             mend = "Its feedforward lasts until the controller restarts. Then run bristle tune again, or export the model: bristle export"
-            raise MachineRefusedError("no_memory", f"the machine {run.file.machine} has no non-volatile memory", mend)
+            raise MachineRefusedError("no_memory", f"the machine {run.link.machine} has no non-volatile memory", mend)
         kept, identified = journal.last("kept"), journal.last("done", step="identity")
         if kept is None or identified is None or not journal.is_kept:
             raise MachineRefusedError("not_kept", "this run did not keep a feedforward", "Save a run whose outcome is kept")
         present = {"identity": dict(used.identity()), "state": dict(used.state())}
-        different = _differences({"identity": identified["facts"]["identity"], "state": kept["state"]}, json.loads(json.dumps(present)))
+        different = differences({"identity": identified["facts"]["identity"], "state": kept["state"]}, plain(present))
         if different:
             reason = f"the machine is not as the run left it: {', '.join(different)}"
             raise MachineRefusedError("state_changed", reason, f"Restore it, and tune again: bristle tune --undo {run.folder}")
         results = kept.get("results", RESULTS)  # a run of an earlier version has one model
-        run.noted(f"{results}/{MODEL}")
+        noted(journal, f"{results}/{MODEL}")
         journal.write("save", "saving", places=dict(used.saved()))
         written, places = dict(used.save(run.folder / results)), dict(used.saved())
         if written != places or not all(places.values()):
@@ -170,58 +226,111 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None) -> T
     return Tuning(run.folder, "saved", facts={"save": {"places": places, "loads": getattr(used, "loads", "")}})
 
 
+class _Reopened(NamedTuple):
+    """An earlier run, and its machine, connected again."""
+
+    folder: Path
+    journal: Journal
+    link: Connection
+    machine: Machine
+
+
 @contextlib.contextmanager
-def _reopened(folder: str | os.PathLike[str], machine: Machine | None) -> Iterator[Run]:
-    """Connect the machine of the run in a folder."""
+def _reopened(folder: str | os.PathLike[str], machine: Machine | None, *, allow_code: bool) -> Iterator[_Reopened]:
+    """Connect the machine of the run in a folder, as the run connected it; its machine file may be gone."""
     path = Path(folder).absolute()
     journal = Journal(path)
     begun = journal.last("begun")
     if begun is None:
         raise InputError("contains no run of tune", path=str(path), mend="Name the folder of a run")
-    described = read_machine(begun["file"])
-    with _only_run(described, path), contextlib.closing(machine or connected(described)) as used:
-        yield Run(described, used, path, journal)
+    if "link" in begun:
+        link = Connection(**begun["link"] | {"source": Path(begun["file"])})
+    else:  # of an earlier version
+        described = read_machine(begun["file"])
+        link = Connection(described.machine, described.settings, described.source, described.axis.kind)
+    allowed = allow_code or (begun.get("code", "") != "" and begun["code"] == code_of(link))
+    with _only_run(link, path), _held(machine, link, allow_code=allowed) as used:
+        yield _Reopened(path, journal, link, used)
 
 
-def _steps(run: Run) -> Tuning:
-    """Do the steps; restore the machine after any failure."""
-    code, reason, identical = "", "", True
+@contextlib.contextmanager
+def _held(machine: Machine | None, link: Connection, *, allow_code: bool) -> Iterator[Machine]:
+    """Connect a machine, and disconnect it in the end; a connection that was lost needs no end."""
+    if machine is None:
+        with answering():
+            machine = connected(link, allow_code=allow_code)
+    try:
+        yield machine
+    finally:
+        try:
+            machine.close()
+        except Exception as error:  # noqa: BLE001
+            warnings.warn(f"the connection to the machine did not end well: {named(error)[1]}", InputWarning, stacklevel=3)
+
+
+def _steps(run: Run, link: Connection) -> Tuning:
+    """Do the steps; restore the machine after whatever ends them."""
+    again = f"bristle tune {run.file.source} --out {run.folder} --move"
+    result = Tuning(run.folder, "kept", facts=run.facts, kind=run.axis.kind, again=again)
+    begun = {"file": str(link.source), "sha256": _checksum(run.file), "options": vars(run.options), "link": link.as_data()}
+    begun["code"] = code_of(link)
     try:
         for number, step in enumerate(STEPS):
-            _do(run, step, number)
-    except BristleError as error:
-        code = error.code if isinstance(error, MachineRefusedError) else error.reason if isinstance(error, MachineStoppedError) else "input"
-        reason = str(error)
-        run.journal.write(run.step, "stopped", code=code, reason=reason)
-        identical = _restore(run, reason)
+            _do(run, step, number, begun)
     except BaseException as error:
-        run.journal.write(run.step, "stopped", code=type(error).__name__, reason=str(error))
-        _restore(run, type(error).__name__)
-        raise
-    return Tuning(run.folder, "restored" if code else "kept", code, reason, run.facts, identical, run.axis.kind)
+        result.outcome, (result.code, result.reason) = "restored", named(error)
+        if run.journal.has_written and run.backup is not None:
+            result.way_out = restored(run.machine, run.backup)
+        _try_to_note(run.journal, result, run.step, "stopped", code=result.code, reason=result.reason)
+        if result.way_out is not None:
+            _note_restoration(run.journal, run.step, result, result.reason)
+        if not isinstance(error, Exception):
+            error.args = (f"{result.reason}. {last_line(result)}",)
+            raise
+    return result
 
 
-def _write(run: Run, outcome: Tuning) -> None:
-    """Write summary and report."""
+def _try_to_note(journal: Journal, result: Tuning, step: str, event: str, **facts: Any) -> None:
+    """Write an entry; a journal that cannot be written is a remark."""
+    try:
+        journal.write(step, event, **facts)
+    except Exception as error:  # noqa: BLE001  (the machine was restored; a full disk takes nothing from that)
+        result.remarks.append(f"the journal has no entry {event!r}: {named(error)[1]}")
+
+
+def _note_restoration(journal: Journal, step: str, result: Tuning, cause: str) -> None:
+    assert result.way_out is not None
+    _try_to_note(journal, result, step, "restored", cause=cause, **result.way_out.as_data())
+
+
+def _reported(run: Run, result: Tuning) -> Tuning:
+    """Write summary and report; one that cannot be written is a remark."""
     from bristle.tune.report import tune_report
 
     command = f"bristle tune {run.file.source.name} --out {run.folder.name} --move"
-    source = provenance(command, machine=run.file.content)
-    write_whole(run.folder / "report.html", tune_report(run, outcome, command=command, provenance=source))
-    write_whole(run.folder / SUMMARY, as_json(outcome.as_data() | {"provenance": source}))
+    try:
+        source = provenance(command, machine=run.file.content)
+        run.grown.write(REPORT, tune_report(run, result, command=command, provenance=source))
+        run.grown.write(SUMMARY, as_json(result.as_data() | {"provenance": source}))
+    except Exception as error:  # noqa: BLE001
+        result.remarks.append(f"the report was not written: {named(error)[1]}")
+    except BaseException as error:
+        error.args = (f"{named(error)[1]}. {last_line(result)}",)
+        raise
+    return result
 
 
-def _do(run: Run, step: Step, number: int) -> None:
+def _do(run: Run, step: Step, number: int, begun: Mapping[str, Any]) -> None:
     """Do a step, or take its facts from the journal if an interrupted run finished it."""
     run.step = step.name
     entry = run.journal.last("done", step=step.name)
     if step.resumes and entry is not None:
         run.facts[step.name] = entry["facts"]
         return
-    run.journal.write(step.name, "begun", file=str(run.file.source.absolute()), sha256=_checksum(run.file), options=vars(run.options))
+    run.journal.write(step.name, "begun", **begun)
     inner = run.progress
     if inner is not None:
-        planned = [facts["seconds"] or COMPUTES for facts in _planned(run).values()]
+        planned = [facts["seconds"] or COMPUTES for facts in _planned(run.file, run.machine, run.options).values()]
         begin, share_of_step = sum(planned[:number]) / sum(planned), planned[number] / sum(planned)
         run.progress = lambda share, text: inner(begin + share * share_of_step, f"{step.title}: {text}" if text else step.title)
         run.played, run.planned = 0.0, planned[number]
@@ -232,67 +341,55 @@ def _do(run: Run, step: Step, number: int) -> None:
         run.progress = inner
 
 
-def _restore(run: Run, cause: str) -> bool:
-    """Restore the machine from the backup in the journal; return whether all of it reads back as before."""
-    entry = run.journal.last("done", step="backup")
-    if entry is None:
-        return True
-    state = entry["facts"]["state"]
-    run.machine.restore(state)
-    present = json.loads(json.dumps(dict(run.machine.state())))
-    identical = present == json.loads(json.dumps(state))
-    different = _differences(state, present)
-    run.journal.write(run.step or "restore", "restored", cause=cause, identical=identical, different=different)
-    return identical
+def _backup_in(journal: Journal) -> Mapping[str, Any] | None:
+    """Return the backup of the machine in a journal."""
+    entry = journal.last("done", step="backup")
+    return None if entry is None else entry["facts"]["state"]
 
 
-def _put_back(run: Run, cause: str) -> None:
-    """Restore the machine; refuse to go on if it does not read back as before."""
-    if not _restore(run, cause):
-        mend = f"The backup is in {run.journal.path}, entry backup"
-        raise MachineRefusedError("not_restored", "the machine differs from its backup", mend)
+def _put_back(machine: Machine, journal: Journal) -> None:
+    """Restore the machine behind an interrupted run; refuse to go on if it does not read back as before."""
+    backup, result = _backup_in(journal), Tuning(journal.path.parent, "restored")
+    if backup is None:
+        raise InputError("contains no backup", path=str(journal.path), mend="Name a new folder")
+    result.way_out = restored(machine, backup)
+    _note_restoration(journal, "restore", result, "a run that was interrupted")
+    _refuse_unrestored(result)
 
 
-def _differences(state: dict[str, Any], present: dict[str, Any], path: str = "") -> dict[str, list[Any]]:
-    """Return each entry that differs, before and now."""
-    different: dict[str, list[Any]] = {}
-    for name in [*state, *(name for name in present if name not in state)]:
-        old, new = state.get(name), present.get(name)
-        if isinstance(old, dict) and isinstance(new, dict):
-            different |= _differences(old, new, f"{path}{name}: ")
-        elif old != new:
-            different[f"{path}{name}"] = [old, new]
-    return different
+def _refuse_unrestored(result: Tuning) -> None:
+    if not result.restored:
+        raise MachineRefusedError("not_restored", last_line(result))
 
 
-def _same_request(run: Run) -> None:
+def _same_request(journal: Journal, file: MachineFile, options: Options) -> None:
     """Refuse to resume a run with another machine file or other options."""
-    begun = run.journal.last("begun")
+    begun = journal.last("begun")
     if begun is None:
         return
-    mend = f"Name a new folder, or go on as begun. bristle tune --undo {run.folder} restores the machine"
-    if begun["sha256"] != _checksum(run.file):
-        raise InputError("changed since the run began", path=str(run.file.source), mend=mend)
-    for name, value in vars(run.options).items():
+    mend = f"Name a new folder, or go on as begun. bristle tune --undo {journal.path.parent} restores the machine"
+    if begun["sha256"] != _checksum(file):
+        raise InputError("changed since the run began", path=str(file.source), mend=mend)
+    for name, value in vars(options).items():
         if begun["options"][name] != value:
             raise InputError("differs from the run in this folder", path=name, value=value, allowed=str(begun["options"][name]), mend=mend)
 
 
-def _planned(run: Run) -> dict[str, dict[str, Any]]:
+def _planned(file: MachineFile, machine: Machine, options: Options) -> dict[str, dict[str, Any]]:
     """Return each step with its moves and writes, without touching the machine."""
-    writes, sample_time = run.machine.writes(), run.sample_time
-    cycle = run.file.cycle.size * sample_time
+    writes, sample_time = machine.writes(), machine.sample_time
+    cycle = file.cycle.size * sample_time
     seconds = {
         "check": 8.0,
         "warm_up": 4 * cycle,
-        "before": run.file.cycles * cycle,
-        "excitation": run.options.duration,
+        "before": file.cycles * cycle,
+        "excitation": options.duration,
         "stages": len(GAINS) * STAGE_CYCLES * cycle,
     }
     seconds["refinement"] = seconds["excitation"] + STAGE_CYCLES * cycle + seconds["stages"]
-    seconds["comparison"] = len(ORDER) * (cycles_compared(run.file.cycles) + RUN_IN) * cycle
-    low, high = float(run.file.cycle.min()), float(run.file.cycle.max())
-    stroke = run.limits.travel
+    seconds["comparison"] = len(ORDER) * (cycles_compared(file.cycles) + RUN_IN) * cycle
+    low, high = float(file.cycle.min()), float(file.cycle.max())
+    stroke = file.axis.stroke
     travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke, "refinement": stroke}
     return {
         step.name: {
@@ -307,14 +404,13 @@ def _planned(run: Run) -> dict[str, dict[str, Any]]:
 
 
 @contextlib.contextmanager
-def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
+def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool = True) -> Iterator[None]:
     """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
     # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
     address = [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
     own = ["linuxcnc"] if file.machine == "linuxcnc" else address
     key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
-    path = state_folder("tune") / f"{key}.lock"
-    with path.open("a+b") as opened:
+    with _lock_file(key) as opened:
         try:
             lock(opened.fileno())
         except BlockingIOError:
@@ -328,10 +424,21 @@ def _only_run(file: MachineFile, folder: Path) -> Iterator[None]:
             reason = "was left by an interrupted run" if journal.has_written else "keeps the feedforward of a run"
             mend = f"Restore the machine first: bristle tune --undo {earlier}"
             raise InputError(f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend)
-        opened.truncate(0)
-        opened.write(str(folder).encode())
-        opened.flush()
+        if notes:
+            opened.truncate(0)
+            opened.write(str(folder).encode())
+            opened.flush()
         yield
+
+
+def _lock_file(key: str) -> BinaryIO:
+    """Open the lock of a machine."""
+    try:
+        return (state_folder("tune") / f"{key}.lock").open("a+b")
+    except OSError as error:
+        reason = f"cannot be written: {(error.strerror or str(error)).lower()}"
+        mend = "Set BRISTLE_STATE_DIR to a folder in which you may write"
+        raise InputError(reason, path=str(error.filename or "the folder of locks"), mend=mend) from None
 
 
 def _checksum(file: MachineFile) -> str:
