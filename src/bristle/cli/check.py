@@ -60,6 +60,8 @@ def check(
         refuse(options, "applies only to a model file", "Leave the option out, or check model.toml of this folder")
         return _of_results(model, log or None, draws or 10, as_json=as_json)
     refuse({"--log": log, "--draws": draws}, "applies only to a folder of results")
+    if model.suffix == ".toml":
+        refuse({"--move": move}, "applies only to a machine")
     judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options, move=move)
     if as_json:
         print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
@@ -155,6 +157,8 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
             mend="End the file with such an object, for example MODEL = FrictionModel(...)",
         )
     kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
+    if kind is None or kind[0] != "MACHINE":
+        refuse({"--move": move}, "applies only to a machine")
     subject: Any = load_checked(content) if kind is None else kind[1](content)
     title, checked = (word_of(subject), check_model) if kind is None else kind[2:]
     allow(content)

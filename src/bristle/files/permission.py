@@ -12,14 +12,15 @@ from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
 
 
-def state_folder(name: str) -> Path:
-    """Return a private state folder; make it if it is missing."""
+def state_folder(name: str, *, makes: bool = True) -> Path:
+    """Return a private state folder; make it if it is missing and `makes`."""
     import platformdirs
 
     chosen = os.environ.get("BRISTLE_STATE_DIR")
     root = Path(chosen) if chosen else Path(platformdirs.user_state_dir("bristle", appauthor=False))
     folder = root / name
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if makes:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     return folder
 
 

@@ -4,6 +4,7 @@ import errno
 import hashlib
 import json
 import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from bristle.core import InputError
 from bristle.files import Folder
 
 NAME = "journal.jsonl"
+BEGIN = b'{"n": '  # of each line
 
 
 class Journal:
@@ -101,8 +103,10 @@ def _hash(line: bytes) -> str:
 
 def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
     """Return the entries of a journal, the hash of its last line, and whether a killed or a writing process left a line incomplete."""
-    if not path.exists():
+    if not os.path.lexists(path):
         return [], "", False
+    if not stat.S_ISREG(os.lstat(path).st_mode):
+        raise InputError("is not a file, but a link, a folder or a pipe", path=str(path), mend="Name another folder")
     data = path.read_bytes()
     entries: list[dict[str, Any]] = []
     last = ""
@@ -110,7 +114,9 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
         try:
             entry = json.loads(line)
         except ValueError:
-            continue
+            if BEGIN.startswith(line[: len(BEGIN)]):  # a line that a killed process left incomplete
+                continue
+            entry = None
         if not isinstance(entry, dict) or entry.get("previous") != last:
             mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
             raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)

@@ -144,7 +144,7 @@ def _resumable(path: Path, file: MachineFile, options: Options) -> Journal:
     """Return the journal in a folder; refuse another folder, and a run that was finished or begun with another request."""
     if os.path.lexists(path) and not path.is_dir():
         raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
-    if path.exists() and any(path.iterdir()) and not (path / NAME).exists():
+    if path.exists() and any(path.iterdir()) and not os.path.lexists(path / NAME):
         raise InputError("contains files that are not of a run of tune", path=str(path), mend="Name a new folder")
     journal = Journal(path)
     _same_request(journal, file, options)
@@ -249,7 +249,7 @@ def _reopened(folder: str | os.PathLike[str], machine: Machine | None, *, allow_
         described = read_machine(begun["file"])
         link = Connection(described.machine, described.settings, described.source, described.axis.kind)
     allowed = allow_code or (begun.get("code", "") != "" and begun["code"] == code_of(link))
-    with _only_run(link, path), _held(machine, link, allow_code=allowed) as used:
+    with _only_run(link, path, notes=False), _held(machine, link, allow_code=allowed) as used:
         yield _Reopened(path, journal, link, used)
 
 
@@ -404,13 +404,20 @@ def _planned(file: MachineFile, machine: Machine, options: Options) -> dict[str,
 
 
 @contextlib.contextmanager
-def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool = True) -> Iterator[None]:
-    """Hold the lock of a machine, which names the folder of its run; refuse a second run."""
+def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> Iterator[None]:
+    """Hold the lock of a machine, which names the folder of its run; refuse a second run.
+
+    A lock is made and written for a run only: a plan writes nothing, and a full disk does not stop an undo.
+    """
     # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
     address = [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
     own = ["linuxcnc"] if file.machine == "linuxcnc" else address
     key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
-    with _lock_file(key) as opened:
+    opened = _lock_file(key, notes=notes)
+    if opened is None:
+        yield
+        return
+    with opened:
         try:
             lock(opened.fileno())
         except BlockingIOError:
@@ -425,19 +432,32 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool = Tru
             mend = f"Restore the machine first: bristle tune --undo {earlier}"
             raise InputError(f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend)
         if notes:
-            opened.truncate(0)
-            opened.write(str(folder).encode())
-            opened.flush()
+            with _locks():
+                opened.truncate(0)
+                opened.write(str(folder).encode())
+                opened.flush()
         yield
 
 
-def _lock_file(key: str) -> BinaryIO:
-    """Open the lock of a machine."""
+def _lock_file(key: str, *, notes: bool) -> BinaryIO | None:
+    """Open the lock of a machine, None if there is none and this is no run."""
     try:
-        return (state_folder("tune") / f"{key}.lock").open("a+b")
+        with _locks():
+            return (state_folder("tune", makes=notes) / f"{key}.lock").open("a+b" if notes else "rb")
+    except InputError:
+        if notes:
+            raise
+        return None
+
+
+@contextlib.contextmanager
+def _locks() -> Iterator[None]:
+    """Name the folder of locks in an error of the disk."""
+    try:
+        yield
     except OSError as error:
         reason = f"cannot be written: {(error.strerror or str(error)).lower()}"
-        mend = "Set BRISTLE_STATE_DIR to a folder in which you may write"
+        mend = "Make room, or set BRISTLE_STATE_DIR to a folder in which you may write"
         raise InputError(reason, path=str(error.filename or "the folder of locks"), mend=mend) from None
 
 
