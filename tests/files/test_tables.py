@@ -9,7 +9,7 @@ from bristle import friction
 from bristle.core.axis import Axis, Column
 from bristle.core.content import NOWHERE
 from bristle.core.errors import InputError
-from bristle.files.motion import Move, axis_of_motion, gcode_of, motion_columns, moves_table, write_log, write_motion
+from bristle.files.motion import Move, axis_of_motion, gcode_of, log_text, motion_columns, moves_table, write_motion
 from bristle.files.summary import as_json, plain, provenance
 from bristle.files.toml import DEEPEST, Said, as_toml, quoted, read_toml
 from bristle.files.varied import with_changes, with_columns
@@ -92,8 +92,8 @@ def test_a_motion_and_a_log_are_written_in_units_of_the_axis(tmp_path):
     write_motion(tmp_path / "m.csv", MOTOR, {"time": time, "position": 4e-3 * time, "velocity": time, "acceleration": time})
     lines = (tmp_path / "m.csv").read_text().splitlines()
     assert lines == ["t [ms],q [rad],velocity [rad/s],acceleration [rad/s^2]", "0,-0,-0,-0", "500,-1,-250,-250"]
-    write_log(tmp_path / "l.csv", MOTOR, {"time": time, "position": 4e-3 * time, "effort": 100.0 * time})
-    assert (tmp_path / "l.csv").read_text().splitlines() == ["t [ms],q [rad],i [A]", "0,-0,0", "500,-1,1"]
+    text = log_text(MOTOR, {"time": time, "position": 4e-3 * time, "effort": 100.0 * time})
+    assert text.splitlines() == ["t [ms],q [rad],i [A]", "0,-0,0", "500,-1,1"]
 
 
 def test_a_file_without_an_effort_is_a_motion(tmp_path):

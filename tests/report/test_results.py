@@ -95,7 +95,8 @@ def test_no_figures_need_no_folder_and_leave_no_captions():
 @pytest.mark.parametrize("is_open", [True, False])
 def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     written = {}
-    monkeypatch.setattr(results, "write_log", lambda name, axis, signals: written.update({name: (axis, signals)}))
+    monkeypatch.setattr(results, "log_text", lambda *of: of)
+    monkeypatch.setattr(results, "write_whole", lambda name, of: written.update({name: of}))
     outcome = Some(time=1, measured=2, command=3, reference=4, is_open=is_open)
     variants = [Some(name=name, axis=axis, plant=Some(kind="rotational")) for name, axis in (("a", None), ("b", "known"), ("gone", None))]
     result = Some(variants={"a": outcome, "b": outcome}, experiment=Some(variants=variants))

@@ -184,7 +184,7 @@ def test_a_stop_of_the_operator_restores_the_machine(machine, gain):
 def test_two_runs_on_a_machine_are_refused_wherever_they_were_started(machine, monkeypatch):
     _, folder = machine
     monkeypatch.chdir(folder)
-    with _only_run(read_machine("machine.toml"), folder / "out"), pytest.raises(InputError, match="used by another run"):
+    with _only_run(read_machine("machine.toml"), folder / "out", notes=True), pytest.raises(InputError, match="used by another run"):
         served.plan(errand(folder))
 
 

@@ -13,13 +13,12 @@ if TYPE_CHECKING:
     from bristle.files.curves import describes_curves, read_curves
     from bristle.files.experiment import Planned, experiment_from, planned_in, read_experiment, with_models
     from bristle.files.experiment_text import LOOP, NextExperiment
-    from bristle.files.folder import Folder
     from bristle.files.growing import Growing, growing_folder, verified
     from bristle.files.inspection import Inspection
     from bristle.files.joints import axes_in, joints_in
     from bristle.files.machine import MachineFile, read_machine
     from bristle.files.model import FITTED_TO, TREATMENT, read_model, write_model
-    from bristle.files.motion import log_text, write_log
+    from bristle.files.motion import log_text
     from bristle.files.operator import holds_operator, read_operator, write_operator
     from bristle.files.owned import NOTE, lock
     from bristle.files.permission import CODE_LIMIT, allow, code_at, code_named, state_folder

@@ -58,11 +58,6 @@ def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str,
     write_whole(path, _text(motion_columns(axis), signals))
 
 
-def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
-    """Write a log of the drive as CSV that can be read with the same axis."""
-    write_whole(path, log_text(axis, signals))
-
-
 def log_text(axis: Axis, signals: Mapping[str, np.ndarray]) -> str:
     """Return a log of the drive as CSV that can be read with the same axis."""
     heads = {name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind)) for name, quantity in RECORDED.items()}

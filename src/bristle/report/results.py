@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.core import Axis, InputError, InputWarning, WithCard, error_text, place_in_own_code
-from bristle.files import SUMMARY, Results, as_json, plain, results_folder, write_log, write_whole
+from bristle.files import SUMMARY, Results, as_json, log_text, plain, results_folder, write_whole
 from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
         signals = {"time": outcome.time, "position": outcome.measured, "effort": outcome.command} | (
             {} if outcome.is_open else {"reference": outcome.reference}
         )
-        write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
+        write_whole(folder / names[variant.name], log_text(variant.axis or Axis(kind=variant.plant.kind), signals))
     return names
 
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import InputError
-from bristle.files import Folder
 
 NAME = "journal.jsonl"
 BEGIN = b'{"n": '  # of each line
+NO_LINKS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 
 
 class Journal:
@@ -80,13 +80,12 @@ class Journal:
 def _append(path: Path, data: bytes) -> None:
     """Append to a file and wait for the disk; refuse a link, behind which the file of a person may be."""
     mend = "Move it to another place, or name another folder"
-    with Folder(path.parent) as folder:
-        try:
-            opened = folder.open(path.name, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-        except OSError as error:
-            if error.errno != errno.ELOOP:
-                raise
-            raise InputError("is a link", path=str(path), mend=mend) from None
+    try:
+        opened = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINKS, 0o666)
+    except OSError as error:
+        if error.errno != errno.ELOOP:
+            raise
+        raise InputError("is a link", path=str(path), mend=mend) from None
     try:
         if os.fstat(opened).st_nlink > 1:
             raise InputError("has a second name, under which it is the file of a person", path=str(path), mend=mend)

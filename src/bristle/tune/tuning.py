@@ -181,16 +181,15 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
             reason = f"the journal contains no backup of the machine, so bristle cannot restore it. The machine reads {reads}"
             raise MachineRefusedError("no_backup", reason, "Compare these values with those before the run")
         result.way_out = restored(run.machine, backup)
-        _note_restoration(run.journal, "undo", result, "undo")
-        try:
-            _refuse_unrestored(result)
-        finally:
-            if run.journal.is_saved and isinstance(run.machine, SavingMachine):
-                run.machine.unsave()
-                left = [place for place, content in run.machine.saved().items() if content]
-                if left:
-                    raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
-                _try_to_note(run.journal, result, "save", "removed")
+        _try_to_note(run.journal, result, "undo", "restored", cause="undo", **result.way_out.as_data())
+        if run.journal.is_saved and isinstance(run.machine, SavingMachine):
+            run.machine.unsave()
+            left = [place for place, content in run.machine.saved().items() if content]
+            if left:
+                raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
+            _try_to_note(run.journal, result, "save", "removed")
+        if not result.restored:
+            raise MachineRefusedError("not_restored", last_line(result))
     return result
 
 
@@ -283,7 +282,7 @@ def _steps(run: Run, link: Connection) -> Tuning:
             result.way_out = restored(run.machine, run.backup)
         _try_to_note(run.journal, result, run.step, "stopped", code=result.code, reason=result.reason)
         if result.way_out is not None:
-            _note_restoration(run.journal, run.step, result, result.reason)
+            _try_to_note(run.journal, result, run.step, "restored", cause=result.reason, **result.way_out.as_data())
         if not isinstance(error, Exception):
             error.args = (f"{result.reason}. {last_line(result)}",)
             raise
@@ -296,11 +295,6 @@ def _try_to_note(journal: Journal, result: Tuning, step: str, event: str, **fact
         journal.write(step, event, **facts)
     except Exception as error:  # noqa: BLE001  (the machine was restored; a full disk takes nothing from that)
         result.remarks.append(f"the journal has no entry {event!r}: {named(error)[1]}")
-
-
-def _note_restoration(journal: Journal, step: str, result: Tuning, cause: str) -> None:
-    assert result.way_out is not None
-    _try_to_note(journal, result, step, "restored", cause=cause, **result.way_out.as_data())
 
 
 def _reported(run: Run, result: Tuning) -> Tuning:
@@ -353,11 +347,7 @@ def _put_back(machine: Machine, journal: Journal) -> None:
     if backup is None:
         raise InputError("contains no backup", path=str(journal.path), mend="Name a new folder")
     result.way_out = restored(machine, backup)
-    _note_restoration(journal, "restore", result, "a run that was interrupted")
-    _refuse_unrestored(result)
-
-
-def _refuse_unrestored(result: Tuning) -> None:
+    _try_to_note(journal, result, "restore", "restored", cause="a run that was interrupted", **result.way_out.as_data())
     if not result.restored:
         raise MachineRefusedError("not_restored", last_line(result))
 
@@ -432,7 +422,7 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> I
             mend = f"Restore the machine first: bristle tune --undo {earlier}"
             raise InputError(f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend)
         if notes:
-            with _locks():
+            with answering():
                 opened.truncate(0)
                 opened.write(str(folder).encode())
                 opened.flush()
@@ -442,23 +432,12 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> I
 def _lock_file(key: str, *, notes: bool) -> BinaryIO | None:
     """Open the lock of a machine, None if there is none and this is no run."""
     try:
-        with _locks():
-            return (state_folder("tune", makes=notes) / f"{key}.lock").open("a+b" if notes else "rb")
-    except InputError:
-        if notes:
-            raise
-        return None
-
-
-@contextlib.contextmanager
-def _locks() -> Iterator[None]:
-    """Name the folder of locks in an error of the disk."""
-    try:
-        yield
+        return (state_folder("tune", makes=notes) / f"{key}.lock").open("a+b" if notes else "rb")
     except OSError as error:
+        if not notes:
+            return None
         reason = f"cannot be written: {(error.strerror or str(error)).lower()}"
-        mend = "Make room, or set BRISTLE_STATE_DIR to a folder in which you may write"
-        raise InputError(reason, path=str(error.filename or "the folder of locks"), mend=mend) from None
+        raise InputError(reason, path=str(error.filename), mend="Set BRISTLE_STATE_DIR to a folder in which you may write") from None
 
 
 def _checksum(file: MachineFile) -> str:
