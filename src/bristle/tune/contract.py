@@ -36,15 +36,17 @@ def check_machine(machine: Any, *, move: bool = False) -> list[Check]:
         machine is restored as it was found, at gain 0, behind each demand.
     """
     moving = (every_sample, guard_trips, gain_of_feedforward, restores, saves)
-    demands = [all_methods, plain_state, *(restoring(demand) if move else untried(demand) for demand in moving)]
+    demands = [all_methods, plain_state, *(guarded(demand, move=move) for demand in moving)]
     return outcomes(demands, machine, (all_methods,), ADVICE)
 
 
-def restoring(demand: Callable[[Any], Fact]) -> Callable[[Any], Fact]:
-    """Return a demand behind which the machine is as it was found."""
+def guarded(demand: Callable[[Any], Fact], *, move: bool) -> Callable[[Any], Fact]:
+    """Return a demand behind which the machine is as it was found; without `move` it is not tried."""
 
     @wraps(demand)
-    def restored(machine: Any) -> Fact:
+    def tried(machine: Any) -> Fact:
+        if not move:
+            return Fact("not tried: it moves the machine of example(). Add --move", applies=False)
         found = _plain(machine.example())
         try:
             return demand(machine)
@@ -54,17 +56,7 @@ def restoring(demand: Callable[[Any], Fact]) -> Callable[[Any], Fact]:
                 instance.set()
                 instance.restore(found)
 
-    return restored
-
-
-def untried(demand: Callable[[Any], Fact]) -> Callable[[Any], Fact]:
-    """Return a demand that does not apply, because the machine may not move."""
-
-    @wraps(demand)
-    def skipped(machine: Any) -> Fact:
-        return Fact("not tried: it moves the machine of example(). Add --move", applies=False)
-
-    return skipped
+    return tried
 
 
 def all_methods(machine: Any) -> Fact:

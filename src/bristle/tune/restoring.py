@@ -3,14 +3,13 @@
 import json
 import time
 import traceback
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from bristle.core import BristleError, error_text
-from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError
+from bristle.tune.machine import Machine, MachineRefusedError, MachineStoppedError, State
 
 ATTEMPTS, PAUSE = 3, 0.1  # of a restoration; before the second one [s], twice as long before the third
 
@@ -27,7 +26,7 @@ class Restoration:
         Why the last attempt failed; empty if the machine was restored and read.
     """
 
-    different: Mapping[str, list[Any]] = field(default_factory=dict)
+    different: State = field(default_factory=dict)
     fault: str = ""
 
     @property
@@ -35,12 +34,12 @@ class Restoration:
         """Whether the machine was read, and reads as before."""
         return not self.fault and not self.different
 
-    def as_data(self) -> dict[str, Any]:
+    def as_data(self) -> State:
         """Return the facts for the journal."""
         return {"identical": self.is_identical, "different": dict(self.different)} | ({"fault": self.fault} if self.fault else {})
 
 
-def restored(machine: Machine, backup: Mapping[str, Any]) -> Restoration:
+def restored(machine: Machine, backup: State) -> Restoration:
     """Restore a machine and read it back, in up to three attempts; a signal ends an attempt, and not the restoration."""
     result = Restoration()
     for attempt in range(ATTEMPTS):
@@ -55,14 +54,14 @@ def restored(machine: Machine, backup: Mapping[str, Any]) -> Restoration:
     return result
 
 
-def plain(state: Mapping[str, Any]) -> dict[str, Any]:
+def plain(state: State) -> State:
     """Return a state as the journal reads it back."""
     return json.loads(json.dumps(dict(state)))
 
 
-def differences(state: Mapping[str, Any], present: Mapping[str, Any], path: str = "") -> dict[str, list[Any]]:
+def differences(state: State, present: State, path: str = "") -> State:
     """Return each entry that differs, before and now."""
-    different: dict[str, list[Any]] = {}
+    different = {}
     for name in [*state, *(name for name in present if name not in state)]:
         old, new = state.get(name), present.get(name)
         if isinstance(old, dict) and isinstance(new, dict):

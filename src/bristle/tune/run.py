@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +15,7 @@ from bristle.core import Axis, Progress, cached_property
 from bristle.files import Growing, MachineFile, log_text
 from bristle.logs import Log, read_log
 from bristle.tune.journal import Journal
-from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
+from bristle.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording, State
 
 if TYPE_CHECKING:
     from bristle.report.compared import Compared
@@ -48,7 +48,7 @@ class Run:
     facts: dict[str, dict[str, Any]] = field(default_factory=dict)
     feedforward: FrictionFeedforward | None = None
     compared: Compared | None = None
-    backup: Mapping[str, Any] | None = None
+    backup: State | None = None
     played: float = 0.0
     planned: float = 1.0
     recorded: float = 0.0
@@ -143,15 +143,11 @@ class Run:
 
     def log(self, name: str) -> Log:
         """Return a record as a log."""
-        return read_log(self.noted(f"{RECORDS}/{name}.csv"), self.axis)
+        return read_log(noted(self.journal, f"{RECORDS}/{name}.csv"), self.axis)
 
     def note(self, name: str) -> None:
         """Note the hash of a file that this run wrote."""
         self.journal.write(self.step, "file", name=name, sha256=hashlib.sha256((self.folder / name).read_bytes()).hexdigest())
-
-    def noted(self, name: str) -> Path:
-        """Return the path of a file that this run wrote; refuse a file that was changed since."""
-        return noted(self.journal, name)
 
     def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""

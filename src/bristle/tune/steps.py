@@ -17,7 +17,7 @@ from bristle.report.compared import compare
 from bristle.report.identified import identify
 from bristle.report.judgement import ruling_of
 from bristle.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording, SavingMachine
-from bristle.tune.run import MODEL, REFINED, REST, RESULTS, Run, cycles_of, rms
+from bristle.tune.run import MODEL, REFINED, REST, RESULTS, Run, cycles_of, noted, rms
 
 OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
@@ -281,7 +281,7 @@ def _feedforward(run: Run, identified: Mapping[str, Any]) -> FrictionFeedforward
     """Return the feedforward of an identified model."""
     from bristle.files import read_model
 
-    path = run.noted(f"{identified['results']}/{MODEL}")
+    path = noted(run.journal, f"{identified['results']}/{MODEL}")
     plant, friction, _ = read_model(path)
     name = f"bristle_{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
     assert plant is not None

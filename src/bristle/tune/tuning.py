@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import os
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
@@ -15,7 +15,7 @@ from bristle.core import InputError, InputWarning, Kind, Progress
 from bristle.files import MachineFile, as_json, growing_folder, lock, provenance, read_machine, state_folder
 from bristle.friction import find
 from bristle.tune.journal import NAME, Journal
-from bristle.tune.machine import Machine, MachineRefusedError, SavingMachine
+from bristle.tune.machine import Machine, MachineRefusedError, SavingMachine, State
 from bristle.tune.machines import Connection, code_of, connected
 from bristle.tune.report import last_line
 from bristle.tune.restoring import Restoration, answering, differences, named, plain, restored
@@ -314,7 +314,7 @@ def _reported(run: Run, result: Tuning) -> Tuning:
     return result
 
 
-def _do(run: Run, step: Step, number: int, begun: Mapping[str, Any]) -> None:
+def _do(run: Run, step: Step, number: int, begun: State) -> None:
     """Do a step, or take its facts from the journal if an interrupted run finished it."""
     run.step = step.name
     entry = run.journal.last("done", step=step.name)
@@ -335,7 +335,7 @@ def _do(run: Run, step: Step, number: int, begun: Mapping[str, Any]) -> None:
         run.progress = inner
 
 
-def _backup_in(journal: Journal) -> Mapping[str, Any] | None:
+def _backup_in(journal: Journal) -> State | None:
     """Return the backup of the machine in a journal."""
     entry = journal.last("done", step="backup")
     return None if entry is None else entry["facts"]["state"]
