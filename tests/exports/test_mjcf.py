@@ -10,6 +10,7 @@ import pytest
 from tests.exports.native import walk
 
 import bristle as br
+from bristle.core import InputError
 from bristle.exports.mjcf import write
 from bristle.exports.moves import moves_for
 from bristle.exports.targets import Request
@@ -153,6 +154,14 @@ def along_in_mujoco(text, x, dt, parts=1):
         force[k] = -(data.qfrc_spring[0] + data.qfrc_actuator[0])
     damping = model.dof_damping[0] * np.diff(x) / dt
     return force, np.mean(0.5 * (force[1:] + force[:-1]).reshape(-1, parts), axis=1) + damping
+
+
+@pytest.mark.parametrize(("given", "moved"), [({}, "1.0"), ({"mass": 3.0}, "3.0"), ({"plant": br.plants.inertia(M="28 kg")}, "28.0")])
+def test_a_scene_moves_the_mass_of_the_plant(tmp_path, given, moved):
+    br.export(LUGRE, "mjcf", tmp_path / "out", **given)
+    assert f'mass="{moved}"' in (tmp_path / "out/axis_x.xml").read_text()
+    with pytest.raises(InputError, match=r"mass: must be positive; found 0"):
+        br.export(LUGRE, "mjcf", tmp_path / "none", mass=0)
 
 
 def simulated(model, mass=1.0, step=5e-4):

@@ -105,7 +105,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("predict", "mode", ["x", None, 5, "Inverse", True]),
     ("predict", "decimation", [0, 1.5, 10**5000]),
     ("predict", "velocity_max", [-1.0, math.nan, "x", True]),
-    ("predict", "delay", [math.nan, "x", True, "1 mm"]),
+    ("predict", "delay", [math.nan, "x", True, "1 mm", 1e9]),
     ("predict", "lag", [-1.0, math.nan, True]),
     ("predict", "bands", [5, {}, "x"]),
     ("excite", "duration", [1.0, -1, math.nan, "x", "5", True, 10**18]),
@@ -145,7 +145,8 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("Experiment", "variants", [None, [None], (variant(), variant())]),
     ("Log", "position", [None, np.ones(3), [math.nan] * 600, "x"]),
     ("Axis", "mass", [0.0, -1.0, math.nan, "5 N", True]),
-    ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0)]),
+    ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0), (1.0, -1.0), (1.0, 1.0)]),
+    ("Axis", "delay", [1e9, "11 s", math.nan]),
     ("Axis", "columns", [{"x": None}, {"position": "q"}, [], None]),
 ]
 

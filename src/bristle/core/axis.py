@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, taken, whole
+from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, rising, taken, whole
 from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS
@@ -28,12 +28,15 @@ def _flag(*, default: bool = False) -> Any:
     return taken(FLAG, default)
 
 
+DELAY = Variable("time", "delay of the effort", min=-10.0, max=10.0)
+
+
 def _positive(quantity: str, meaning: str, **options: Any) -> Any:
     return taken(optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True)), None, **options)
 
 
 def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Any:
-    return taken(optional(many(amount(Variable(quantity, meaning), endless=endless), least=2, most=2)), None)
+    return taken(optional(rising(amount(Variable(quantity, meaning), endless=endless))), None)
 
 
 def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
@@ -271,7 +274,7 @@ class Axis:
     injected: tuple[Injected, ...] = taken(many(instance(Injected, "an Injected"), single=True), ())
     table: str | None = taken(optional(TEXT), None)
     sample_time: float | None = _positive("time", "sample time")
-    delay: float = taken(amount(Variable("time", "delay of the effort")), 0.0)
+    delay: float = taken(amount(DELAY), 0.0)
     seeks_delay: bool = _flag(default=True)
     mass: float | None = _positive("mass", "moving mass or inertia")
     plant: str = taken(among("inertia", "oscillator"), "inertia")

@@ -160,6 +160,19 @@ def among(*names: str) -> Converter:
     return convert
 
 
+def rising(converter: Converter) -> Converter:
+    """Return a converter for a range: a pair whose second number is larger."""
+    both = many(converter, least=2, most=2)
+
+    def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
+        low, high = both(value, path, kind)
+        if not low < high:
+            raise InputError("must be in ascending order", path=path, value=shown(value), allowed="a smaller number, then a larger one")
+        return low, high
+
+    return convert
+
+
 def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None) -> Converter:
     """Return a converter for an instance of a class, or for a value that `read` converts, usually a path."""
 

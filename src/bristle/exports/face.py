@@ -58,7 +58,7 @@ class Exported:
     points=whole(2, 1000),
     speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")),
-    mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
+    mass=optional(amount(Variable("mass", "moving mass or inertia", min=0.0), exclusive=True)),
     plant=optional(model("plant")),
     table=optional(model("friction")),
     rest=optional(among(*RESTS)),
@@ -76,7 +76,7 @@ def export(
     axis: Axis | None = None,
     speed: Amount = 0.0,
     points: int = POINTS,
-    mass: Amount = 1.0,
+    mass: Amount | None = None,
     plant: Model | None = None,
     table: Model | None = None,
     source: Source | None = None,
@@ -113,8 +113,8 @@ def export(
         Largest speed of a table [m/s or rad/s].
     points : int
         Maximum number of entries of a table. With 3, a ``"table"`` holds gravity and one level per direction.
-    mass : float or str
-        Moved mass of the scene [kg or kg*m^2].
+    mass : float or str, optional
+        Moved mass of the scene [kg or kg*m^2]: by default that of the plant, and 1 without a plant.
     plant : Model, optional
         The plant with the friction. A second FMU then contains both.
     table : Model, optional
@@ -162,8 +162,9 @@ def export(
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            others |= {"derivatives": derivatives}
-            request = Request(model, label, float(step), origin, tunable, float32, mass=float(mass), plant=plant, table=table, **others)
+            moved = mass if mass is not None or plant is None else plant.values.get("M")
+            others |= {"derivatives": derivatives, "mass": 1.0 if moved is None else float(moved)}
+            request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)

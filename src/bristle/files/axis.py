@@ -135,10 +135,6 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     except InputError as error:
         name, rest = re.fullmatch(r"(\w+)(.*)", error.path).groups()  # type: ignore[union-attr]
         raise error.at(path=places.get(name, name) + rest) from None
-    for name, allowed in (("span", "[first, last time]"), ("stroke", "[smallest, largest position]")):
-        ends = getattr(axis, name)
-        if ends is not None and ends[0] >= ends[1]:
-            raise InputError("must be in ascending order", path=places[name], value=raw[name], allowed=allowed)
     law = file.controller
     return axis if law is None else replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
+from bristle.core.axis import DELAY, Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
@@ -36,7 +36,7 @@ TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # sett
 SPAN = 20  # samples of a difference for a speed
 
 CHANNELS = {
-    "delay": optional(amount(Variable("time", "delay of the effort"))),
+    "delay": optional(amount(DELAY)),
     "smoothing": optional(amount(Variable("time", "filter of the effort"))),
     "slow": optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0))),
     "position_smoothing": optional(amount(Variable("time", "filter of the position", min=0.0))),
