@@ -39,12 +39,8 @@ def slowness():
 
     More than two processes a core share its caches, and each takes more processor time for the same work.
     """
-    return max(1.0, min(work() for _ in range(3)) / REFERENCE) * max(1.0, 0.5 * processes_per_core())
-
-
-def processes_per_core():
-    """Return how many processes have wanted each core in the last minute, 0 where the system does not tell."""
-    return os.getloadavg()[0] / (os.cpu_count() or 1) if hasattr(os, "getloadavg") else 0.0
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    return max(1.0, min(work() for _ in range(3)) / REFERENCE) * max(1.0, 0.5 * load / (os.cpu_count() or 1))
 
 
 def is_slow(item):
