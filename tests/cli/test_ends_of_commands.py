@@ -209,6 +209,14 @@ def test_a_signal_that_comes_again_within_a_second_is_the_same():
 
 
 @needs_main_thread
+def test_a_signal_that_is_sent_again_ends_no_later_command():
+    with ended_by_signals() as block:
+        block._send_again(signal.SIGTERM)
+    with ended_by_signals():
+        time.sleep(0.05)
+
+
+@needs_main_thread
 @pytest.mark.parametrize(("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)])
 def test_a_lock_does_not_block_a_terminated_process(name, patience, code):
     program = f"""

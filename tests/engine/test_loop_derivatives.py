@@ -16,6 +16,8 @@ from bristle.friction import MODELS, coulomb, lugre, viscous
 
 DT, STEPS = 1e-4, (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 FAST = ("stribeck", "lugre", "preisach_lugre", "coulomb_viscous+transmitted")
+# Further on, differences of two runs of these scatter by more than the slope is accurate.
+SAMPLES = {"dahl": 300, "preisach_lugre": 80, "efficiency": 100}
 PLANT = plants.inertia(M=2.0)
 
 
@@ -50,7 +52,9 @@ def open_loops(model, count):
         heavier = moved(plant, np.eye(pack(plant.parameters).size)[0], 0.3 * step)
         return run_open_loop(heavier, moved(model, tangent, step), effort, DT, hold="linear").position
 
-    return slope[:, 0], [(beside(step) - beside(-step)) / (2.0 * step) for step in STEPS]
+    # The largest step may turn a small distance negative: such a run ends early.
+    runs = [(step, beside(step), beside(-step)) for step in STEPS]
+    return slope[:, 0], [(further - back) / (2.0 * step) for step, further, back in runs if further.size == back.size == count]
 
 
 @pytest.mark.parametrize(
@@ -59,7 +63,7 @@ def open_loops(model, count):
 def test_open_loop_derivatives_agree_with_differences_of_runs(name):
     with interpreted():
         base, *slots = name.split("+")
-        slope, differences = open_loops(model_of(base, tuple(slots)), {"dahl": 300, "preisach_lugre": 80}.get(name, 280))
+        slope, differences = open_loops(model_of(base, tuple(slots)), SAMPLES.get(name, 280))
     assert np.isfinite(slope).all()
     assert min(np.linalg.norm(slope - difference) for difference in differences) < 1e-4 * np.linalg.norm(slope)
 

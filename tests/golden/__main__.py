@@ -18,6 +18,7 @@ import traceback
 from collections.abc import Callable
 from functools import partial
 
+import tests.blas  # before numpy
 import tests.golden.cases
 import tests.golden.commands  # noqa: F401  (both register theirs)
 from tests.golden.case import CASES, Case, differences_of, tolerance_for

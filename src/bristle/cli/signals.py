@@ -43,6 +43,8 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         self._waiting: int | None = None
         self._unraisable = sys.unraisablehook
         self._watch = _Watch()
+        self._again: threading.Timer | None = None
+        self._is_over = False
 
     def __enter__(self) -> ended_by_signals:
         for name in SENTENCES:
@@ -58,6 +60,10 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._is_over = True
+        if self._again is not None:  # else it would end a later command in this process
+            self._again.cancel()
+            self._again.join()
         self._watch.end()
         for number, handler in self._before.items():
             signal.signal(number, handler)
@@ -77,12 +83,12 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     def _raise(self, number: int, frame: FrameType | None) -> None:
         self._watch.observed.set()
         now = time.monotonic()
-        if self._first is not None and now - self._first[1] < 1.0:
+        if self._is_over or (self._first is not None and now - self._first[1] < 1.0):
             return
         if _imports(frame):
             # A module that is being imported may drop the exception, or turn it into its own error.
             self._waiting = number
-            _send_again(number)
+            self._send_again(number)
             return
         self._end(number)
 
@@ -96,7 +102,12 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             self._unraisable(unraisable)
             return
         number, self._first = self._first[0], None
-        _send_again(number)
+        self._send_again(number)
+
+    def _send_again(self, number: int) -> None:
+        self._again = threading.Timer(0.01, _interrupt_main, (number,))
+        self._again.daemon = True
+        self._again.start()
 
 
 class _Watch:
@@ -205,15 +216,7 @@ def _imports(frame: FrameType | None) -> bool:
     return False
 
 
-def _send_again(number: int) -> None:
-    again = threading.Timer(0.01, _interrupt_main, (number,))
-    again.daemon = True
-    again.start()
-
-
 def _interrupt_main(number: int) -> None:
-    if not callable(signal.getsignal(number)):  # the block has been left
-        return
     if hasattr(signal, "pthread_kill"):
         signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes a sleeping main thread
     else:

@@ -83,8 +83,8 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     # Fit the model of the prior, unless it has lists of elements.
     component = prior.friction.component
     name = "lugre" if any(component.is_array(parameter) for parameter in component.variables) else component.name
-    # Without a controller, skip the loop simulation behind the scatter of positions: a rehearsal does not need it.
-    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None)
+    # The scatter of positions in a simulated loop is not needed here: no controller, and no search for a steady state.
+    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None, periodic=False)
     identification = identify(
         log,
         name,
