@@ -209,7 +209,8 @@ def with_faulty_journal(patch, fault, at):
     def faulty(path, data):
         number, calls.count = calls.count, calls.count + 1
         if number == at // 2 and at % 2 == 0:
-            path.open("ab").write(data[: len(data) // 2])
+            with path.open("ab") as file:
+                file.write(data[: len(data) // 2])
             fault(None)
         append(path, data)
         if number == at // 2 and at % 2 == 1:

@@ -254,7 +254,7 @@ def _reopened(folder: str | os.PathLike[str], machine: Machine | None, *, allow_
 
 @contextlib.contextmanager
 def _held(machine: Machine | None, link: Connection, *, allow_code: bool) -> Iterator[Machine]:
-    """Connect a machine, and disconnect it in the end; a connection that was lost needs no end."""
+    """Connect a machine, and disconnect it in the end; whatever goes wrong then does not change how the run ended."""
     if machine is None:
         with answering():
             machine = connected(link, allow_code=allow_code)
@@ -263,7 +263,7 @@ def _held(machine: Machine | None, link: Connection, *, allow_code: bool) -> Ite
     finally:
         try:
             machine.close()
-        except Exception as error:  # noqa: BLE001
+        except BaseException as error:  # noqa: BLE001
             warnings.warn(f"the connection to the machine did not end well: {named(error)[1]}", InputWarning, stacklevel=3)
 
 
