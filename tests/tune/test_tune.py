@@ -132,12 +132,14 @@ def test_a_killed_run_is_restored_at_the_next_start(identified, place):
     changed = machine.state()
     plan = tune(folder / "machine.toml", folder / "out", machine=machine, options=OPTIONS)
     assert machine.state() == changed  # without --move nothing is written
-    assert plan.remarks[0].endswith(f"bristle tune --undo {folder / 'out'}")
+    was_written = Journal(folder / "out").has_written
+    assert [remark.endswith(f"bristle tune --undo {folder / 'out'}") for remark in plan.remarks] == [True] * was_written
     machine = make(Faults(stops_at=0))
     tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
     assert machine.state() == {"guard": None, "model": None, "gain": 0.0}
-    last, first, *_ = Journal(folder / "out").with_events("restored")
-    assert (first["cause"], first["identical"], last["identical"]) == ("a run that was interrupted", True, True)
+    last, *earlier = Journal(folder / "out").with_events("restored")
+    assert last["identical"]
+    assert not was_written or (earlier[0]["cause"], earlier[0]["identical"]) == ("a run that was interrupted", True)
 
 
 def test_without_move_nothing_moves_and_nothing_is_written(tmp_path):

@@ -71,7 +71,7 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
             assert hal.get("bristle-guard.gain-now")[0] == 0.0
             assert hal.get("bristle-guard.ok", "bristle-guard.why") == [0.0, 4.0]
             assert hal.get("bristle-guard.total") == pytest.approx(hal.get("pid.0.output"), abs=1.0)
-            tune(file, tmp_path / "out", options=OPTIONS)
+            undo(tmp_path / "out")
             assert (hal.links(), hal.functions("servo")) == (links, functions)
             assert Journal(tmp_path / "out").last("restored")["identical"]
 
