@@ -162,10 +162,10 @@ def among(*names: str) -> Converter:
 
 def rising(converter: Converter) -> Converter:
     """Return a converter for a range: a pair whose second number is larger."""
-    both = many(converter, least=2, most=2)
+    pair = many(converter, least=2, most=2)
 
     def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
-        low, high = both(value, path, kind)
+        low, high = pair(value, path, kind)
         if not low < high:
             raise InputError("must be in ascending order", path=path, value=shown(value), allowed="a smaller number, then a larger one")
         return low, high
