@@ -14,6 +14,9 @@ PLACE = """
 """
 
 
+PRESSED = "window.pressed = 0; FOUND.addEventListener('mousedown', () => { window.pressed = 1; }, { once: true, capture: true })"
+
+
 class Person:
     """What a mouse does in a tab of a browser, and what can be read there."""
 
@@ -33,15 +36,23 @@ class Person:
             time.sleep(0.05)
 
     def clicks(self, selector, seconds=60):
-        """Press and release the left button in the middle of what a selector finds, once it is there and enabled."""
+        """Press and release the left button in the middle of what a selector finds, once it is there and enabled.
+
+        A page that still changes may move it away from under the mouse: then a person presses again.
+        """
         result = f"document.querySelector({json.dumps(selector)})"
         self.waits(f"{result} && !{result}.disabled && {result}.getClientRects().length", seconds)
-        self.tab.run(f"{result}.scrollIntoView({{ block: 'center' }})")
-        x, y, under = self.tab.run(PLACE.replace("FOUND", result))
-        assert under, f"{selector} lies under something else"
-        self.tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
-        for kind in ("mousePressed", "mouseReleased"):
-            self.tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+        self.tab.run(PRESSED.replace("FOUND", result))
+        for _ in range(5):
+            self.tab.run(f"{result}.scrollIntoView({{ block: 'center' }})")
+            x, y, under = self.tab.run(PLACE.replace("FOUND", result))
+            assert under, f"{selector} lies under something else"
+            self.tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+            for kind in ("mousePressed", "mouseReleased"):
+                self.tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+            if self.tab.run("window.pressed !== 0"):
+                return
+        raise AssertionError(f"{selector} moves away from under the mouse")
 
     def chooses(self, *files):
         """Click on the field for files, and choose some in the dialogue that opens."""
