@@ -3,6 +3,7 @@
 import gc
 import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -239,6 +240,7 @@ def test_a_thread_of_a_user_model_does_not_block_the_exit(monkeypatch):
     assert ended == [3]
 
 
+@pytest.mark.skipif(not shutil.which("sh"), reason="needs bash and git")
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 @pytest.mark.parametrize("option", ["-v", "-d"])
 def test_too_low_a_memory_limit_is_reported_before_libraries_load(option):
@@ -249,6 +251,7 @@ def test_too_low_a_memory_limit_is_reported_before_libraries_load(option):
     assert f"ulimit {option} 327680: is too little memory" in ended.stderr
 
 
+@pytest.mark.skipif(not shutil.which("bash"), reason="needs bash and git")
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("arguments", "code"), ENDS)
 def test_a_closed_output_changes_no_exit_code(place, arguments, code):

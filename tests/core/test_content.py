@@ -3,6 +3,7 @@
 import io
 import os
 import pickle
+import shutil
 import socket
 import subprocess
 import sys
@@ -165,6 +166,7 @@ def test_a_missing_standard_input_is_refused(monkeypatch, stream):
         content_of("-")
 
 
+@pytest.mark.skipif(not shutil.which("bash"), reason="needs bash and git")
 def test_process_substitution_of_a_shell_is_read(tmp_path):
     (tmp_path / "log").write_bytes(b"a log\n" * 50_000)
     code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"

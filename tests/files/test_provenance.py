@@ -1,11 +1,15 @@
 """Where results come from."""
 
+import shutil
 import subprocess
+
+import pytest
 
 from bristle.core.content import Origin, content_of
 from bristle.files.summary import provenance
 
 
+@pytest.mark.skipif(not shutil.which("sha256sum"), reason="needs bash and git")
 def test_names_checksums_and_command(tmp_path):
     log = tmp_path / "log.csv"
     log.write_bytes(b"t,q\n0,1\n")
