@@ -14,7 +14,11 @@ PLACE = """
 """
 
 
-PRESSED = "window.pressed = 0; FOUND.addEventListener('mousedown', () => { window.pressed = 1; }, { once: true, capture: true })"
+PRESSED = """
+window.pressed = 0;
+document.addEventListener(
+  "mousedown", (event) => { window.pressed = FOUND?.contains(event.target) ? 1 : 0; }, { once: true, capture: true });
+"""
 
 
 class Person:
@@ -42,8 +46,8 @@ class Person:
         """
         result = f"document.querySelector({json.dumps(selector)})"
         self.waits(f"{result} && !{result}.disabled && {result}.getClientRects().length", seconds)
-        self.tab.run(PRESSED.replace("FOUND", result))
         for _ in range(5):
+            self.tab.run(PRESSED.replace("FOUND", result))
             self.tab.run(f"{result}.scrollIntoView({{ block: 'center' }})")
             x, y, under = self.tab.run(PLACE.replace("FOUND", result))
             assert under, f"{selector} lies under something else"
