@@ -7,6 +7,7 @@ from tests.tune.faults import DISK, FAULTS, INITIAL, Faulty, Small, small_files,
 
 from bristle.cli.main import main
 from bristle.tune.journal import NAME, Journal
+from bristle.tune.restoring import restored
 
 ENDS = {0, 1, 2, 143}
 
@@ -118,6 +119,15 @@ def counted(tmp_path, capsys, size):
             with_short_steps(patch)
             size["calls"], size["writes"] = calls_of_a_run(tmp_path / "clean", patch, capsys)
     return size
+
+
+@pytest.mark.parametrize(("failures", "identical"), [(2, True), (3, False)])
+def test_a_restoration_has_three_attempts_and_a_signal_ends_one(tmp_path, monkeypatch, failures, identical):
+    machine, faults = Small(tmp_path / "memory.json"), [ConnectionResetError("gone"), KeyboardInterrupt(), ValueError()][:failures]
+    machine.set(gain=0.5)
+    monkeypatch.setattr(machine, "state", lambda: Small.state(machine) if not faults else (_ for _ in ()).throw(faults.pop()))
+    found = restored(machine, INITIAL)
+    assert (found.is_identical, Small.state(machine)) == (identical, INITIAL)
 
 
 @pytest.mark.parametrize("name", FAULTS)
