@@ -162,6 +162,15 @@ def test_the_plan_states_the_motion_of_the_comparison(finished, tmp_path):
     assert planned == pytest.approx(np.sum(records) * machine.sample_time - 8 * 2.0, abs=0.1)
 
 
+def test_a_model_is_known_before_anything_moves(tmp_path):
+    machine = BenchMachine(Bench(drawn(SEED)[0], SEED))
+    file, _, _ = written(tmp_path, SEED)
+    assert tune(file, tmp_path / "out", machine=machine, options=replace(OPTIONS, models="all")).outcome == "planned"
+    with pytest.raises(InputError, match="no such friction model; found 'typo'"):
+        tune(file, tmp_path / "out", move=True, machine=machine, options=replace(OPTIONS, models="dahl,typo"))
+    assert (machine.records, (tmp_path / "out").exists()) == ([], False)
+
+
 def test_a_folder_with_other_files_is_refused(tmp_path):
     file, bench, _ = written(tmp_path, SEED)
     with pytest.raises(InputError, match="not of a run of tune"):

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 from bristle.core import InputError, InputWarning, Kind, Progress
 from bristle.files import MachineFile, as_json, growing_folder, lock, provenance, read_machine, state_folder
-from bristle.friction import find
+from bristle.identification import models_of
 from bristle.tune.journal import NAME, Journal
 from bristle.tune.machine import Machine, MachineRefusedError, SavingMachine, State
 from bristle.tune.machines import Connection, code_of, connected
@@ -119,8 +119,7 @@ def tune(
         If the machine file is not valid, another run uses the machine, or the journal was changed.
     """
     described, options = file if isinstance(file, MachineFile) else read_machine(file), options or Options()
-    for name in options.models.split(","):
-        find(name.strip())
+    models_of(options.models)
     path = Path(folder).absolute()
     link = Connection(described.machine, described.settings, described.source.absolute(), described.axis.kind)
     with _only_run(link, path, notes=move), _held(machine, link, allow_code=allow_code) as used:
@@ -182,7 +181,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
             raise MachineRefusedError("no_backup", reason, "Compare these values with those before the run")
         result.way_out = restored(run.machine, backup)
         _try_to_note(run.journal, result, "undo", "restored", cause="undo", **result.way_out.as_data())
-        if run.journal.is_saved and isinstance(run.machine, SavingMachine):
+        if not result.way_out.fault and run.journal.is_saved and isinstance(run.machine, SavingMachine):
             run.machine.unsave()
             left = [place for place, content in run.machine.saved().items() if content]
             if left:
