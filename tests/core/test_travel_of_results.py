@@ -10,7 +10,7 @@ import pytest
 from tests.core.elsewhere import there_and_back
 from tests.core.same_bits import bits_of
 from tests.excitation.axes import STAGE
-from tests.hysteresis.identification.known_curves import TRUTH, recorded, to_and_fro
+from tests.golden.simulated import MASING, recorded, to_and_fro
 from tests.identification.known_logs import sliding_log, slow_log
 from tests.loop.conftest import loop
 
@@ -34,7 +34,7 @@ def experiment(**changes):
 
 
 def operators():
-    curves = recorded(TRUTH, to_and_fro(np.random.default_rng(11), turns=50, samples=800), np.random.default_rng(1))
+    curves = recorded(MASING, to_and_fro(np.random.default_rng(11), turns=50, samples=800), np.random.default_rng(1))
     result = br.identify_operator(curves, cells=12)
     return curves, result, predict_operator(result.best.operator, curves, result.best.offset)
 

@@ -120,12 +120,12 @@ SLOW = {
         lambda: ([simulated.in_loop(pairs=3), simulated.in_loop(pairs=4, scatter=0.05)], LOOP), "coulomb_viscous", {"draws": 20}
     ),
     "held_effort_all_draws": Fit(lambda: (held_log(simulated.LUGRE), Axis(held=True, resolution=1e-7)), ALL, {"draws": 20, "blocks": 0}),
-    "elements_draws": Fit(lambda: (simulated.elements(), None), "maxwell_slip,dahl", SLOWLY | {"draws": 20}),
+    "elements_draws": Fit(lambda: (simulated.elements_log(), None), "maxwell_slip,dahl", SLOWLY | {"draws": 20}),
     "elements_with_stribeck_draws": Fit(
-        lambda: (simulated.elements_with_stribeck(), None), "gms,maxwell_slip", SLOWLY | {"draws": 20, "blocks": 3}
+        lambda: (simulated.gms_log(scatter=0.03), None), "gms,maxwell_slip", SLOWLY | {"draws": 20, "blocks": 3}
     ),
     "elements_under_load": Fit(
-        lambda: (simulated.elements(1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))), None),
+        lambda: (simulated.elements_log(load=1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))), None),
         "maxwell_slip+load",
         SLOWLY | {"decimation": 5, "blocks": 0},
     ),
@@ -297,9 +297,9 @@ def _refusal(**requested: Any) -> list[str]:
 
 @golden(fast=True)
 def pulls_from_rest() -> Found:
-    log, truth = simulated.pulls()
+    log = simulated.pulled(simulated.pulling())
     result = fitted(log, "coulomb_viscous,maxwell_slip", simulated.PULLED, cutoff=60.0)
-    return result | {"break_aways": of_break_aways(log, simulated.PULLED, 60.0, plants.inertia(M=28.0), truth)}
+    return result | {"break_aways": of_break_aways(log, simulated.PULLED, 60.0, plants.inertia(M=28.0), simulated.SLIPPING)}
 
 
 # --- hysteresis operators -------------------------------------------------------------------------------------------
@@ -313,14 +313,14 @@ def magnet_operators() -> Found:
 @golden(fast=True)
 def friction_operators() -> Found:
     rng = np.random.default_rng(11)
-    curves = simulated.curve_along(simulated.wandering(rng, 50, 800), rng, offset=0.3)
+    curves = simulated.recorded(simulated.MASING, simulated.to_and_fro(rng, turns=50, samples=800), rng, offset=0.3)
     result = identify_operator(curves, cells=12)
-    unseen = simulated.curve_along(simulated.wandering(rng, 30, 500))
+    unseen = simulated.recorded(simulated.MASING, simulated.to_and_fro(rng, turns=30, samples=500))
     text = predict_operator(result.best.operator, unseen, result.best.offset)
     return of_operators(result) | {"prediction": of_operator_prediction(text, result.best.operator, unseen)}
 
 
 @golden()
 def operators_of_reversal_curves() -> Found:
-    curves = Curves(simulated.reversal_curves(41), start="saturated")
+    curves = Curves(simulated.reversal_curves(simulated.MASING), start="saturated")
     return of_operators(identify_operator(curves, cells=12, stops=15))

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 from benchmarks.loops import recorded_in_loop
@@ -15,9 +14,10 @@ from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
 
 from bristle import friction, hysteresis, plants, response
-from bristle.core import Axis, Model
+from bristle.core import Axis
 from bristle.engine import force_along, run_open_loop
 from bristle.excitation import excite
+from bristle.excitation.motion import ExcitationMotion
 from bristle.friction import find
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
@@ -71,79 +71,96 @@ def late() -> Log:
     return log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.1, effort.size))
 
 
+# Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
+ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 SLOW = ((30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))  # amplitudes and frequencies in and out of pre-sliding
 
 
-def elements(load: np.ndarray | None = None) -> Log:
-    """Return slow motion on three elements that slip, under a load that may change."""
-    fine, dt = 10, 1e-3
-    motion = sines(12.0, dt / fine, *SLOW)
-    truth = find("maxwell_slip")(F_C=20.0, nu_i=[0.3, 0.4, 0.3], k_i=[3e6, 8e6 / 6.0, 0.4e6], sigma_2=300.0, offset=1.5)
-    values = {} if load is None else {"load": np.repeat(load, fine)}
+def elements_log(
+    name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=SLOW[0], load=None, temperature=None, **more
+) -> Log:
+    """Return slow motion in and out of pre-sliding on three elements, with the truth run some times as fine as the log."""
+    motion = sines(duration, dt / fine, strokes, SLOW[1])
+    truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
+    around = {"load": load, "temperature": temperature}
+    values = {key: np.repeat(item, fine) for key, item in around.items() if item is not None}
     force = force_along(truth, motion.velocity, dt / fine, motion.position, **values)
     coarse = Motion(*(item[::fine] for item in motion))
-    scatter = np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size)
+    scatter = np.random.default_rng(seed).normal(0.0, noise, coarse.time.size)
     log = log_of(coarse, 12.0 * coarse.acceleration + force[::fine] + scatter)
-    return log if load is None else replace(log, load=Channel(load, "1", "load"))
+    units = {"load": "1", "temperature": "K"}
+    return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
-def elements_with_stribeck() -> Log:
-    """Return loops before sliding, then slow slides, on elements whose level scatters from reversal to reversal."""
-    dt, share = 1e-4, np.array([0.3, 0.4, 0.3])
+SHARES, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # of elements, and where each breaks away
+SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * SHARES / REACH, "nu_i": SHARES}
+SLIDING = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
+
+
+def gms_log(name="gms", *, seed=0, scatter=0.0, **truth) -> Log:
+    """Return loops before sliding, then slow slides, with the truth run ten times as fine as the log.
+
+    The level of friction is drawn anew at each reversal.
+    """
+    dt = 1e-4
     loops = sines(8.0, dt, *SLOW)
     slides = sines(8.0, dt, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
     x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
     v, a = (np.concatenate([getattr(item, name) for item in (loops, slides)]) for name in ("velocity", "acceleration"))
-    truth = find("gms")(
-        F_C=20.0, F_S=28.0, v_S=1e-3, C=2e3, sigma_2=300.0, offset=1.5, nu_i=share, k_i=28.0 * share / np.array([2e-6, 6e-6, 15e-6])
-    )
+    force = force_along(find(name)(**(SHAPE | (truth or SLIDING))), v, dt, x)
     sides = np.sign(v)
     leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
-    levels = 1.0 + 0.03 * np.random.default_rng(10).standard_normal(leg[-1] + 1)
-    force = (force_along(truth, v, dt, x) - 1.5) * levels[leg] + 1.5
+    levels = 1.0 + scatter * np.random.default_rng(seed + 10).standard_normal(leg[-1] + 1)
+    force = (force - SLIDING["offset"]) * levels[leg] + SLIDING["offset"]
     coarse = Motion(*(item[::10] for item in (dt * np.arange(x.size), x, v, a)))
-    noise = np.random.default_rng(0).normal(0.0, 0.05, coarse.time.size)
+    noise = np.random.default_rng(seed).normal(0.0, 0.05, coarse.time.size)
     return log_of(coarse, 12.0 * coarse.acceleration + force[::10] + noise, step=1e-8)
 
 
 PULLED = replace(STAGE, resolution=2e-8, sample_time=5e-4, jerk_limit=None)
+LIMITS, DISTANCES = np.array([18.0, 24.0, 18.0]), np.array([2e-6, 4e-6, 7e-6])
+SLIPPING = find("maxwell_slip")(F_C=60.0, nu_i=LIMITS / 60.0, k_i=LIMITS / DISTANCES, offset=5.0)
 
 
 @cache
-def pulls() -> tuple[Log, Any]:
-    """Return pulls from rest at three rates, on elements whose level scatters from leg to leg, and the elements."""
-    limits, reach = np.array([18.0, 24.0, 18.0]), np.array([2e-6, 4e-6, 7e-6])
-    truth = find("maxwell_slip")(F_C=60.0, nu_i=limits / 60.0, k_i=limits / reach, offset=5.0)
-    motion = excite(PULLED, duration="24 s", purposes="break-away", model=truth, rehearsed=False).motion
-    v, dt, rng = motion.velocity, motion.sample_time, np.random.default_rng(0)
+def pulling() -> ExcitationMotion:
+    """Return the motion of pulls from rest at three rates."""
+    return excite(PULLED, duration="24 s", purposes="break-away", model=SLIPPING, rehearsed=False).motion
+
+
+def pulled(motion, seed=0, scatter=0.05) -> Log:
+    """Return the log of a motion on elements whose level is drawn anew for each leg."""
+    v, dt, rng = motion.velocity, motion.sample_time, np.random.default_rng(seed)
     sides = np.sign(v)
     moving = np.flatnonzero(sides)
     turns = moving[1:][sides[moving[1:]] != sides[moving[:-1]]]
     leg = np.searchsorted(turns, np.arange(v.size), side="right")
-    levels = 1.0 + 0.05 * rng.standard_normal(turns.size + 1)
-    force = (force_along(truth, v, dt, motion.position + 0.5 * dt * v) - 5.0) * levels[leg] + 5.0
+    levels = 1.0 + scatter * rng.standard_normal(turns.size + 1)
+    force = (force_along(SLIPPING, v, dt, motion.position + 0.5 * dt * v) - 5.0) * levels[leg] + 5.0
     effort = 28.0 * motion.acceleration + force + 0.3 * rng.standard_normal(v.size)
-    return log_of(motion, effort, step=PULLED.resolution), truth
+    return log_of(motion, effort, step=PULLED.resolution)
 
 
 # --- hysteresis -----------------------------------------------------------------------------------------------------
 
-MASING = hysteresis.preisach(kernel="dahl_masing", s=1.0, f_p=1.0)
+MASING = hysteresis.preisach(kernel="dahl_masing", s=1.0, f_p=1.0)  # in units of the saturation and of f_p/s
+NOISE = 0.005
 
 
-def wandering(rng: np.random.Generator, turns: int, samples: int) -> np.ndarray:
+def to_and_fro(rng, turns=80, amplitude=3.0, samples=1601):
     """Return a path through random turning points, once through its whole range first."""
-    at = np.concatenate([[0.0, 3.0, -3.0], rng.uniform(-3.0, 3.0, turns - 2)])
+    at = np.concatenate([[0.0, amplitude, -amplitude], rng.uniform(-amplitude, amplitude, turns - 2)])
     return np.interp(np.linspace(0.0, turns, samples), np.arange(turns + 1), at)
 
 
-def curve_along(u: np.ndarray, rng: np.random.Generator | None = None, offset: float = 0.0) -> Curves:
-    """Return the output along a path from the virgin state, with noise where there is a generator."""
-    noise = 0.0 if rng is None else 0.005 * rng.standard_normal(u.size)
-    return Curves((Curve(u, response(MASING, u) + offset + noise),))
+def recorded(operator, u, rng=None, offset=0.0):
+    """Return the output of an operator along a path, with noise, as one curve from the virgin state."""
+    noise = 0.0 if rng is None else NOISE * rng.standard_normal(u.size)
+    return Curves((Curve(u, response(operator, u) + offset + noise),))
 
 
-def reversal_curves(count: int, operator: Model = MASING) -> tuple[Curve, ...]:
-    """Return first-order reversal curves, each from saturation."""
-    paths = [np.linspace(turn, 3.0, 60) for turn in np.linspace(-3.0, 2.7, count).tolist()]
-    return tuple(Curve(u, response(operator, u, history=[3.0])) for u in paths)
+def reversal_curves(operator, count=41, extent=3.0, samples=60, rising=True):
+    """Return first-order reversal curves of an operator, each from saturation."""
+    side = 1.0 if rising else -1.0
+    paths = [side * np.linspace(turn, extent, samples) for turn in np.linspace(-extent, 0.9 * extent, count).tolist()]
+    return tuple(Curve(u, response(operator, u, history=[side * extent])) for u in paths)

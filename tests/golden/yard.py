@@ -117,7 +117,7 @@ def yard() -> Path:
     late = simulated.late()
     _write_rows(folder / "late.csv", late)
     _write_rows(folder / "slower.csv", replace(late, effort=1.1 * np.asarray(late.effort)))
-    _write_rows(folder / "pulls.csv", simulated.pulls()[0])
+    _write_rows(folder / "pulls.csv", simulated.pulled(simulated.pulling()))
     motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     _write_rows(folder / "cogged.csv", log_of(motion, sliding_effort(motion, 0) + 5.0 * np.sin(200.0 * np.pi * motion.position), step=1e-7))
     steady = simulated.ringing()
@@ -157,7 +157,7 @@ def _write_rows(path: Path, log: Log) -> None:
 
 def _write_curves(folder: Path) -> None:
     rng = np.random.default_rng(11)
-    (curve,) = simulated.curve_along(simulated.wandering(rng, 40, 600), rng).curves
+    (curve,) = simulated.recorded(simulated.MASING, simulated.to_and_fro(rng, turns=40, samples=600), rng).curves
     np.savetxt(folder / "curves.csv", np.column_stack(curve), delimiter=",", header="x,F", comments="", fmt="%.9g")
-    curves = {f"curve_{k:02}": np.column_stack(item) for k, item in enumerate(simulated.reversal_curves(21))}
+    curves = {f"curve_{k:02}": np.column_stack(item) for k, item in enumerate(simulated.reversal_curves(simulated.MASING, 21))}
     np.savez(folder / "reversals.npz", **curves)

@@ -4,50 +4,32 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.excitation.axes import STAGE
+from tests.golden.simulated import DISTANCES, LIMITS, PULLED, SLIPPING, pulled, pulling
 from tests.identification.known_logs import Motion, log_of
 from tests.identification.rigid import identify
 
 from bristle.engine import force_along
 from bristle.excitation import excite
-from bristle.friction import find
 from bristle.identification.preprocessing import treat
 from bristle.logs.break_away import Recording, break_aways
 from bristle.plants import inertia
 
-AXIS = replace(STAGE, resolution=2e-8, sample_time=5e-4, jerk_limit=None)
-LIMITS, REACH, OFFSET = np.array([18.0, 24.0, 18.0]), np.array([2e-6, 4e-6, 7e-6]), 5.0
-TRUTH = find("maxwell_slip")(F_C=60.0, nu_i=LIMITS / 60.0, k_i=LIMITS / REACH, offset=OFFSET)
-MASS, CUTOFF = 28.0, 60.0
-SCATTER = 0.05
+MASS, CUTOFF, OFFSET = 28.0, 60.0, SLIPPING.values["offset"]
 
 
 @pytest.fixture(scope="module")
 def motion():
-    return excite(AXIS, duration="24 s", purposes="break-away", model=TRUTH, rehearsed=False).motion
+    return pulling()
 
 
-def pulled(motion, seed=0, scatter=SCATTER):
-    """A log of the motion: the level of friction is drawn anew for each leg."""
-    v, dt, rng = motion.velocity, motion.sample_time, np.random.default_rng(seed)
-    sides = np.sign(v)
-    moving = np.flatnonzero(sides)
-    turns = moving[1:][sides[moving[1:]] != sides[moving[:-1]]]
-    leg = np.searchsorted(turns, np.arange(v.size), side="right")
-    levels = 1.0 + scatter * rng.standard_normal(turns.size + 1)
-    friction = (force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v) - OFFSET) * levels[leg] + OFFSET
-    effort = MASS * motion.acceleration + friction + 0.3 * rng.standard_normal(v.size)
-    return log_of(motion, effort, step=AXIS.resolution)
-
-
-def found(log, axis=AXIS):
+def found(log, axis=PULLED):
     return treat(log, axis, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
 
 
 def distance():
     """How far a contact moves from one side until 90 % of the change of force are there, from its elements."""
     x = np.linspace(0.0, 30e-6, 300_001)
-    change = np.minimum(np.outer(x, LIMITS / REACH), 2.0 * LIMITS).sum(axis=1)
+    change = np.minimum(np.outer(x, LIMITS / DISTANCES), 2.0 * LIMITS).sum(axis=1)
     return float(x[np.argmax(change >= 0.9 * 2.0 * np.sum(LIMITS))])
 
 
@@ -71,11 +53,11 @@ def test_intervals_contain_the_truth_for_scattering_friction(motion):
 
 def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
     v, dt, step, intervals = motion.velocity, motion.sample_time, 1e-7, []
-    effort = MASS * motion.acceleration + force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
+    effort = MASS * motion.acceleration + force_along(SLIPPING, v, dt, motion.position + 0.5 * dt * v)
     for rng in map(np.random.default_rng, range(6)):
         moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
         log = log_of(moved, effort + 0.05 * rng.standard_normal(v.size), step=step)
-        intervals += [item.distance_interval for item in found(log, replace(AXIS, resolution=step))]
+        intervals += [item.distance_interval for item in found(log, replace(PULLED, resolution=step))]
     low, high = np.transpose(intervals)
     # All legs of a log err alike: they agree within a fifth of that.
     assert len(intervals) == 18
@@ -85,14 +67,14 @@ def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
 
 def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
-    identification = identify(log, "coulomb", axis=replace(AXIS, seeks_delay=False), mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)
+    identification = identify(log, "coulomb", axis=replace(PULLED, seeks_delay=False), mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)
     assert len(identification.break_aways) == 3
     assert identification.break_aways[0].force == pytest.approx(60.0, rel=0.12)
-    assert len(treat(log, AXIS, 2.0, 50).break_aways(inertia(M=MASS), OFFSET)) < 3
+    assert len(treat(log, PULLED, 2.0, 50).break_aways(inertia(M=MASS), OFFSET)) < 3
 
 
 def test_a_log_without_pulls_from_rest_has_no_break_away(motion):
-    assert found(pulled(excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion)) == ()
+    assert found(pulled(excite(PULLED, duration="10 s", purposes="presliding", model=SLIPPING, rehearsed=False).motion)) == ()
 
 
 def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):

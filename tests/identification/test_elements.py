@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.golden.simulated import ELEMENTS, SLOW, elements_log
 from tests.identification.known_logs import STATED, Motion, log_of, sines, slow_log, virgin_curve
 from tests.identification.rigid import identify
 
@@ -20,30 +21,11 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import covariance_of
-from bristle.logs.log import Channel
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of
 
-# Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
-ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 MASS = 12.0
-STROKES = (30e-6, 14e-6, 6e-6)  # m
 KNOWN = replace(STATED, mass=MASS, cutoff=80.0, decimation=2)
-
-
-def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=STROKES, **more):
-    """Slow motion in and out of pre-sliding, with the truth run some times as fine as the log."""
-    load, temperature = more.pop("load", None), more.pop("temperature", None)
-    motion = sines(duration, dt / fine, strokes, (0.31, 0.83, 1.97))
-    truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
-    around = {"load": load, "temperature": temperature}
-    values = {key: np.repeat(item, fine) for key, item in around.items() if item is not None}
-    friction = force_along(truth, motion.velocity, dt / fine, motion.position, **values)
-    coarse = type(motion)(*(item[::fine] for item in motion))
-    scatter = np.random.default_rng(seed).normal(0.0, noise, coarse.time.size)
-    log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + scatter)
-    units = {"load": "1", "temperature": "K"}
-    return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
 
 
 @pytest.fixture(scope="module")
@@ -176,7 +158,7 @@ def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
 def test_directions_differ_by_one_number():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
     shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}
-    motion = sines(12.0, 1e-4, STROKES, (0.31, 0.83, 1.97))
+    motion = sines(12.0, 1e-4, *SLOW)
     truth = find("maxwell_slip+asymmetry")(**levels, **shape)
     friction = force_along(truth, motion.velocity, 1e-4, motion.position)
     coarse = Motion(*(item[::10] for item in motion))

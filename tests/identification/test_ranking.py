@@ -7,9 +7,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.golden.simulated import elements_log
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, sliding_log, slow_log
 from tests.identification.rigid import identify
-from tests.identification.test_elements import KNOWN, elements_log
+from tests.identification.test_elements import KNOWN
 
 from bristle import friction
 from bristle.core import InputError

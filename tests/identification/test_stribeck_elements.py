@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, Motion, log_of, sines, virgin_curve
+from tests.golden.simulated import SHAPE, SLIDING, gms_log
+from tests.identification.known_logs import STATED, virgin_curve
 
-from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
 from bristle.identification import identify, stribeck_element_models
@@ -16,31 +16,8 @@ from bristle.identification.stribeck_element_models import OF_THIS_SHAPE, Curve,
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of
 
-LEVEL, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # shares, and where each breaks away
-SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * LEVEL / REACH, "nu_i": LEVEL}
-TRUTH = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
 MASS = 12.0
 ASKED = {"axis": STATED, "mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
-
-
-def gms_log(name="gms", *, seed=0, scatter=0.0, **truth):
-    """Loops before sliding, then slow sines, with the truth run ten times as fine as the log.
-
-    The level of friction is drawn anew at each reversal.
-    """
-    dt = 1e-4
-    loops = sines(8.0, dt, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
-    slides = sines(8.0, dt, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
-    x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
-    v, a = (np.concatenate([getattr(item, name) for item in (loops, slides)]) for name in ("velocity", "acceleration"))
-    friction = force_along(find(name)(**(SHAPE | (truth or TRUTH))), v, dt, x)
-    sides = np.sign(v)
-    leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
-    levels = 1.0 + scatter * np.random.default_rng(seed + 10).standard_normal(leg[-1] + 1)
-    friction = (friction - TRUTH["offset"]) * levels[leg] + TRUTH["offset"]
-    coarse = Motion(*(item[::10] for item in (dt * np.arange(x.size), x, v, a)))
-    noise = np.random.default_rng(seed).normal(0.0, 0.05, coarse.time.size)
-    return log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-8)
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +28,7 @@ def result():
 @pytest.mark.slow
 def test_curve_attraction_and_stiffness_are_recovered(result):
     fit = result.best
-    truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
+    truth = SLIDING | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
     for name, value in truth.items():
         estimate = fit.parameters[name]
         assert estimate.status == "identified", note_of(estimate)
@@ -72,7 +49,7 @@ def test_intervals_contain_curve_and_attraction_for_scattering_friction():
 @pytest.mark.slow
 def test_the_virgin_curve_is_recovered_for_any_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
-    assert np.max(np.abs(virgin_curve(values, x, "F_S") - virgin_curve(SHAPE | TRUTH, x, "F_S"))) < 0.02 * TRUTH["F_S"]
+    assert np.max(np.abs(virgin_curve(values, x, "F_S") - virgin_curve(SHAPE | SLIDING, x, "F_S"))) < 0.02 * SLIDING["F_S"]
 
 
 @pytest.mark.slow

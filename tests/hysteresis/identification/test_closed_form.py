@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis.identification.known_curves import NOISE
+from tests.golden.simulated import NOISE
 
 from bristle import hysteresis, response
 from bristle.core.errors import InputError

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis.identification.known_curves import NOISE, TRUTH, recorded, reversal_curves, to_and_fro
+from tests.golden.simulated import MASING, NOISE, recorded, reversal_curves, to_and_fro
 
 import bristle as br
 from bristle.core.errors import InputError
@@ -14,7 +14,7 @@ from bristle.logs.curves import Curve, Curves
 @pytest.fixture(scope="module")
 def friction():
     rng = np.random.default_rng(11)
-    return recorded(TRUTH, to_and_fro(rng, turns=50, samples=800), rng)
+    return recorded(MASING, to_and_fro(rng, turns=50, samples=800), rng)
 
 
 def test_operators_are_ranked_by_held_out_error(friction):
@@ -39,7 +39,7 @@ def test_all_operators_are_identified_by_default(friction):
 
 
 def test_curves_are_left_out_by_turns():
-    curves = reversal_curves(TRUTH)
+    curves = reversal_curves(MASING)
     result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=6)
     assert result.best.name == "reversal_table"
     assert len(result.best.held_out.block_errors_percent) == 5

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis.identification.known_curves import NOISE, TRUTH, reversal_curves
+from tests.golden.simulated import MASING, NOISE, reversal_curves
 
 from bristle.hysteresis import preisach
 from bristle.hysteresis.identification import identify_operator
@@ -37,7 +37,7 @@ def test_curves_without_noise_keep_their_shape(clean):
 
 
 def test_curves_that_turn_within_a_few_samples_are_unchanged():
-    steep = reversal_curves(TRUTH, count=81, samples=8)
+    steep = reversal_curves(MASING, count=81, samples=8)
     assert smoothed(Curves(steep, "saturated")).window == 1
 
 

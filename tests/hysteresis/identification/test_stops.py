@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from tests.hysteresis.identification.known_curves import TRUTH, error_on_unseen, recorded, to_and_fro
+from tests.golden.simulated import MASING, recorded, to_and_fro
+from tests.hysteresis.identification.test_grid import error_on_unseen
 
 from bristle import hysteresis, response
 from bristle.core.errors import InputError
@@ -16,17 +17,17 @@ def test_friction_of_prandtl_and_ishlinskii_is_found_to_a_fraction_of_a_percent(
     errors = []
     for seed in range(30):
         rng = np.random.default_rng(seed)
-        fit = fit_stops(recorded(TRUTH, to_and_fro(rng), rng), count=count)
-        errors.append(error_on_unseen(fit.operator, TRUTH, rng, fit.offset))
+        fit = fit_stops(recorded(MASING, to_and_fro(rng), rng), count=count)
+        errors.append(error_on_unseen(fit.operator, MASING, rng, fit.offset))
     assert np.median(errors) <= most
     assert np.mean(np.array(errors) <= most) > 0.9
 
 
 def test_the_virgin_curve_is_that_of_the_truth():
     rng = np.random.default_rng(5)
-    fit = fit_stops(recorded(TRUTH, to_and_fro(rng), rng, offset=0.7), count=40)
+    fit = fit_stops(recorded(MASING, to_and_fro(rng), rng, offset=0.7), count=40)
     x = np.linspace(0.05, 3.0, 30)
-    assert np.max(np.abs(response(fit.operator, x) - response(TRUTH, x))) < 0.01
+    assert np.max(np.abs(response(fit.operator, x) - response(MASING, x))) < 0.01
     assert fit.offset == pytest.approx(0.7, abs=0.005)
     assert fit.rms == pytest.approx(0.005, rel=0.1)
 

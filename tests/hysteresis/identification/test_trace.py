@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.hysteresis.identification.known_curves import to_and_fro
+from tests.golden.simulated import to_and_fro
 
 from bristle import hysteresis, response
 from bristle.hysteresis.identification.linear import _Cells, design, trace_of
