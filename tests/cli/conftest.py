@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.examples.data import measured
 
 from bristle.cli.main import main
 from bristle.files.owned import NOTE
@@ -239,8 +239,4 @@ def remembered(monkeypatch, fits) -> None:
 @pytest.fixture
 def emps() -> Path:
     """The measured log of the electro-mechanical positioning system."""
-    if "BRISTLE_DATA" not in os.environ:
-        pytest.skip("BRISTLE_DATA names no folder of measured logs")
-    path = Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat"
-    assert path.is_file(), f"BRISTLE_DATA is set and {path} is missing"
-    return path
+    return measured("emps", "DATA_EMPS.mat")

@@ -1,12 +1,11 @@
 """The numbers of a measured axis that the pages quote are those that come out."""
 
-import os
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from tests.docs.conftest import ROOT
+from tests.examples.data import measured
 
 from bristle.files.axis import read_axis
 from bristle.identification import identify
@@ -28,10 +27,7 @@ def axis():
 
 @pytest.fixture(scope="module")
 def log(axis):
-    data = os.environ.get("BRISTLE_DATA")
-    if not data:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    return read_log(Path(data) / "emps" / "DATA_EMPS.mat", axis)
+    return read_log(measured("emps", "DATA_EMPS.mat"), axis)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import shutil
 import tempfile
 from contextlib import redirect_stderr, redirect_stdout
@@ -12,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.io
+from tests.examples.data import measured
 
 from bristle.cli.main import main
 from bristle.core import Axis
@@ -27,11 +27,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 DAMPER = "dataset-1__characterization_datasets__{}tension"
 
 
-def data() -> Path:
-    """Return the folder of the measured logs."""
-    return Path(os.environ["BRISTLE_DATA"])
-
-
 def axis_of(example: str, name: str = "axis.toml") -> Axis:
     """Return the axis of an example."""
     return read_axis(EXAMPLES / example / name)
@@ -41,20 +36,20 @@ def axis_of(example: str, name: str = "axis.toml") -> Axis:
 def emps(name: str = "axis.toml") -> tuple[Log, Axis]:
     """Return the measured positioning system."""
     axis = axis_of("emps", name)
-    return read_log(data() / "emps" / "DATA_EMPS.mat", axis), axis
+    return read_log(measured("emps", "DATA_EMPS.mat"), axis), axis
 
 
 @cache
 def tribometer() -> tuple[Log, Axis]:
     """Return the reciprocating contact."""
     axis = axis_of("tribometer")
-    return read_log(data() / "tribometer" / "test_data_2.txt", axis), axis
+    return read_log(measured("tribometer", "test_data_2.txt"), axis), axis
 
 
 @cache
 def damper(*tests: str) -> tuple[list[Log], Axis]:
     """Return tests of the friction damper."""
-    axis, file = axis_of("friction_damper"), data() / "friction_damper" / "brfd_all.npz"
+    axis, file = axis_of("friction_damper"), measured("friction_damper", "brfd_all.npz")
     return [read_log(f"{file}::{DAMPER.format(test)}", axis) for test in tests], axis
 
 
@@ -62,7 +57,7 @@ def damper(*tests: str) -> tuple[list[Log], Axis]:
 def bouc_wen() -> tuple[Log, Axis]:
     """Return the training record of the Bouc-Wen benchmark."""
     axis = axis_of("bouc_wen")
-    return read_log(data() / "bouc_wen" / "train.h5", axis), axis
+    return read_log(measured("bouc_wen", "train.h5"), axis), axis
 
 
 @cache
@@ -70,7 +65,7 @@ def bouc_wen_test() -> Log:
     """Return the test record of the Bouc-Wen benchmark."""
     columns = {}
     for name in "uy":
-        read = scipy.io.loadmat(data() / "bouc_wen" / f"{name}val_multisine.mat")
+        read = scipy.io.loadmat(measured("bouc_wen", f"{name}val_multisine.mat"))
         columns[name] = next(item for key, item in read.items() if not key.startswith("__")).ravel()
     with tempfile.TemporaryDirectory() as place:
         np.savez(Path(place) / "test.npz", **columns)
@@ -80,7 +75,7 @@ def bouc_wen_test() -> Log:
 @cache
 def magnet() -> Curves:
     """Return the reversal curves of a magnet."""
-    return read_curves(data() / "forc" / "forc_curves.npz", EXAMPLES / "forc" / "axis.toml")
+    return read_curves(measured("forc", "forc_curves.npz"), EXAMPLES / "forc" / "axis.toml")
 
 
 @cache

@@ -4,16 +4,19 @@ A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", Worksh
 Benchmarks, 2019.
 """
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from scipy.io import loadmat
+from tests.examples.data import measured
 from tests.identification import rigid
 
 from bristle.core import Axis
+from bristle.files import read_axis, read_log
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
+from bristle.prediction import predict
 from bristle.report.messages import warnings_of
 
 pytestmark = pytest.mark.measured
@@ -21,12 +24,7 @@ pytestmark = pytest.mark.measured
 
 @pytest.fixture(scope="module")
 def emps() -> Log:
-    folder = os.environ.get("BRISTLE_DATA")
-    if not folder:
-        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
-    from scipy.io import loadmat
-
-    record = loadmat(Path(folder) / "emps" / "DATA_EMPS.mat")
+    record = loadmat(measured("emps", "DATA_EMPS.mat"))
     time, position, voltage = (record[name].ravel() for name in ("t", "qm", "vir"))
     return Log(
         time=Channel(time, "s", "t"),
@@ -118,11 +116,8 @@ def test_seven_reversals_do_not_show_presliding(emps):
 
 @pytest.mark.slow
 def test_the_closed_loop_of_the_second_half_is_predicted_from_a_fit_to_the_first(emps):
-    from bristle.files import read_axis, read_log
-    from bristle.prediction import predict
-
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis_refined.toml")
-    whole = read_log(Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat", axis)
+    whole = read_log(measured("emps", "DATA_EMPS.mat"), axis)
     half = len(whole) // 2
     first, second = (replace(whole, segments=(part,)) for part in (slice(0, half), slice(half, len(whole))))
     fit = identify(first, "stribeck_free+asymmetry", axis=axis, method="output_error", draws=0, blocks=0).best

@@ -1,6 +1,5 @@
 """Experiments found in logs: those that were designed are recognised, and measured logs are what their papers say."""
 
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.examples.data import measured
 from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of, sines
 
@@ -210,7 +210,7 @@ def test_a_contact_remembers_no_more_than_it_was_shown(points):
 @pytest.mark.measured
 def test_emps_is_ordinary_moves():
     axis = read_axis(Path(__file__).parents[2] / "examples/emps/axis.toml")
-    (result,) = passages(read_log(record("emps/DATA_EMPS.mat"), axis), axis)
+    (result,) = passages(read_log(measured("emps/DATA_EMPS.mat"), axis), axis)
     assert (result.kind, result.legs, result.levels) == ("moves", 8, 1)
     assert result.amplitudes[1] == pytest.approx(0.2464 / 2.0, rel=0.001)
 
@@ -223,7 +223,7 @@ def test_the_tribometer_breaks_away_from_rest_again_and_again():
         "effort": {"column": "Friction", "unit": "uN", "sign": -1},
     }
     axis = axis_from({"schema": 1, "kind": "translational", "columns": columns})
-    result = passages(read_log(record("tribometer/test_data_2.txt"), axis), axis)
+    result = passages(read_log(measured("tribometer/test_data_2.txt"), axis), axis)
     strokes = [stroke for stroke in result if stroke.kind == "break_away" and 12.0 < stroke.begin < 205.0]
     assert len(strokes) == pytest.approx(2 * 48, abs=2)
     assert np.median([stroke.amplitudes[1] for stroke in strokes]) == pytest.approx(0.5 * 229.6e-6, rel=0.02)
@@ -231,15 +231,9 @@ def test_the_tribometer_breaks_away_from_rest_again_and_again():
     assert resting / (205.0 - 12.0) == pytest.approx(0.5, abs=0.03)
 
 
-def record(name):
-    if not os.environ.get("BRISTLE_DATA"):
-        pytest.skip("BRISTLE_DATA names no folder with measured logs")
-    return Path(os.environ["BRISTLE_DATA"]) / name
-
-
 @pytest.mark.measured
 def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
-    tests = np.load(record("friction_damper/brfd_all.npz"))
+    tests = np.load(measured("friction_damper/brfd_all.npz"))
     result = {}
     for name in sorted(tests.files)[::4]:
         columns = tests[name] if len(tests[name]) < 10 else tests[name].T

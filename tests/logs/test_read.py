@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import re
 from pathlib import Path
 from unicodedata import normalize
@@ -11,6 +10,7 @@ from unicodedata import normalize
 import numpy as np
 import pytest
 import scipy.io
+from tests.examples.data import measured
 
 from bristle.controllers import cascade
 from bristle.core.axis import Axis, Column, Injected
@@ -487,15 +487,9 @@ def test_the_sign_of_the_effort(read, factor, weight, is_reversed):
     assert has_reversed_effort(log) is is_reversed
 
 
-def data_file(*parts: str) -> Path:
-    if not os.environ.get("BRISTLE_DATA"):
-        pytest.skip("BRISTLE_DATA does not name the folder of measured logs")
-    return Path(os.environ["BRISTLE_DATA"], *parts)
-
-
 @pytest.mark.measured
 def test_the_measured_positioning_system():
-    log = read_with_axis_file(data_file("emps", "DATA_EMPS.mat"), EMPS)
+    log = read_with_axis_file(measured("emps", "DATA_EMPS.mat"), EMPS)
     assert (len(log), log.segments, log.sample_time) == (24841, (slice(0, 24841),), pytest.approx(1e-3, rel=1e-6))
     assert np.max(log.effort.values) == pytest.approx(145.47, abs=0.01)
     assert log.notes == ("optional column pulses_N is not in this log",)
@@ -517,7 +511,7 @@ def test_the_measured_positioning_system_with_a_clipped_position(tmp_path):
 
 def positioning_system(tmp_path, column, bound):
     """Return the measured log with one of its columns cut off."""
-    content = scipy.io.loadmat(data_file("emps", "DATA_EMPS.mat"))
+    content = scipy.io.loadmat(measured("emps", "DATA_EMPS.mat"))
     content = {name: values for name, values in content.items() if not name.startswith("__")}
     scipy.io.savemat(tmp_path / "clipped.mat", {**content, column: np.clip(content[column], -bound, bound)})
     return read_with_axis_file(tmp_path / "clipped.mat", EMPS)
@@ -526,10 +520,10 @@ def positioning_system(tmp_path, column, bound):
 @pytest.mark.measured
 def test_the_measured_tribometer_rests_half_of_the_time_and_has_the_other_sign():
     columns = {"time": Column("Time", "", "s"), "position": Column("Position", "", "m"), "effort": Column("Friction", "", "N")}
-    log = read_log(data_file("tribometer", "test_data_2.txt"), Axis(columns=columns))
+    log = read_log(measured("tribometer", "test_data_2.txt"), Axis(columns=columns))
     assert log.sample_time == pytest.approx(5e-3)
     steady = (log.time.values > 12) & (log.time.values < 205)
     assert np.ptp(log.position.values[steady]) == pytest.approx(229.6e-6, rel=0.01)
     assert has_reversed_effort(log)
     turned = Axis(columns={**columns, "effort": Column("Friction", "", "N", -1.0)})
-    assert not has_reversed_effort(read_log(data_file("tribometer", "test_data_2.txt"), turned))
+    assert not has_reversed_effort(read_log(measured("tribometer", "test_data_2.txt"), turned))

@@ -1,7 +1,6 @@
 """The verdict on an identification and its first page."""
 
 import math
-import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.examples import data
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
 from tests.report import known
 from tests.report.known import estimate
@@ -16,10 +16,11 @@ from tests.report.pages import Page, plain
 from tests.report.test_pages import identification_page
 
 from bristle.core import Diagnostic, symbolic
+from bristle.files import read_axis
 from bristle.friction import MODELS, find
 from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
-from bristle.logs import Log
+from bristle.logs import Log, read_log
 from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
 from bristle.report import messages, model_tables, page
 from bristle.report.brief import brief
@@ -409,14 +410,8 @@ def test_parameters_at_an_edge_or_infinite_are_reported(stage):
 @pytest.mark.slow
 @pytest.mark.measured
 def test_the_report_of_a_measured_axis():
-    folder = os.environ.get("BRISTLE_DATA")
-    if not folder:
-        pytest.skip("BRISTLE_DATA is not set")
-    from bristle.files import read_axis
-    from bristle.logs import read_log
-
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
-    log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
+    log = read_log(data.measured("emps", "DATA_EMPS.mat"), axis)
     identification = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
     best = identification.best
     loop = simulate(loop_of(best.plant, best.friction, log, axis))

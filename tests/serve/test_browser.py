@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.conftest import EXPERIMENT
+from tests.examples.data import measured
 from tests.serve.yard import served
 
 from bristle.cli.main import main
@@ -198,9 +199,7 @@ def test_a_motion_is_designed_and_a_damaged_log_is_reported(server, tmp_path, pe
 
 @pytest.mark.measured
 def test_emps_by_mouse_alone(server, tmp_path, monkeypatch, capsys, person_at):
-    if "BRISTLE_DATA" not in os.environ:
-        pytest.skip("BRISTLE_DATA names no folder of measured logs")
-    shutil.copy(Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat", tmp_path / "DATA_EMPS.mat")
+    shutil.copy(measured("emps", "DATA_EMPS.mat"), tmp_path / "DATA_EMPS.mat")
     shutil.copy(EMPS, tmp_path / "axis.toml")
     person = person_at(server)
     person.chooses(tmp_path / "DATA_EMPS.mat", tmp_path / "axis.toml")
