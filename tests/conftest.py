@@ -15,6 +15,7 @@ from bristle import controllers, friction, plants
 from bristle.core import Axis
 from bristle.core.content import Origin
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.engine import interpreted
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
 from bristle.prediction import drive_table, predict
@@ -103,6 +104,13 @@ def nothing_remembered(tmp_path_factory, monkeypatch):
     """Nobody has allowed any code yet, and what is allowed here is forgotten."""
     # `mktemp` would read the whole folder of ten thousand tests for each of them.
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT))))
+
+
+@pytest.fixture
+def in_plain_python():
+    """Nothing is compiled: for motions of so few steps that the compiler would take longer."""
+    with interpreted():
+        yield
 
 
 @pytest.fixture

@@ -17,7 +17,4 @@ ALLOWED = {
 
 def allowed_reason(text):
     """Return the name of the reason that a skip states, None if it is none of those that are allowed."""
-    for name, pattern in ALLOWED.items():
-        if pattern.search(text):
-            return name
-    return None
+    return next((name for name, pattern in ALLOWED.items() if pattern.search(text)), None)

@@ -4,14 +4,6 @@ import pytest
 from benchmarks.independent import follow, harmonic, sliders
 
 from bristle import controllers
-from bristle.engine import interpreted
-
-
-@pytest.fixture
-def in_plain_python():
-    """Nothing is compiled: for loops of so few steps that the compiler would take longer."""
-    with interpreted():
-        yield
 
 
 @pytest.fixture(scope="session")

@@ -8,7 +8,6 @@ import pytest
 from bristle import controllers, friction
 from bristle.core import Axis, InputError
 from bristle.core.status import Status
-from bristle.engine import interpreted
 from bristle.identification.simulated_bands import Bands
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
@@ -16,17 +15,13 @@ from bristle.prediction import predict
 from bristle.prediction.predict import CHANNELS, MODES, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
 from bristle.simulation.recorded.closed_loop import START_SAMPLES
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 DT = 2e-3
 PLANT, MODEL = inertia(M=2.0), friction.coulomb_viscous(F_C=3.0, F_v=20.0)
 TIME = DT * np.arange(3000)
 VELOCITY, ACCELERATION = 0.05 * np.cos(4.0 * TIME), -0.2 * np.sin(4.0 * TIME)
 EFFORT = 2.0 * ACCELERATION + 20.0 * VELOCITY + 3.0 * np.sign(VELOCITY)
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def log_of(effort=EFFORT, **changes):

@@ -10,7 +10,6 @@ from bristle import controllers, friction, plants, references, sensors
 from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Feedforward, Run, Variant
-from bristle.engine import interpreted
 from bristle.identification.settings import Settings
 from bristle.logs.log import Channel, Log
 from bristle.prediction import following
@@ -32,14 +31,10 @@ from bristle.prediction.following import (
 from bristle.simulation import compensation_experiment, simulate
 from bristle.simulation.statistics import Statistics, statistics_of
 
+pytestmark = pytest.mark.usefixtures("in_plain_python")
+
 DT, COUNT = 1e-2, 100
 LAW = controllers.cascade(k_p=10.0, k_v=100.0, k_i=500.0)
-
-
-@pytest.fixture(autouse=True)
-def in_plain_python():
-    with interpreted():
-        yield
 
 
 def loop(**changes):
