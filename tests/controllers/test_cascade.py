@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.controllers import test_laws as laws
 
 from bristle import controllers, friction, sensors
 from bristle.core.contracts import Reference
@@ -16,13 +17,8 @@ FRICTION = friction.coulomb_viscous(F_C=5.0, F_v=20.0)
 FILM, FREE = friction.coulomb_viscous(F_C=0.0, F_v=20.0), friction.coulomb_viscous(F_C=0.0, F_v=0.0)
 
 
-def drive(controller, reference, *, limit=np.inf, model=None, **options):
-    desired = np.zeros((4, reference.size))
-    desired[0] = reference
-    desired[1] = np.gradient(reference, DT)
-    desired[2] = np.gradient(desired[1], DT)
-    model = model or FRICTION
-    return run_closed_loop(inertia(M=2.0), model, controller, sensors.encoder(), desired, DT, limit=limit, **options)
+def drive(controller, reference, model=FRICTION, **options):
+    return laws.drive(controller, reference, model=model, **options)
 
 
 @pytest.mark.parametrize("averaging", [1, 2])

@@ -16,16 +16,20 @@ NAMES = ("physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", 
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 
-def node(folder, models, script):
-    """Return what a script prints, as JSON; `models` are those of the page, `say` prints."""
+def printed(folder, names, *parts):
+    """Return what scripts of the page print in node, as JSON: those of these names, and the parts behind them."""
     templates = resources.files("bristle.lab").joinpath("templates")
-    parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in NAMES]
-    parts.append(f"const models = {json.dumps(models)};\nconst say = (v) => console.log(JSON.stringify(v));\n")
-    file = folder / "run.js"
-    file.write_text("\n".join([*parts, f"(async () => {{\n{script}\n}})();"]), encoding="utf-8")
-    ran = subprocess.run([NODE, str(file)], capture_output=True, text=True, check=False)
+    texts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
+    (folder / "run.js").write_text("\n".join([*texts, *parts]), encoding="utf-8")
+    ran = subprocess.run([NODE, str(folder / "run.js")], capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)
+
+
+def node(folder, models, script):
+    """Return what a script prints, as JSON; `models` are those of the page, `say` prints."""
+    values = f"const models = {json.dumps(models)};\nconst say = (v) => console.log(JSON.stringify(v));\n"
+    return printed(folder, NAMES, values, f"(async () => {{\n{script}\n}})();")
 
 
 def data_of(page):

@@ -11,6 +11,7 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from tests.identification.known_logs import sliding_log
+from tests.logs.test_check import elements, pulled
 
 import bristle as br
 from bristle import identification
@@ -20,7 +21,6 @@ from bristle.exports import Request, Source, writing
 from bristle.files import arrays, read_model
 from bristle.files.axis import axis_from, axis_text
 from bristle.identification import settings, structure
-from bristle.logs import Log
 from bristle.prediction import kept
 from bristle.prediction.drive_table import drive_table, level_values
 from bristle.report import model_in_hand, model_tables
@@ -351,7 +351,6 @@ def test_folder_is_loaded_with_its_axis_and_page(tmp_path, monkeypatch):
 # --- A log without sliding gives no level of friction to a drive
 
 
-DT = 2e-3
 RATED = {
     "schema": 1,
     "kind": "translational",
@@ -360,22 +359,10 @@ RATED = {
 }
 
 
-def pulled(step=1e-9, reach=5e-6, level=8.0):
-    """Return a log of springs that slip in turn, deflected to half of the last slip."""
-    t = DT * np.arange(4000)
-    x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
-    limits, force = np.linspace(0.07, 1.0, 14) * reach, np.empty(t.size)
-    bent = np.zeros(14)
-    for k, way in enumerate(np.diff(x, prepend=0.0)):
-        bent = np.clip(bent + way, -limits, limits)
-        force[k] = level * np.mean(bent / limits)
-    force += np.random.default_rng(0).normal(0.0, 0.01, t.size)
-    return Log(time=t, position=np.round(x / step) * step, effort=force, sample_time=DT)
-
-
 @pytest.fixture(scope="module")
 def log():
-    return pulled()
+    """A log of springs that slip in turn, deflected to half of the last slip."""
+    return pulled(lambda x: elements(x, 5e-6), 0)
 
 
 @pytest.fixture(scope="module")

@@ -2,17 +2,15 @@
 
 import base64
 import hashlib
-import json
 import re
 import shutil
 import subprocess
 from dataclasses import replace
-from importlib import resources
 
 import numpy as np
 import pytest
 from tests.lab.browser import firefox
-from tests.lab.scripts import NODE, needs_node
+from tests.lab.scripts import needs_node, printed
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
@@ -65,15 +63,8 @@ const frictionInRows = (contact, rows) => weighed(rows, rows.stretches.map((stre
 
 def computed(living, folder, script):
     """Return the output of a script on the data of a report, in node."""
-    templates = resources.files("bristle.lab").joinpath("templates")
-    names = [*SHARED, "paths.js", "rows.js"]
-    parts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
     values = f"const data = {living.data}, say = (v) => console.log(JSON.stringify(v));"
-    parts += [values, BEGIN, f"(async () => {{{script}}})();"]
-    (folder / "run.js").write_text("\n".join(parts), encoding="utf-8")
-    ran = subprocess.run([NODE, str(folder / "run.js")], capture_output=True, text=True, check=False)
-    assert ran.returncode == 0, ran.stderr
-    return json.loads(ran.stdout)
+    return printed(folder, [*SHARED, "paths.js", "rows.js"], values, BEGIN, f"(async () => {{{script}}})();")
 
 
 LEFT = """

@@ -3,21 +3,14 @@
 import math
 
 import numpy as np
+from tests.identification.known_logs import sines
 
 J, GRAVITY, F_C, F_V, SHARE = 0.05, 2.0, 0.15, 0.05, 0.25
 RATE = 1000.0
 
 
 def swing(seconds, seed):
-    rng = np.random.default_rng(seed)
-    t = np.arange(round(seconds * RATE)) / RATE
-    q, v, a = np.zeros((3, t.size))
-    for share, hertz in ((0.9, 0.21), (0.35, 0.57), (0.15, 1.13)):
-        w, phase = 2.0 * np.pi * hertz, rng.uniform(0.0, 2.0 * np.pi)
-        q += share * np.sin(w * t + phase)
-        v += share * w * np.cos(w * t + phase)
-        a -= share * w * w * np.sin(w * t + phase)
-    return t, q, v, a
+    return sines(seconds, 1.0 / RATE, (0.9, 0.35, 0.15), (0.21, 0.57, 1.13), np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3))
 
 
 def effort(q, v, a, share=SHARE):

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pyarrow.parquet
+from tests.lab.browser import PATIENCE, awaited
 
 # A job of a shell without job control ignores Ctrl-C from its start, and so would its children.
 COMMAND = """
@@ -19,7 +20,6 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 from bristle.cli.main import main
 sys.exit(main())
 """
-PATIENCE = 60.0  # [s]
 
 
 def begun(study, out, *options):
@@ -52,11 +52,7 @@ def lives(pid):
 
 
 def until(condition, what, patience=PATIENCE):
-    end = time.monotonic() + patience
-    while not (value := condition()):
-        assert time.monotonic() < end, f"waited in vain for {what}"
-        time.sleep(0.005)
-    return value
+    return awaited(condition, patience, f"waited in vain for {what}")
 
 
 def numbers(folder):
