@@ -11,18 +11,7 @@ from tests.cli.conftest import USER_MODEL
 import bristle as br
 from bristle.cli import compare, design, export, identify, models, options, run, study
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
-from bristle.cli.options import (
-    SIZE_SETTING,
-    Output,
-    command_text,
-    folder_named,
-    holds_own,
-    loaded_code,
-    own_figures,
-    print_json,
-    refuse,
-    size_limit,
-)
+from bristle.cli.options import SIZE_SETTING, Output, command_text, folder_named, holds_own, loaded_code, print_json, refuse, size_limit
 from bristle.core import SIZE_LIMIT, Variable
 from bristle.report.table import Table
 from bristle.study.store import OK
@@ -58,11 +47,6 @@ def test_the_first_option_that_was_given_is_refused():
 )
 def test_a_name_holds_a_file_of_code(name, own):
     assert holds_own(name) is own
-
-
-def test_figures_need_a_folder(tmp_path):
-    with pytest.raises(br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
-        own_figures([tmp_path / "x.py"], "run", has_folder=False)
 
 
 def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
@@ -340,7 +324,7 @@ def test_options_of_an_identification_are_passed_in_si(ways):
     ],
 )
 def test_a_figure_needs_a_folder(command, files, tmp_path):
-    with pytest.raises(br.core.InputError, match="--figure: needs a folder to write into"):
+    with pytest.raises(br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
         command(**files, output=Told(), figure=[tmp_path / "f.py"])
     with pytest.raises(br.core.InputError, match=r"f\.py"):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])

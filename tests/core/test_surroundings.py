@@ -124,7 +124,7 @@ class OfChoices(NamedTuple):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"Parameters": NoDefault}, "has no default"),
+        ({"Parameters": NoDefault}, r"Parameters\.k_H: has no default\. Give each parameter a default"),
         ({"Parameters": NothingToTell}, "no parameter to identify from a log"),
         ({"Parameters": OtherNeed}, "is not an excitation for a slot"),
         ({"Parameters": OfMany}, r"Parameters\.k_H: is not a number"),
@@ -139,11 +139,6 @@ class OfChoices(NamedTuple):
 def test_invalid_slots_are_refused(changes, words):
     with pytest.raises(InputError, match=words):
         refuse_unfit(slot(**changes))
-
-
-def test_a_channel_has_one_description():
-    with pytest.raises(InputError, match="different descriptions in two slots"):
-        motion_with([HUMIDITY, Surrounding("humidity", HUMID, usual=0.4)])
 
 
 def test_a_slot_is_a_factor_of_all_friction_unless_it_is_of_the_level():

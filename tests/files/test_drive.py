@@ -165,7 +165,10 @@ def test_further_channels_are_in_si_or_multiples_of_their_nominal_value(name, pl
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
         ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero point that bristle cannot convert.*degC"),
-        ("oil", None, {}, r"columns\.oil.*unknown key.*A further channel.*needs a unit"),
+        ("oil", None, {}, r'columns\.oil.*unknown key.*A further channel.* needs a unit: oil = \{ column = "c", unit = "%" \}'),
+        ("oil", None, {"unit": "barr"}, r"columns\.oil\.unit: is not a unit"),
+        ("oil", None, {"unit": "bar", "side": 3}, r"columns\.oil\.side"),
+        ("oil", None, {"unit": "degF"}, "has a zero point that bristle cannot convert"),
         ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
     ],
 )

@@ -124,7 +124,8 @@ def test_the_plane_of_a_hundred_branches_is_written_in_no_time(tmp_path):
     [
         ('model = "preisach_contact"\nkernel = "no.toml"', "friction.kernel"),
         ('model = "preisach_contact"\nkernel = { file = "bare.toml", s = 1 }', "friction.kernel.s: unknown key"),
-        ('model = "preisach_contact"\nkernel = { file = 3 }', "friction.kernel.file: must be the name of a file"),
+        ('model = "preisach_contact"\nkernel = { file = 3 }', "friction.kernel.file: must be the name of a file; found 3"),
+        ('model = "preisach_contact"\nkernel = { file = "bare.toml", model = "play" }', "friction.kernel.model: unknown key"),
         ('model = "preisach_contact"\nkernel = { model = "play", r = 1 }', "friction.kernel: gives no force"),
         ('model = "preisach_contact"\nkernel = { thresholds = [1] }', "friction.kernel: names no model"),
         ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is not a valid choice"),

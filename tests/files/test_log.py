@@ -45,9 +45,3 @@ def test_a_bad_axis_file_is_named_before_the_log_is_read(tmp_path):
     (tmp_path / "axis.toml").write_text(AXIS.replace("gear_ratio", "gear"))
     with pytest.raises(InputError, match=r"axis\.toml: transmission\.gear: unknown key"):
         read_log(tmp_path / "no_such_log.csv", tmp_path / "axis.toml")
-
-
-def test_unusual_column_names_require_an_axis(log_file):
-    log_file.write_text(log_file.read_text().replace("t,q,i", "a,b,c"))
-    with pytest.raises(InputError, match="Give an axis file"):
-        read_log(log_file)

@@ -104,25 +104,3 @@ OF_DRIVE = {"column": "u", "unit": "A"}
 )
 def test_a_constant_is_a_force_or_a_torque(entries, scale):
     assert axis_from(table(columns__effort=OF_DRIVE, **entries)).columns["effort"].scale == scale
-
-
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (
-            table(columns__effort=OF_DRIVE, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}),
-            "has both a force_constant and a constant",
-        ),
-        (
-            table(columns__effort={"column": "u", "unit": "%"}, effort={"rated": "2.4 N*m", "lead": "10 mm"}),
-            r"This key belongs under \[transmission\]",
-        ),
-        (
-            table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "?"}),
-            r"columns\.position\.unit: is not filled in.*Also fill in effort\.rated",
-        ),
-    ],
-)
-def test_contradicting_misplaced_and_open_entries_are_named(data, words):
-    with pytest.raises(InputError, match=words):
-        axis_from(data)

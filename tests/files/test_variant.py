@@ -79,22 +79,6 @@ def test_a_run_gets_missing_values_from_its_axis_or_its_recorded_reference(table
     assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == expected
 
 
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ({"duration": 2e-3, "sample_time": 1e-3}, r"run\.duration.*gives 2 samples at a sample time of 0\.001 s.*3 to"),
-        ({"duration": 1e9, "sample_time": 1e-3}, r"gives 1e\+12 samples"),
-        ({"duration": 1.0, "sample_time": 1e-3, "settle": 1.0}, r"run\.settle.*is not shorter than the run.*less than the duration, 1 s"),
-        ({"duration": 1.0, "sample_time": 1e-3, "delay": 1.5}, r"run\.delay"),
-        ({"duration": 1.0}, "run: needs sample_time"),
-        ({"duration": 1.0, "sample_time": 1e-3, "steps": 3}, r"run\.steps"),
-    ],
-)
-def test_a_run_that_cannot_be_is_refused_with_its_place(table, words):
-    with pytest.raises(InputError, match=words):
-        run_from(table, None, SINE, "translational", "run")
-
-
 RUN = Run(0.04, 0.01)
 
 
@@ -118,21 +102,6 @@ def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log(table, values, de
     log = LOG if table["model"] == "recorded" else None
     result = effort_from(table, log, RUN, "translational", "effort")
     assert (result.values.tolist(), result.description) == (values, description)
-
-
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ({}, "effort: names no model"),
-        ({"model": "sinus"}, r"effort\.model.*sine"),
-        ({"model": "constant", "amplitude": 1.0}, r"effort\.amplitude"),
-        ({"model": "sine", "level": 1.0}, r"effort\.level"),
-        ({"model": "sine", "amplitude": "2 mm"}, r"effort\.amplitude"),
-    ],
-)
-def test_an_unknown_effort_is_refused_with_its_place(table, words):
-    with pytest.raises(InputError, match=words):
-        effort_from(table, None, RUN, "translational", "effort")
 
 
 def test_lengths_of_a_function_of_time_are_forces_of_an_effort():
@@ -188,29 +157,6 @@ def test_a_loop_has_the_given_learning_and_start():
     assert loop().start is None
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        ({"controller": LOOP["controller"] | {"learning": LEARNED | {"k_f": 1.0}}}, r"controller\.learning\.k_f: unknown key"),
-        ({"start": {"position": 0.0, "jerk": 1.0}}, r"start\.jerk: unknown key"),
-        ({"start": {"velocity": 0.0}}, "start: needs position"),
-        ({"controller": LOOP["controller"] | {"feedforward": {"masses": 1.0}}}, r"controller\.feedforward\.masses: unknown key"),
-        ({"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}}, r"feedforward\.friction: must be a table"),
-        ({"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}}, r"feedforward\.along"),
-        ({"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}}, r"feedforward\.plant"),
-        ({"effort": {"model": "constant"}}, "controller: needs a closed loop"),
-        ({"table_friction": {"model": "coulomb", "F_C": 1.0}}, "table_friction: needs a plant with a screw that moves a table"),
-        ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
-        ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
-        ({"disturbance": {"fil": 1}}, r"disturbance\.fil: unknown key"),
-        ({"axis": {"file": "a.toml", "fil": 1}}, r"axis\.fil: unknown key"),
-    ],
-)
-def test_a_section_that_cannot_be_is_refused_with_its_place(changed, words):
-    with pytest.raises(InputError, match=words):
-        loop(**changed)
-
-
 FED = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, "along": "measured"}
 
 
@@ -226,3 +172,55 @@ def test_a_compensator_has_the_given_options(table, expected):
     fed = loop(controller=LOOP["controller"] | {"feedforward": table}).feedforward
     models = [model and {name: model.values[name] for name in ("F_C", "M") if name in model.values} for model in (fed.friction, fed.plant)]
     assert (fed.mass, fed.gain, fed.along, *models) == expected
+
+
+@pytest.mark.parametrize(
+    ("read", "table", "words"),
+    [
+        *(
+            (lambda table: run_from(table, None, SINE, "translational", "run"), *row)
+            for row in (
+                ({"duration": 2e-3, "sample_time": 1e-3}, r"run\.duration.*gives 2 samples at a sample time of 0\.001 s.*3 to"),
+                ({"duration": 1e9, "sample_time": 1e-3}, r"gives 1e\+12 samples"),
+                (
+                    {"duration": 1.0, "sample_time": 1e-3, "settle": 1.0},
+                    r"run\.settle.*is not shorter than the run.*less than the duration, 1 s",
+                ),
+                ({"duration": 1.0, "sample_time": 1e-3, "delay": 1.5}, r"run\.delay"),
+                ({"duration": 1.0}, "run: needs sample_time"),
+                ({"duration": 1.0, "sample_time": 1e-3, "steps": 3}, r"run\.steps"),
+            )
+        ),
+        *(
+            (lambda table: effort_from(table, None, RUN, "translational", "effort"), *row)
+            for row in (
+                ({}, "effort: names no model"),
+                ({"model": "sinus"}, r"effort\.model.*sine"),
+                ({"model": "constant", "amplitude": 1.0}, r"effort\.amplitude"),
+                ({"model": "sine", "level": 1.0}, r"effort\.level"),
+                ({"model": "sine", "amplitude": "2 mm"}, r"effort\.amplitude"),
+            )
+        ),
+        *(
+            (lambda table: loop(**table), *row)
+            for row in (
+                ({"controller": LOOP["controller"] | {"learning": LEARNED | {"k_f": 1.0}}}, r"controller\.learning\.k_f: unknown key"),
+                ({"start": {"position": 0.0, "jerk": 1.0}}, r"start\.jerk: unknown key"),
+                ({"start": {"velocity": 0.0}}, "start: needs position"),
+                ({"controller": LOOP["controller"] | {"feedforward": {"masses": 1.0}}}, r"controller\.feedforward\.masses: unknown key"),
+                ({"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}}, r"feedforward\.friction: must be a table"),
+                ({"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}}, r"feedforward\.along"),
+                ({"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}}, r"feedforward\.plant"),
+                ({"effort": {"model": "constant"}}, "controller: needs a closed loop"),
+                ({"table_friction": {"model": "coulomb", "F_C": 1.0}}, "table_friction: needs a plant with a screw that moves a table"),
+                ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
+                ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
+                ({"disturbance": {"fil": 1}}, r"disturbance\.fil: unknown key"),
+                ({"axis": {"file": "a.toml", "fil": 1}}, r"axis\.fil: unknown key"),
+            )
+        ),
+    ],
+)
+def test_a_section_that_cannot_be_is_refused_with_its_place(read, table, words):
+    with pytest.raises(InputError, match=words):
+        read(table)

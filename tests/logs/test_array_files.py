@@ -106,10 +106,6 @@ def cells(depth):
     return mat(t=TIME)[:128] + element
 
 
-def elsewhere(file):
-    file["t"], file["x"] = TIME, h5py.ExternalLink("other.h5", "x")
-
-
 @pytest.mark.parametrize(
     ("read", "data", "limit", "words"),
     [
@@ -120,7 +116,6 @@ def elsewhere(file):
         (read_mat, mat(t=TIME)[:-8], 2**20, "is truncated"),
         (read_mat, mat(t=TIME)[:128], 2**20, "is truncated"),
         (read_mat, cells(65), 2**20, "holds too deeply nested cells"),
-        (read_hdf5, hdf5(elsewhere), 2**20, "x is a link to another file, but bristle reads only this file"),
     ],
 )
 def test_content_that_is_not_there_too_large_or_too_deep_is_refused(read, data, limit, words):

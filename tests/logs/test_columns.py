@@ -135,14 +135,6 @@ def test_an_axis_assigns_the_columns():
         Log.from_columns(DATA, axis=Axis(kind="rotational"), kind="translational")
 
 
-def test_a_gap_and_jitter_are_treated_as_in_a_file():
-    kept = np.r_[0:150, 200:COUNT]
-    log = Log.from_columns({name: values[kept] for name, values in DATA.items()})
-    assert len(log.segments) == 2
-    shaken = DATA | {"time": T + 1e-4 * np.sin(1e3 * T)}
-    assert any("jitter" in note or "resampled" in note for note in Log.from_columns(shaken).notes)
-
-
 class Evil:
     columns = ("time", "position")
 

@@ -75,14 +75,6 @@ def test_a_time_that_need_not_be_named_may_be(tmp_path):
     assert [any("bristle ignores columns.time" in note for note in log.notes) for log in (without, named)] == [False, True]
 
 
-def test_duplicate_column_names_are_noted(tmp_path):
-    path = tmp_path / "twice.csv"
-    rows = [f"{k / 1000},{np.sin(k / 50):.6f},{np.cos(k / 50):.6f}" for k in range(300)]
-    path.write_text("\n".join(["t,q,q", *rows]) + "\n")
-    log = read_log(path, axis(time="t", position="q"))
-    assert "column 3 is called 'q', like an earlier column: bristle calls it 'q_2'" in log.notes
-
-
 @pytest.mark.parametrize(
     ("header", "unit", "told"),
     [

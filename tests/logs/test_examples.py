@@ -35,8 +35,14 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             id="plain_unit",
         ),
         pytest.param(
-            lambda: distinct(["t", "q", "q"]),
-            (["t", "q", "q_2"], ["column 3 is called 'q', like an earlier column: bristle calls it 'q_2'"]),
+            lambda: distinct(["q", "q", "q_2", "q"]),
+            (
+                ["q", "q_3", "q_2", "q_4"],
+                [
+                    f"column {number} is called 'q', like an earlier column: bristle calls it '{name}'"
+                    for number, name in ((2, "q_3"), (4, "q_4"))
+                ],
+            ),
             id="distinct",
         ),
         pytest.param(

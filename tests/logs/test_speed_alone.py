@@ -9,7 +9,7 @@ from bristle.core import InputError
 from bristle.files.axis import axis_from
 from bristle.files.proposal import propose_axis
 from bristle.identification import identify
-from bristle.logs import Log, read_log, summarize
+from bristle.logs import read_log, summarize
 from bristle.report.log import inspect_log
 
 DT, COUNT = 1e-3, 4000
@@ -32,16 +32,6 @@ def axis(**columns):
     return axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", **SPEED, **columns}})
 
 
-def test_the_position_is_the_integral_of_the_speed_with_a_note():
-    result = read_log(log(), axis())
-    np.testing.assert_allclose(result.position.values, X - X[0], atol=ROUNDING)
-    assert (result.position.unit, result.position.column) == ("m", "speed")
-    assert (
-        "the log has no position: bristle integrates the velocity in column speed from position 0. The true start is unknown, "
-        "and an offset of the velocity makes the position drift. Results that depend on position are meaningless"
-    ) in result.notes
-
-
 def test_friction_and_inertia_are_those_of_the_axis():
     estimates = identify(read_log(log(), axis()), "coulomb_viscous", axis=axis(), draws=0).best.estimates
     found = {estimate.name: estimate.value for estimate in estimates if estimate.name != "offset"}
@@ -59,17 +49,6 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
     )
     turning = log().replace(b"speed [mm/s]", b"speed [rpm]")
     np.testing.assert_allclose(read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7)
-
-
-def test_a_log_without_position_and_speed_is_refused_with_advice():
-    with pytest.raises(InputError, match=r"columns.position: is missing\. Write position = .*, or name a velocity column"):
-        axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", "effort": "force"}})
-
-
-def test_the_unit_of_the_speed_determines_the_kind_of_axis():
-    assert axis_from({"schema": 1, "columns": {"velocity": {"column": "n", "unit": "rpm"}}}).kind == "rotational"
-    assert axis_from({"schema": 1, "columns": SPEED}).kind == "translational"
-    assert Log.from_columns({"time": T, "velocity": V}).kind == "translational"
 
 
 def test_an_axis_file_is_proposed_and_the_log_looked_at():

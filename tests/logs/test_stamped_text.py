@@ -224,8 +224,3 @@ def test_cells_are_parted_outside_of_quotes_and_numbers_in_any_notation(call, va
 )
 def test_the_layout_with_most_numbers_wins(lines, expected):
     assert layout_of(lines, Path("a.csv")) == expected
-
-
-def test_text_without_numbers_has_no_layout():
-    with pytest.raises(InputError, match="holds no rows of numbers"):
-        layout_of(["a b", "c d", "e f"], Path("a.csv"))

@@ -137,6 +137,3 @@ sample_rate = "1000 Hz"
     log = read_log(two_groups, read_axis(tmp_path / "axis.toml"))
     assert log.sample_time == pytest.approx(1e-3)
     np.testing.assert_allclose(log.effort.values, recording["u"])
-    (tmp_path / "axis.toml").write_text(f'{text}sample_time = "1 ms"\n')
-    with pytest.raises(InputError, match="has both a sample_time and a sample_rate"):
-        read_axis(tmp_path / "axis.toml")

@@ -6,7 +6,6 @@ import pytest
 from bristle.core.errors import InputError
 from bristle.logs.table import Table
 from bristle.logs.words import (
-    distinct,
     is_time,
     meaning_of,
     other_unit_in,
@@ -131,12 +130,6 @@ def sure(name, around=""):
 )
 def test_names_and_units_have_one_meaning(call, given, value):
     assert call(*given) == value
-
-
-def test_duplicate_names_become_unique():
-    names, notes = distinct(["q", "q", "q_2", "q"])
-    assert names == ["q", "q_3", "q_2", "q_4"]
-    assert [note.partition(" is called")[0] for note in notes] == ["column 2", "column 4"]
 
 
 def test_names_that_cannot_be_printed_are_taken_without_control_characters_everywhere():

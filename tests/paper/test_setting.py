@@ -132,9 +132,6 @@ def test_user_files_are_kept(tmp_path):
         with pytest.raises(InputError, match=r"that were changed: set_a_rig\.toml"):
             write_experiments(tmp_path / "mine", force=force)
     assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="file"):
-        write_experiments(tmp_path / "file")
 
 
 def test_an_operator_is_moved_like_a_contact(setting):
