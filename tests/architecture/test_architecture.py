@@ -43,17 +43,14 @@ def loaded_after(code):
     return set(out.stdout.split()[-400:]) & {*HEAVY, "numpy"}
 
 
-def test_import_bristle_loads_no_heavy_module():
-    assert loaded_after("import bristle") == set()
+@pytest.mark.parametrize("code", ["import bristle", "from bristle.exports import TARGETS"])
+def test_the_package_and_its_list_of_targets_load_no_heavy_module(code):
+    assert loaded_after(code) == set()
 
 
 def test_the_help_loads_no_heavy_module():
     code = "from bristle.cli.main import main\nsys.argv = ['bristle', '--help']\ntry:\n    main()\nexcept SystemExit:\n    pass"
     assert loaded_after(code) & set(HEAVY) == set()
-
-
-def test_the_list_of_targets_loads_no_heavy_module():
-    assert loaded_after("from bristle.exports import TARGETS") == set()
 
 
 def test_defining_models_loads_no_compiler():

@@ -84,12 +84,6 @@ def test_drift_applies_to_friction_with_a_break_away_force(model, holding, is_ma
     assert (item.value, item.passed) == ((0.0, True) if item.applies else (None, None))
 
 
-@pytest.mark.parametrize("ripple", [(-F_S, 0.0), (0.0, F_S), (0.05, 0.05), (0.06, 0.04)])
-def test_a_ripple_lies_where_the_contact_rests(ripple):
-    with pytest.raises(InputError, match=r"force_ripple.*above -0\.13 and below 0\.13 N\*m"):
-        drift(lugre(), Holding(-F_S, F_S, 1e-3), ripple, False)
-
-
 # --- closure --------------------------------------------------------------------------------------------------------
 
 
@@ -119,10 +113,30 @@ def test_a_loop_that_returns_to_its_force_is_closed():
     assert not closure(model, Holding(-1.0, 1.0, 0.0), None).applies
 
 
-@pytest.mark.parametrize("loop", [(0.0, 0.0), (1e-3, 1e-3), (1e-3, 2e-3), (-1e-3, -2e-3), (math.inf, 0.0), (1e-3, math.nan)])
-def test_a_loop_turns_away_from_zero_and_then_back(loop):
-    with pytest.raises(InputError, match=r"loop.*must be two reversal positions.*for example .3e-6, 1\.5e-6. rad"):
-        closure(lugre(), Holding(-F_S, F_S, 1e-3), loop)
+@pytest.mark.parametrize(
+    ("call", "pair", "words"),
+    [
+        *(
+            (
+                lambda ripple: drift(lugre(), Holding(-F_S, F_S, 1e-3), ripple, False),
+                ripple,
+                r"force_ripple.*above -0\.13 and below 0\.13 N\*m",
+            )
+            for ripple in ((-F_S, 0.0), (0.0, F_S), (0.05, 0.05), (0.06, 0.04))
+        ),
+        *(
+            (
+                lambda loop: closure(lugre(), Holding(-F_S, F_S, 1e-3), loop),
+                loop,
+                r"loop.*must be two reversal positions.*for example .3e-6, 1\.5e-6. rad",
+            )
+            for loop in ((0.0, 0.0), (1e-3, 1e-3), (1e-3, 2e-3), (-1e-3, -2e-3), (math.inf, 0.0), (1e-3, math.nan))
+        ),
+    ],
+)
+def test_a_ripple_lies_where_the_contact_rests_and_a_loop_turns_away_from_zero_and_back(call, pair, words):
+    with pytest.raises(InputError, match=words):
+        call(pair)
 
 
 # --- energy ---------------------------------------------------------------------------------------------------------

@@ -86,6 +86,7 @@ def test_a_value_that_is_allowed_is_taken(convert, value, expected):
     ("convert", "value", "words"),
     [
         *((amount(LENGTH), value, "place") for value in (-1.001, 2.001, math.nan, math.inf, "5 kg")),
+        (lambda value, path, kind: amount(LENGTH)(value, path, "translational"), "90 deg", "place"),
         (amount(POSITIVE, exclusive=True), 0.0, r"must be positive.*> 0"),
         (amount(POSITIVE, exclusive=True), -1.0, "must be positive"),
         (amount(LENGTH, exclusive=True), -1.0, "out of range"),
@@ -131,11 +132,6 @@ def test_a_value_that_is_allowed_is_taken(convert, value, expected):
 def test_any_other_value_is_refused_in_words(convert, value, words):
     with pytest.raises(InputError, match=words):
         convert(value, "place", None)
-
-
-def test_an_angle_is_no_length_of_a_translational_axis():
-    with pytest.raises(InputError, match="place"):
-        amount(LENGTH)("90 deg", "place", "translational")
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,6 @@ from bristle.report import simulation as simulation_module
 from bristle.report.compensation import (
     Errors,
     Gain,
-    Standing,
     _errors,
     about_loop,
     closing_sentences,
@@ -165,34 +164,19 @@ def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
     assert line.startswith("bristle predicts no gain: the control law chatters around rest")
 
 
-@pytest.mark.parametrize(
-    ("best", "words"),
-    [
-        (2.2e-7, "89 % less"),
-        (1.9e-7, "smaller by a factor of 11"),
-        (2e-8, "smaller by a factor of 100"),
-        (1.9e-8, "smaller by more than a factor of 100"),
-        (1e-6, "50 % less"),
-        (0.0, "smaller by more than a factor of 100"),
-    ],
-)
-def test_large_gain_is_a_factor(best, words):
-    loops = (Loop(name=name, following_error=errors(peak, 0.0)) for name, peak in (("base", 2e-6), ("best", best)))
-    assert Standing(*loops, alike=False).instead.replace("\u00a0", " ").endswith(f"peak to peak, {words}")
-
-
-def run_of(name, peak, spread=None):
-    scatter = {} if spread is None else {"following_error": {"peak_to_peak": spread}}
-    return Loop(name=name, following_error=errors(peak, 0.0), spread=scatter)
+def variant(name, peak, spread=0.0, status=Status.OK):
+    scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
+    runs = 3 if spread else 1
+    return Loop(name=name, following_error=errors(peak), spread=scatter, runs=runs, status=status)
 
 
 @pytest.mark.parametrize(
     ("best", "other", "alike"),
     [
-        (run_of("a", 0.96e-6), run_of("b", 1e-6), True),
-        (run_of("a", 0.94e-6), run_of("b", 1e-6), False),
-        (run_of("a", 0.94e-6, 3e-8), run_of("b", 1e-6, 4e-8), True),
-        (run_of("a", 0.94e-6, 3e-8), run_of("b", 1e-6, 2e-8), False),
+        (variant("a", 0.96e-6), variant("b", 1e-6), True),
+        (variant("a", 0.94e-6), variant("b", 1e-6), False),
+        (variant("a", 0.94e-6, 3e-8), variant("b", 1e-6, 4e-8), True),
+        (variant("a", 0.94e-6, 3e-8), variant("b", 1e-6, 2e-8), False),
     ],
 )
 def test_variants_are_equal_within_five_percent_or_their_scatter(best, other, alike):
@@ -227,12 +211,6 @@ def test_error_is_split_into_lag_and_rest():
 
 
 # --- The best variant and its gain, with differences within the scatter ignored
-
-
-def variant(name, peak, spread=0.0, status=Status.OK):
-    scatter = {"following_error": {"peak_to_peak": spread}} if spread else {}
-    runs = 3 if spread else 1
-    return Loop(name=name, following_error=errors(peak), spread=scatter, runs=runs, status=status)
 
 
 def message(*variants, refused=()):
@@ -270,6 +248,16 @@ WILD = Status.NOT_FINITE
             [variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6)],
             [],
             "1 µm (best) instead of 20 µm (a) peak to peak, smaller by a factor of 20.",
+        ),
+        # A large gain is a factor, up to a hundred.
+        *(
+            ([variant("base", 2e-6), variant("best", best)], [], f"{text} (best) instead of 2 µm (base) peak to peak, {words}.")
+            for best, text, words in (
+                (2.2e-7, "0.220 µm", "89 % less"),
+                (1.9e-7, "0.190 µm", "smaller by a factor of 11"),
+                (2e-8, "0.0200 µm", "smaller by a factor of 100"),
+                (1.9e-8, "0.0190 µm", "smaller by more than a factor of 100"),
+            )
         ),
         # A difference within the scatter is no gain.
         (

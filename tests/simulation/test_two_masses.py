@@ -121,19 +121,6 @@ def test_the_wind_up_has_no_lag_and_keeps_the_mean_of_a_ramp():
     assert lead(ramp, 0.05)[30:-30] == pytest.approx(ramp[30:-30])
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"table": DRY}, r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw"),
-        ({"plant": screw(), "table": friction.coulomb(kind="rotational", F_C=1.0)}, r"feedforward\.table: must be translational"),
-        ({"plant": screw(), "mass": 1.0}, r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass"),
-    ],
-)
-def test_one_side_of_a_faulty_feedforward_is_refused(values, words):
-    with pytest.raises(InputError, match=words):
-        Feedforward(**values)
-
-
 LAW = controllers.cascade(kind="rotational", k_p=15.0, k_v=60.0 * J, k_i=900.0 * J, k_ff=1.0)
 SUM = FILM(kind="rotational", F_C=0.05 + 200.0 * ARM, F_v=0.0)
 OF_MOTOR = FILM(kind="rotational", F_C=0.05, F_v=0.0)
@@ -231,13 +218,32 @@ def test_a_file_names_the_plant_and_the_friction_of_the_table(plant, mass):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("read", "given", "words"),
     [
-        (FILE.replace("PLANT", '"none"'), r"compare\.fed\.controller\.feedforward\.table: needs a plant with a table behind a screw"),
-        (FILE.replace("plant = PLANT", 'plant = "own"\nmass = "1e-3 kg*m^2"'), r"compare\.fed\.controller\.feedforward\.mass: conflicts"),
-        (FILE.replace("PLANT", '"mine"'), r"compare\.fed\.controller\.feedforward\.plant.*is not a plant for the feedforward"),
+        *(
+            (lambda values: Feedforward(**values), *row)
+            for row in (
+                ({"table": DRY}, r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw"),
+                ({"plant": screw(), "table": friction.coulomb(kind="rotational", F_C=1.0)}, r"feedforward\.table: must be translational"),
+                ({"plant": screw(), "mass": 1.0}, r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass"),
+            )
+        ),
+        *(
+            (lambda text: read_experiment(text.encode()), *row)
+            for row in (
+                (
+                    FILE.replace("PLANT", '"none"'),
+                    r"compare\.fed\.controller\.feedforward\.table: needs a plant with a table behind a screw",
+                ),
+                (
+                    FILE.replace("plant = PLANT", 'plant = "own"\nmass = "1e-3 kg*m^2"'),
+                    r"compare\.fed\.controller\.feedforward\.mass: conflicts",
+                ),
+                (FILE.replace("PLANT", '"mine"'), r"compare\.fed\.controller\.feedforward\.plant.*is not a plant for the feedforward"),
+            )
+        ),
     ],
 )
-def test_a_file_with_a_faulty_feedforward_of_two_masses_is_refused(text, words):
+def test_a_faulty_feedforward_of_two_masses_is_refused(read, given, words):
     with pytest.raises(InputError, match=words):
-        read_experiment(text.encode())
+        read(given)
