@@ -387,11 +387,11 @@ def process(monkeypatch, tmp_path):
     def noted(name):
         return lambda *arguments: done.append((name, *arguments))
 
-    def run(task, **request):
+    def run(work, **request):
         known = {"folder": str(tmp_path), "logs": [], "axis_text": "", "axis_label": "a.toml", "options": {}, "size_limit": 9}
         request = known | {"results": None, "memory": 2**30, "task": "look"} | request
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(json.dumps(request) + "\ncancel\n"))
-        monkeypatch.setattr(tasks, "TASKS", {"look": task})
+        monkeypatch.setattr(tasks, "TASKS", {"look": work, "tune": work})
         with pytest.raises((SystemExit, ValueError)) as ended:
             worker.main()
         return getattr(ended.value, "code", None), [json.loads(line) for line in output.seen.splitlines()], done
@@ -400,20 +400,21 @@ def process(monkeypatch, tmp_path):
     copied = {1: output}  # of the standard output alone
     calls = {"dup2": noted("dup2"), "chdir": noted("chdir"), "_exit": worker.sys.exit}
     monkeypatch.setattr(worker, "os", Some(dup=copied.__getitem__, fdopen=lambda stream, mode, encoding: stream, **calls))
-    monkeypatch.setattr(worker, "Interruption", lambda **_: Some(allowed="allowed"))
+    monkeypatch.setattr(worker, "Interruption", lambda restores: Some(allowed=f"allowed, restores {restores}"))
     monkeypatch.setattr(signal, "signal", noted("signal"))
     monkeypatch.setattr(resource, "setrlimit", noted("limit"))
     return run
 
 
-def test_an_answer_is_facts_for_the_page_and_data_in_the_folder(process, tmp_path):
+@pytest.mark.parametrize(("name", "restores"), [("look", False), ("tune", True)])
+def test_an_answer_is_facts_for_the_page_and_data_in_the_folder(process, tmp_path, name, restores):
     def task(errand):
         errand.report(0.5, "half of the work")
         return {"ready": True}, {"numbers": np.arange(3), "size": errand.size_limit, "may": errand.interruptible}
 
-    code, events, _ = process(task, size_limit=7)
+    code, events, _ = process(task, size_limit=7, task=name)
     assert (code, events) == (0, [{"share": 0.5, "text": "half of the work"}, {"facts": {"ready": True}}])
-    assert json.loads((tmp_path / "data.json").read_text()) == {"numbers": [0, 1, 2], "size": 7, "may": "allowed"}
+    assert json.loads((tmp_path / "data.json").read_text()) == {"numbers": [0, 1, 2], "size": 7, "may": f"allowed, restores {restores}"}
 
 
 def test_a_worker_has_limits_and_a_folder_and_prints_to_the_complaints(process, tmp_path):

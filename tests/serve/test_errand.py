@@ -340,6 +340,9 @@ def test_a_complete_axis_file_shows_channels_in_si(errand):
     facts, data = tasks.look(errand([("a.csv", "fit", log())], text=AXIS.replace("translational", "else")))
     assert (facts["ready"], data["problems"], data["diagnostics"]) == (False, [], [])
     assert "kind" in data["refusal"]
+    # Without an axis the problems of a log are not yet those of the axis.
+    _, data = tasks.look(errand([("a.csv", "fit", "a,b\n1,2\n2,3\n3,4\n")], text=""))
+    assert (data["problems"], data["diagnostics"]) == ([], [])
 
 
 def test_each_held_out_log_is_predicted(errand, monkeypatch):
