@@ -25,7 +25,6 @@ OTHERS = {
     "study/store.py": {"write_table"},
     "study/workers.py": {"os.open"},
     "tune/journal.py": {"os.open"},  # appended only
-    "tune/tuning.py": {"open"},  # the lock of a machine
     "tune/linuxcnc/hal.py": {"write_text"},  # temporary folders, for the compiler of HAL
     "tune/linuxcnc/machine.py": {"unlink"},  # the files that it saved
     "testing/readers.py": {"savez"},  # into a buffer
