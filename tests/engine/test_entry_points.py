@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, hysteresis, sensors
+from bristle.controllers.feedforward import Shape
 from bristle.engine import entry_points
 from bristle.engine.entry_points import (
     make_compensate,
@@ -41,29 +42,50 @@ def test_a_compensator_along_either_motion_shapes_its_force(name):
     shape, expected = SHAPES[name]
     part, effort, nothing = Instance(COULOMB), np.empty(2), np.zeros(2)
     along = make_compensate_along(*part.structures)
-    along(part.parameters, part.state, np.zeros(0), np.array(shape), np.array([1.0, -1.0]), nothing, nothing, 0.01, effort)
+    along(part.parameters, part.state, np.zeros(0), np.array(Shape(*shape)), np.array([1.0, -1.0]), nothing, nothing, 0.01, effort)
     assert effort.tolist() == pytest.approx(list(expected))
-    part, memory = Instance(COULOMB), np.array([*shape, 5.0, 0.0])
+    part, memory = Instance(COULOMB), np.array([*Shape(*shape), 5.0, 0.0, 0.0])
     measured = make_compensate(*part.structures)
     result = [measured(part.parameters, part.state, np.zeros(0), memory, place, 0.0, 0.01) for place in (5.001, 5.0)]
     assert result == pytest.approx(list(expected))
-    assert memory[5:].tolist() == [5.0, result[-1]]
+    assert memory[-3:].tolist() == [5.0, shape[0], result[-1]]
 
 
 def test_a_compensator_computes_the_velocity_from_the_last_measured_position():
     part = Instance(friction.viscous(F_v=3.0))
-    memory = np.array([1.0, 0.0, 0.0, math.inf, math.inf, 5.0, 0.0])
+    memory = np.array([*Shape(), 5.0, 0.0, 0.0])
     assert make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), memory, 5.2, 0.0, 0.1) == pytest.approx(6.0)
+
+
+def test_the_share_returns_in_motion_and_fades_at_rest():
+    """Of 20 N + 3 N s/m: the viscous part and the constant force stay whole, the rest gets a share."""
+    model = friction.find("coulomb_viscous")(F_C=20.0, F_v=3.0, offset=2.0)
+    shape = Shape(gain=0.8, return_distance=1.0, fade_time=0.5, constant=2.0, viscous=3.0)
+    v = np.array([10.0, 10.0, 0.0, 0.0, -10.0])
+    shares = [0.4, 0.6]  # half of the difference over each metre
+    shares += [0.6 * 5.0 / 6.0, 0.6 * (5.0 / 6.0) ** 2]  # a tenth of a second over half a second
+    shares += [shares[-1] + 0.5 * (0.8 - shares[-1])]
+    expected = [2.0 + 3.0 * speed + share * 20.0 * np.sign(speed) for speed, share in zip(v, shares, strict=True)]
+    part, effort, nothing = Instance(model), np.empty(5), np.zeros(5)
+    along = make_compensate_along(*part.structures)
+    along(part.parameters, part.state, np.zeros(0), np.array(shape), v, nothing, nothing, 0.1, effort)
+    assert effort.tolist() == pytest.approx(expected)
+    part, memory = Instance(model), np.array([*shape, 0.0, 0.0, 0.0])
+    measured = make_compensate(*part.structures)
+    result = [measured(part.parameters, part.state, np.zeros(0), memory, place, 0.0, 0.1) for place in np.cumsum(0.1 * v)]
+    assert result == pytest.approx(expected)
 
 
 def test_a_compensator_updates_its_state():
     model = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
-    shape, effort, nothing = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.empty(2), np.zeros(2)
+    shape, effort, nothing = np.array(Shape()), np.empty(2), np.zeros(2)
     along, measured = Instance(model), Instance(model)
     entry = make_compensate_along(*along.structures)
     assert entry(along.parameters, along.state, np.zeros(0), shape, np.full(2, 1e-6), nothing, nothing, 0.01, effort) == 0.0
     assert along.state_now.z == pytest.approx(2e-8, rel=1e-3)
-    make_compensate(*measured.structures)(measured.parameters, measured.state, np.zeros(0), np.array([*shape, 0.0, 0.0]), 1e-8, 0.0, 0.01)
+    make_compensate(*measured.structures)(
+        measured.parameters, measured.state, np.zeros(0), np.array([*shape, 0.0, 0.0, 0.0]), 1e-8, 0.0, 0.01
+    )
     assert measured.state_now.z == pytest.approx(1e-8, rel=1e-3)
 
 
@@ -74,11 +96,13 @@ def test_without_a_compensator_the_feedforward_is_zero():
 def test_a_compensator_receives_the_transmitted_effort():
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
     part, effort = Instance(model), np.empty(2)
-    plain, still = np.array([1.0, 0.0, 0.0, math.inf, math.inf]), np.zeros(2)
+    plain, still = np.array(Shape()), np.zeros(2)
     along = make_compensate_along(*part.structures)
     along(part.parameters, part.state, np.zeros(0), plain, np.ones(2), still, np.array([0.0, -50.0]), 0.1, effort)
     assert effort.tolist() == pytest.approx([20.0, 25.0])
-    measured = make_compensate(*part.structures)(part.parameters, part.state, np.zeros(0), np.array([*plain, 0.0, 0.0]), 1.0, 50.0, 0.1)
+    measured = make_compensate(*part.structures)(
+        part.parameters, part.state, np.zeros(0), np.array([*plain, 0.0, 0.0, 0.0]), 1.0, 50.0, 0.1
+    )
     assert measured == pytest.approx(25.0)
 
 

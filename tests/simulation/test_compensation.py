@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants
+from bristle.controllers.feedforward import Shape
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start
 from bristle.core.fingerprint import digest
@@ -31,6 +32,7 @@ POSITION, ACCELERATION = np.array([0.0, 0.1, 0.3]), np.array([1.0, 2.0, 4.0])
 
 SHAPED = Feedforward(mass=2.0, friction=COULOMB, gain=0.5, offset=1.0, asymmetry=0.1)
 RISING = friction.find("viscous+position")(F_v=0.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=10.0, a_2=0.0)
+LIFTED = friction.find("coulomb_viscous")(F_C=20.0, F_v=20.0, offset=-3.0)
 RISEN = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.5)
 ARM = plants.find("inertia+gravity")(M=2.0, g_sin=3.0, g_cos=5.0, kind="rotational")
 MIDDLE = np.array([0.05, 0.2, 0.3])
@@ -84,7 +86,9 @@ def test_a_compensator_runs_along_the_measured_motion_only_where_asked_for():
     assert compensator_of(Feedforward(friction=COULOMB)) is None
     fed = Feedforward(friction=COULOMB, along="measured", gain=0.5, offset=1.0, asymmetry=0.1, limit=9.0, rate_limit=7.0)
     compensator = compensator_of(fed, np.ones(3))
-    assert compensator.shape == (0.5, 1.0, 0.1, 9.0, 7.0)
+    assert compensator.shape == Shape(0.5, 1.0, 0.1, 9.0, 7.0)
+    whole = compensator_of(replace(fed, friction=LIFTED, scaled="contact", return_distance=0.2, fade_time=0.5)).shape
+    assert whole == Shape(0.5, 1.0, 0.1, 9.0, 7.0, 0.2, 0.5, -3.0, 20.0)
     assert compensator.transmitted.tolist() == [1.0, 1.0, 1.0]
 
 

@@ -230,6 +230,8 @@ class Axis:
         Largest following error [m or rad].
     controller : Model or None
         The control law of the loop in which the log was recorded.
+    cycle : float or None
+        Cycle of this controller [s]; by default the sample time of the log.
     pitch : float or None
         Movement of the axis per turn of the motor [m or rad], for an axis with a known transmission.
     rated : float or None
@@ -297,6 +299,7 @@ class Axis:
     stroke: tuple[float, float] | None = _pair("length", "end of the stroke")
     following_error_limit: float | None = _positive("length", "largest following error")
     controller: Any = taken(optional(model("controller")), None)
+    cycle: float | None = _positive("time", "cycle of the controller")
     pitch: float | None = _positive("length", "movement for a turn")
     arm: float | None = _positive("length", "movement for a radian of the motor", compare=False)
     rated: float | None = _positive("force", "effort at 100 % of rated", compare=False)

@@ -23,6 +23,7 @@ SAMPLES_MAX = 10_000_000
 LONGEST_DELAY = 64.0  # samples: each adds a state to the loop; the poles are computed for every shorter delay, too
 SIDES = ("load", "motor")
 ALONG = ("desired", "measured")
+SCALED = ("force", "contact")  # what the gain of a friction feedforward scales
 RESTS = ("held", "middle")  # Rules for the force of a memoryless friction model at rest; the first is the default of feedforward
 
 OF_A_SAMPLE = 1e-6  # tolerance of equal times, because decimals and means of differences are not exact
@@ -99,7 +100,15 @@ class Feedforward:
     friction : Model or None
         Compensator: a friction model along the desired or measured motion.
     gain : float
-        Factor of the friction.
+        Factor of the friction, or of its contact force.
+    scaled : {"force", "contact"}
+        What `gain` scales: the force of the friction model, or its contact force. The contact force is the force without
+        the constant part and the viscous part of the model, which are then fed forward whole.
+    return_distance : float
+        Travel constant of the return of the factor to `gain` after a rest [m or rad]: a travel of three times this
+        distance covers 95 % of the difference. With 0, the factor is constant.
+    fade_time : float
+        Time constant with which the factor falls to 0 while the motion rests [s]; infinite for a factor that stays.
     asymmetry : float
         Share by which positive friction increases and negative friction decreases.
     offset : float
@@ -133,6 +142,9 @@ class Feedforward:
     mass: float = quantity_of(Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0)
     friction: Model | None = taken(optional(model("friction")), None)
     gain: float = quantity_of(Variable("1", "factor of the friction"), 1.0)
+    scaled: Literal["force", "contact"] = taken(among(*SCALED), "force")
+    return_distance: float = quantity_of(Variable("length", "travel constant of the return of the factor after a rest", min=0.0), 0.0)
+    fade_time: float = quantity_of(Variable("time", "time constant of the fall of the factor at rest", min=0.0), math.inf, endless=True)
     offset: float = quantity_of(Variable("force", "constant added to the friction"), 0.0)
     asymmetry: float = quantity_of(
         Variable("1", "share by which positive friction increases and negative decreases", min=-1.0, max=1.0), 0.0

@@ -10,6 +10,7 @@ from bristle.core.variable import Kind, Variable, variables_of
 NOMINAL_LOAD = 1.0
 NOMINAL_TEMPERATURE = 293.15  # [K]
 NOTHING_TRANSMITTED = 0.0  # [N or N*m]
+STILL = 1e-10  # speed below which an axis is at rest [m/s or rad/s]
 NOT_KNOWN = math.nan  # an unknown effort
 
 

@@ -9,7 +9,7 @@ once for all components, so that compile times add and do not multiply.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from bristle.controllers.feedforward import Shape, compensate
+from bristle.controllers.feedforward import FIELDS, compensate, form_of
 from bristle.controllers.law import law
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import friction_commit, friction_trial, operator_commit, operator_trial, sensor_step
@@ -135,24 +135,25 @@ def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
 def make_compensate(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that runs one friction model along the measured motion, to be fed forward at one sample.
 
-    ``shape`` contains the fields of `Shape` and the state of the entry: the last measured position [m or rad] and the
-    last effort fed forward [N or N*m].
+    ``shape`` contains the fields of `Shape` and the state of the entry: the last measured position [m or rad], the last
+    share, and the last effort fed forward [N or N*m].
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
     def compensate_at(p_vector, state_vector, memory, shape, measured, transmitted, dt):
-        v = (measured - shape[5]) / dt
-        effort, s = compensate(
+        v = (measured - shape[FIELDS]) / dt
+        effort, share, s = compensate(
             load(state_vector),
             memory,
             Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted),
-            shape[6],
+            shape[FIELDS + 1],
+            shape[FIELDS + 2],
             dt,
-            Shape(shape[0], shape[1], shape[2], shape[3], shape[4]),
+            form_of(shape),
             unpack(p_vector),
         )
         store(s, state_vector)
-        shape[5], shape[6] = measured, effort
+        shape[FIELDS], shape[FIELDS + 1], shape[FIELDS + 2] = measured, share, effort
         return effort
 
     return compensate_at
@@ -167,11 +168,11 @@ def make_compensate_along(parameters: Structure, state: Structure) -> Callable[.
 
     def compensate_along(p_vector, state_vector, memory, shape, v, x, transmitted, dt, effort):
         p, s = unpack(p_vector), load(state_vector)
-        form = Shape(shape[0], shape[1], shape[2], shape[3], shape[4])
-        before = 0.0
+        form = form_of(shape)
+        share, before = 0.0, 0.0
         for k in range(v.size):
             motion = Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted[k])
-            before, s = compensate(s, memory, motion, before, dt, form, p)
+            before, share, s = compensate(s, memory, motion, share, before, dt, form, p)
             effort[k] = before
         store(s, state_vector)
         return 0.0

@@ -366,7 +366,7 @@ def _compensation(compensator: Compensator | None, measured: float, count: int) 
     part.begin(compensator.state)
     entry = entry_of("compensate", part, Compensate, entry_points.make_compensate)
     memory = memory_of(compensator.friction, compensator.memory)
-    shape = np.array((*compensator.shape, measured, 0.0))
+    shape = np.array((*compensator.shape, measured, 0.0, 0.0))
     transmitted = np.zeros(count) if compensator.transmitted is None else compensator.transmitted
     check_run(count, transmitted=transmitted)
     return Compensation(entry, part.parameters, part.state, memory, shape, transmitted)

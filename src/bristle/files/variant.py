@@ -210,7 +210,7 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources)
 def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(entries, (*FEEDFORWARD, "friction", "table_friction", "along", "rest", "plant"), path)
+    check_keys(entries, (*FEEDFORWARD, "friction", "table_friction", "along", "rest", "scaled", "plant"), path)
     fed = _fed_plant(entries, plant, kind, tables)
     along: Any = choice_at(entries, "along", experiment.ALONG, path, "is not a motion for a compensator")
     rest: Any = choice_at(entries, "rest", experiment.RESTS, path, "is not a rule for the force at rest")
@@ -220,7 +220,8 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
         allowed = '"none", or a friction model as in [friction]'
         raise InputError("must be a table", path=place, value=friction, allowed=allowed, mend=mend)
     values: dict[str, Any] = numbers_in(entries, FEEDFORWARD, kind, path)
-    values |= {"along": along, "rest": rest, "plant": fed}
+    scaled: Any = choice_at(entries, "scaled", experiment.SCALED, path, "is not a force that the gain scales")
+    values |= {"along": along, "rest": rest, "scaled": scaled, "plant": fed}
     if "table_friction" in entries:
         behind = tables.path("controller", "feedforward", "table_friction")
         values["table"] = sources.friction(entries["table_friction"], "translational", behind)[1]

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import STILL, FrictionModel, Model
 from bristle.core.dimensions import canonical
 from bristle.core.dispatch import friction_trial
 from bristle.core.experiment import RESTS
@@ -30,8 +30,6 @@ from bristle.friction.presliding import is_static
 HELD = "rest_held"
 """Parameter of the rule."""
 VISCOUS = canonical("force*time/length")
-STILL = 1e-10
-"""Speed below which an axis is at rest [m/s or rad/s]."""
 SHARE = Variable("1", "at rest: 1 keeps the force of the last direction, 0 takes the middle", min=0.0, max=1.0)
 
 

@@ -18,6 +18,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
+from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import (
     friction_arrival,
     friction_commit,
@@ -320,3 +321,29 @@ def _on_both_sides(relation: Relation) -> Relation:
 
 def _sides(p: Any) -> tuple[Any, ...]:
     return (p.forward,) if p.backward is p.forward else (p.forward, p.backward)
+
+
+VISCOUS = ("force*time/length", "speed")
+
+
+def whole_parts(friction: Model) -> dict[str, float]:
+    """Return the constant part [N or N*m] and the viscous part [N*s/m or N*m*s/rad] of a friction model.
+
+    Of two viscous coefficients, one for each direction, the smaller one counts.
+    """
+    variables = friction.component.variables
+    values = friction.values
+    constants = [values[name] for name, variable in variables.items() if variable == OFFSET]
+    slopes = [values[name] for name, variable in variables.items() if (variable.quantity, variable.excitation) == VISCOUS]
+    return {"constant": float(sum(constants)), "viscous": float(min(slopes, default=0.0))}
+
+
+def scaled(friction: Model, factor: float, *, whole: bool = False) -> Model:
+    """Return a friction model whose force has another size; with `whole`, its constant and viscous parts stay."""
+    values = {}
+    for name, variable in friction.component.variables.items():
+        stays = variable == OFFSET or (variable.quantity, variable.excitation) == VISCOUS
+        power = exponents_of(variable.quantity).get("force", 0.0)
+        if power and not (whole and stays):
+            values[name] = friction.values[name] * factor**power
+    return friction.with_values(**values)

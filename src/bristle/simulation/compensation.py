@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bristle.controllers import open_loop
-from bristle.controllers.feedforward import Shape
+from bristle.controllers.feedforward import WHOLE, Rule, Shape, feedforward_of
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, array, guarded, instance, model
@@ -22,6 +22,7 @@ from bristle.engine.wind_up import Lead
 from bristle.files.variant import at_rest
 from bristle.friction import without_presliding
 from bristle.friction.resting import with_rest
+from bristle.friction.slots import whole_parts
 from bristle.plants.terms import Termed, place_of, terms_of
 from bristle.references import recorded
 from bristle.sensors import encoder
@@ -133,7 +134,7 @@ def motor_feedforward(feedforward: Feedforward, position: np.ndarray, accelerati
     state, memory = conditioned(friction, feedforward.conditioning)
     fed = compensation_along(
         friction,
-        _shape(feedforward),
+        shape_of(feedforward),
         np.append(steps, steps[-1:]),
         dt,
         np.append(motor[1:], motor[-1] + dt * steps[-1]),
@@ -168,7 +169,7 @@ def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) 
         return None
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
-    return Compensator(friction, _shape(feedforward), state, memory, carried)
+    return Compensator(friction, shape_of(feedforward), state, memory, carried)
 
 
 def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
@@ -179,8 +180,12 @@ def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.nd
     return effort + effort_along(0.5 * (position + following(position)), place_of(feedforward.plant))
 
 
-def _shape(feedforward: Feedforward) -> Shape:
-    return Shape(**{name: getattr(feedforward, name) for name in Shape._fields})
+def shape_of(feedforward: Feedforward) -> Shape:
+    """Return the shape of the friction that is fed forward."""
+    shape = Shape(**{name: getattr(feedforward, name) for name in Shape._fields if name in FEEDFORWARD})
+    if feedforward.scaled == "contact" and feedforward.friction is not None:
+        shape = shape._replace(**whole_parts(feedforward.friction))
+    return shape
 
 
 AS_RECORDED, WITH_FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
@@ -198,6 +203,7 @@ def settling(duration: float) -> float:
     reference=array(least=3),
     sample_time=amount(RUN["sample_time"]),
     lag=amount(RUN["current_lag"]),
+    rule=instance(Rule, "a Rule"),
 )
 def compensation_experiment(
     plant: Model,
@@ -210,6 +216,8 @@ def compensation_experiment(
     resolution: Amount = 0.0,
     effort_limit: Amount = math.inf,
     lag: Amount = 0.0,
+    delay: int = 0,
+    rule: Rule = WHOLE,
     disturbance: Any = None,
     injected: Any = None,
     start: Start | None = None,
@@ -238,6 +246,10 @@ def compensation_experiment(
         Largest effort of the drive [N or N*m].
     lag : float
         Time constant of the drive behind its controller [s].
+    delay : int
+        Samples from a measurement to its effort.
+    rule : Rule
+        Share of the friction that is fed forward.
     disturbance : ndarray, shape (sample,), optional
         Force that the friction model does not contain [N or N*m].
     injected : ndarray, shape (sample,), optional
@@ -262,7 +274,9 @@ def compensation_experiment(
         sensor=encoder(kind=kind, resolution=resolution),
         reference=recorded(kind=kind, position=np.asarray(reference), sample_time=sample_time),
         feedforward=Feedforward(),
-        run=Run(duration=duration, sample_time=sample_time, effort_limit=effort_limit, settle=settling(duration), current_lag=lag),
+        run=Run(
+            duration=duration, sample_time=sample_time, effort_limit=effort_limit, settle=settling(duration), delay=delay, current_lag=lag
+        ),
         disturbance=disturbance,
         injected=injected,
         start=start,
@@ -272,7 +286,8 @@ def compensation_experiment(
     bent = plant if terms_of(plant) else None
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
     fed = replace(base, name=WITH_FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
-    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator))
+    share = feedforward_of(rule)
+    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator, **share))
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
 
 

@@ -32,6 +32,7 @@ from bristle.engine.motion import compensation_along
 from bristle.engine.wind_up import Lead, wind_up_along
 from bristle.friction import viscous
 from bristle.friction.resting import with_rest
+from bristle.friction.slots import whole_parts
 
 SIDED = 0.02  # of the largest force of the screw: smaller forces do not change the flank
 
@@ -98,6 +99,14 @@ def table_of(feedforward: Feedforward) -> Model:
     return with_rest(feedforward.table or viscous(F_v=0.0), feedforward.rest)
 
 
+def table_shape(feedforward: Feedforward) -> Shape:
+    """Return the shape of the feedforward of the friction of a table."""
+    shape = Shape(gain=feedforward.gain, asymmetry=feedforward.asymmetry)
+    if feedforward.scaled == "contact" and feedforward.table is not None:
+        shape = shape._replace(**whole_parts(feedforward.table))
+    return shape
+
+
 def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, passed: np.ndarray, dt: float) -> np.ndarray:
     """Return the friction of the table along a desired motion [N], in the step after each sample."""
     friction, travel = table_of(feedforward), screw.arm * position
@@ -105,7 +114,7 @@ def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray
     steps = np.diff(travel) / dt
     return compensation_along(
         friction,
-        Shape(gain=feedforward.gain, asymmetry=feedforward.asymmetry),
+        table_shape(feedforward),
         np.append(steps, steps[-1:]),
         dt,
         np.append(travel[1:], travel[-1] + dt * steps[-1]),
