@@ -33,7 +33,7 @@ def vertical():
 
 def followed(result, log, axis, judged=None):
     best = result.best
-    return following_of(judged or log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
+    return following_of(judged or log, simulate(loop_of(best.plant, best.friction, log, axis, {"cutoff": 100.0})))
 
 
 @pytest.mark.parametrize("axis", AXES.values(), ids=AXES)
@@ -115,7 +115,7 @@ def test_the_simulated_loop_starts_like_the_log(name, first):
     """A motion under way goes on, and an axis at rest does not drop by its weight."""
     axis = AXES[name]
     log = recorded(axis, moves(2.5), first=first)
-    start = loop_of(*mechanism(axis), log, reported(axis), cutoff=100.0).variants[0]
+    start = loop_of(*mechanism(axis), log, reported(axis), {"cutoff": 100.0}).variants[0]
 
     def off(variant):
         outcome = simulate(Experiment("start", "translational", (variant,))).variants["as_recorded"]

@@ -217,7 +217,7 @@ def test_a_loop_of_a_log_is_built_from_the_axis_and_the_log():
     assert first.start.velocity == pytest.approx(0.1 * np.sin(2.0), rel=1e-3)
     assert first.disturbance.shape == (200,)
     assert first.injected is None
-    assert loop_of(plants.inertia(M=2.0), model, log, axis, lag=5e-3).variants[0].run.current_lag == 5e-3
+    assert loop_of(plants.inertia(M=2.0), model, log, axis, {"lag": 5e-3}).variants[0].run.current_lag == 5e-3
 
 
 def test_a_loop_that_contradicts_its_log_names_explanations(monkeypatch):

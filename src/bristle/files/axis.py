@@ -14,12 +14,13 @@ from bristle.core.content import Readable
 from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.files.components import check_schema, controller_from, key_of, refuse_open
+from bristle.files.components import check_schema, controller_from, key_of, number_at, refuse_open
 from bristle.files.drive import Constant, Drive, Scale, refuse_misspelt, surroundings_of, with_kind
 from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import as_toml, read_toml
 from bristle.logs.log import Log
 
+CYCLE, OF_CYCLE = "cycle", Variable("time", "cycle of the controller")  # key under [controller], beside its gains
 PLACES = {
     "table": "log.table",
     "span": "log.span",
@@ -135,8 +136,15 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     except InputError as error:
         name, rest = re.fullmatch(r"(\w+)(.*)", error.path).groups()  # type: ignore[union-attr]
         raise error.at(path=places.get(name, name) + rest) from None
-    law = file.controller
-    return axis if law is None else replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
+    if file.controller is None:
+        return axis
+    law = {key: value for key, value in file.controller.items() if key != CYCLE}
+    axis = replace(axis, controller=controller_from(law, kind=axis.kind, axis=axis, path="controller"))
+    if CYCLE not in file.controller:
+        return axis
+    place = f"controller.{CYCLE}"
+    cycle = _above_zero(number_at(file.controller[CYCLE], OF_CYCLE, axis.kind, place), place, file.controller[CYCLE])
+    return replace(axis, cycle=cycle)
 
 
 def _drive_of(file: AxisFile) -> Drive:
@@ -305,7 +313,8 @@ def _text_of(axis: Axis) -> bytes:
         table, key = place.split(".")
         if value is not None:
             document.setdefault(table, {})[key] = value
-    document["controller"] = {} if axis.controller is None else {"model": axis.controller.name} | gains
+    cycle = {} if axis.cycle is None else {CYCLE: axis.cycle}
+    document["controller"] = {} if axis.controller is None else {"model": axis.controller.name} | gains | cycle
     filled = {name: value for name, value in document.items() if value not in ({}, [])}
     return ("# The axis of these results, in SI units.\n" + as_toml(filled)).encode("utf-8", "backslashreplace")
 

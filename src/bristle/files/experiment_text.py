@@ -9,10 +9,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from bristle.controllers.feedforward import WHOLE, Rule, feedforward_of
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.experiment import FEEDFORWARD as FEEDFORWARD_FIELDS
 from bristle.core.experiment import LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
@@ -92,8 +94,11 @@ class NextExperiment:
     """Content of ``loop.csv`` if the file names it, or else empty."""
 
     @classmethod
-    def beside_model(cls, plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None) -> Self:
-        """Return the experiment file for the model file of an axis, in the same folder."""
+    def beside_model(
+        cls, plant: Model, axis: Axis, log: Log, folder: Path, *, has_axis_file: bool, loop: Variant | None = None, rule: Rule = WHOLE
+    ) -> Self:
+        """Return the experiment file for the model file of an axis, in the same folder, with the share of a rule."""
+        share = "".join(f", {name} = {_entry_text(name, value, plant.kind)}" for name, value in feedforward_of(rule).items())
         has_law, gains = axis.controller is not None, {} if axis.controller is None else axis.controller.values
         title = f"schema = 1\nname = {quoted((axis.name or 'the axis') + ', without and with compensation')}\n"
         # Without an axis file the kind comes before all tables. Variants: as recorded, with inertia fed forward, and with friction.
@@ -108,7 +113,7 @@ class NextExperiment:
             *(_motion(log, folder) if loop is None else _motion_of(loop)),
             f"[compare.{AS_RECORDED}]\n",
             f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
-            f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }} }}\n',
+            f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }}{share} }}\n',
         ]
         record = ""
         if loop is not None:
@@ -117,6 +122,14 @@ class NextExperiment:
             record = loop_text(LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected))
         missing = () if has_law else ("controller.k_p", "controller.k_v")
         return cls("\n".join(part for part in parts if part), missing, record)
+
+
+def _entry_text(name: str, value: float | str, kind: Kind) -> str:
+    """Return an entry of a feedforward as text of TOML."""
+    if isinstance(value, str):
+        return quoted(value)
+    unit = FEEDFORWARD_FIELDS[name].unit(kind)
+    return f"{value:.6g}" if unit == "1" else f'"{value:.6g} {unit}"'
 
 
 def _motion_of(loop: Variant) -> tuple[str, ...]:
@@ -129,7 +142,8 @@ def _motion_of(loop: Variant) -> tuple[str, ...]:
     if loop.injected is not None:
         before = "[injected]                    # known input of the log, before the limit of the drive"
         unexplained += f'\n{before}\nfile = "{LOOP}"\n'
-    lag = f'current_lag = "{run.current_lag:.9g} s"\n' if run.current_lag else ""
+    lag = f"delay = {run.delay}                     # samples from a measurement to its effort\n" if run.delay else ""
+    lag += f'current_lag = "{run.current_lag:.9g} s"\n' if run.current_lag else ""
     judged = f'[run]\nsettle = "{run.settle:.9g} s"           # excluded from the statistics, at the start\n{lag}'
     if start is None:
         return reference, unexplained, judged

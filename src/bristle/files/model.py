@@ -39,6 +39,8 @@ TREATMENT = {
     "position_smoothing": Variable("time", "time constant of a filter of the position", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments of the recorded channels", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
+    "stiffness": Variable("force/length", "stiffness of the position loop that made the log", min=0.0),
+    "stiffness_half_width": Variable("force/length", "half-width of the 95 % interval of this stiffness", min=0.0),
 }
 
 NUMBERS = {
@@ -63,7 +65,8 @@ class ModelFile(NamedTuple):
         The friction model.
     info : dict
         ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``,
-        ``smoothing``, ``position_smoothing`` and ``lag`` [s] and ``slow`` [Hz] of the identification, where known),
+        ``smoothing``, ``position_smoothing`` and ``lag`` [s], ``slow`` [Hz] and ``stiffness`` [N/m or N*m/rad] of the
+        identification, where known),
         ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in SI units, where known, and
         ``status``; ``"coupling"`` (``antiresonance`` [Hz] and ``inertia_ratio``) or None; and ``"bands"``, the data for
         bands around a prediction, or None.

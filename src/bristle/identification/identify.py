@@ -30,6 +30,7 @@ from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
+from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, treat_all
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, second_pass
@@ -178,6 +179,7 @@ def identify(
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
         **(dataset.alignment.as_data() if dataset.alignment else {}),
         **({"lag": best.lag} if best.lag is not None else {}),
+        **_stiffness_of(*pairs[0]),
         **(better.context.coupling.facts if better.context.coupling is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
@@ -186,6 +188,14 @@ def identify(
     again = partial(identify, model=model, free=free, draws=draws, settings=settings)
     result = result if of_load else with_masses_of(result, pairs, better.context.coupling)
     return with_two_masses(result, of_load, again, total, better.context.coupling) if of_load and not unfinished else result
+
+
+def _stiffness_of(log: Log, axis: Axis | None) -> dict[str, float]:
+    """Return the stiffness of the position loop of a log for its treatment; empty if the axis file has a control law."""
+    if axis is not None and axis.controller is not None:
+        return {}
+    stiffness = stiffness_in(log)
+    return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
 
 
 def _passed(

@@ -8,10 +8,11 @@ from bristle.prediction.drive_units import drive_units
 from bristle.prediction.predict import predict
 
 if TYPE_CHECKING:
+    from bristle.prediction.claims import compensation_of
     from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance, steady_curve
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
-    from bristle.prediction.predict import TREATED, effort_of_motion, fit_at_samples, unexplained_force
+    from bristle.prediction.predict import effort_of_motion, fit_at_samples, unexplained_force
     from bristle.prediction.proposals import first_gain, proposals_of
 
 __getattr__ = loaded_from(__name__)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,8 @@ from bristle.friction import with_presliding
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.log import Log
 from bristle.plants.terms import effort_of_columns
-from bristle.prediction.predict import unexplained_force
+from bristle.prediction.claims import compensation_of, in_samples, lateness_of
+from bristle.prediction.predict import TREATED, unexplained_force
 from bristle.simulation import simulate
 from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensation_experiment, settling
 from bristle.simulation.recorded.closed_loop import closed_loop_of
@@ -88,20 +90,22 @@ def _settled(count: int, dt: float) -> np.ndarray:
 
 
 def loop_of(
-    plant: Model, friction: Model, log: Log, axis: Axis, *, lag: float | None = None, **treatment: float | None
+    plant: Model, friction: Model, log: Log, axis: Axis, treatment: Mapping[str, float] = MappingProxyType({})
 ) -> Experiment | None:
     """Return the loop of an axis without and with compensation, on the reference of a log.
 
     The residual of the model on the log, with the `treatment` of its identification, is replayed as a disturbance, so that
-    the compensator is not tested on its own model. The loops begin like the log, with its first effort.
+    the compensator is not tested on its own model. The loops begin like the log, with its first effort. They have the
+    identified lateness, and the compensator feeds the share of `bristle.prediction.claims`.
     """
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
     longest = longest_of(log)
     loop = closed_loop_of(log, axis, longest)
-    left = unexplained_force(plant, friction, log, axis, **treatment)
+    left = unexplained_force(plant, friction, log, axis, **{name: treatment.get(name) for name in TREATED})
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     left = left if beside is None else left + beside
+    late = in_samples(lateness_of(axis, treatment), treatment.get("lag", loop.lag), log.sample_time)
     return compensation_experiment(
         plant,
         with_presliding(friction, axis.presliding or 0.0),
@@ -111,7 +115,9 @@ def loop_of(
         log.sample_time,
         resolution=loop.resolution,
         effort_limit=loop.limit,
-        lag=loop.lag if lag is None else lag,
+        lag=late.lag,
+        delay=late.delay,
+        rule=compensation_of(friction, axis, treatment).rule,
         disturbance=left[longest],
         injected=loop.injected if np.any(log.injected_effort) else None,
         start=Start(loop.beginning.x, loop.beginning.v, loop.beginning.acceleration, loop.resumed_effort),

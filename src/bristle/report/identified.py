@@ -107,12 +107,11 @@ class Identified(Identification, ModelInHand, Result):
 
     def _loop(self) -> Experiment | None:
         """Return the loop of the log with the best model, for simulation, experiment file and design."""
-        from bristle.prediction import TREATED, loop_of
+        from bristle.prediction import loop_of
 
         if self.best.position_rmse is not None:  # fitted to the position: there was no loop
             return None
-        treatment = {name: self.treatment.get(name) for name in TREATED}
-        return loop_of(self.plant, self.model, self.log, self.axis or Axis(), lag=self.best.lag, **treatment)
+        return loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
@@ -197,11 +196,15 @@ class Outcome:
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file for the folder of the model: the next step."""
         from bristle.files import NextExperiment
+        from bristle.prediction import compensation_of
 
         log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
         loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
         plant = self.identification.plant
-        return NextExperiment.beside_model(plant, axis, log, folder, has_axis_file=has_file, loop=loop if has_file else None)
+        best, treatment = self.identification.best, self.identification.treatment
+        rule = compensation_of(best.friction, axis, treatment).rule
+        loop = loop if has_file else None
+        return NextExperiment.beside_model(plant, axis, log, folder, has_axis_file=has_file, loop=loop, rule=rule)
 
     @cached_property
     def _axis_texts(self) -> tuple[bytes, ...]:

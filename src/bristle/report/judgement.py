@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
-from bristle.prediction import first_gain, level_values
+from bristle.prediction import compensation_of, first_gain, level_values
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -155,6 +155,16 @@ def feedforward_of(identification: Identification) -> str:
     """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
     of_one = getattr(identification, "two_masses", None) is not None  # saved results contain one mass only
     return "of one mass: " * of_one + feedforward_text(identification.best)
+
+
+def promise_of(identification: Identification) -> str:
+    """Return the moves that files of the best model improve, for a model that is safe to try; empty if bristle promises none."""
+    fit = identification.best
+    claims = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment).claims
+    if not claims or fit.position_rmse is not None or not first_gain(fit):
+        return ""
+    length = length_text(claims[0].least_distance, fit.friction.kind)
+    return f"; exports help quick moves of {length} or more with rests up to {claims[0].longest_rest:g} s"
 
 
 def is_one_sided(fit: Fit) -> bool:

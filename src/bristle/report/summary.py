@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import Axis, unit_of
-from bristle.prediction import drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
+from bristle.prediction import compensation_of, drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
 from bristle.report.judgement import ruling_of
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
@@ -40,12 +40,18 @@ def identification_summary(
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
+    compensation = compensation_of(best.friction, axis, identification.treatment)
     doubt, ruling = None if following is None else following.contradiction, ruling_of(identification, following)
     return {
         "model": best.name,
         "kind": kind,
         "verdict": {"level": ruling.level, "reasons": ruling.reasons},
-        "feedforward": {"first_gain": first_gain(best), "error_percent": best.friction_alone_error_percent},
+        "feedforward": {
+            "first_gain": first_gain(best),
+            "error_percent": best.friction_alone_error_percent,
+            "reach": compensation.reach,
+            "claims": [claim._asdict() for claim in compensation.claims],
+        },
         "proposals": proposals_of(best, axis or Axis(kind=kind), identification.second_pass),
         "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),

@@ -1,0 +1,121 @@
+r"""What a feedforward of friction promises: the share that harms no move, and the moves that it improves.
+
+At a reversal after a rest the integral of a controller still carries the friction of the last direction, and a compensator
+adds that of the next one. The axis jumps by about :math:`F/K`, the sliding friction over the stiffness of the position loop.
+Therefore the share of the contact force returns to its gain within a small part of this reach, and fades at rest
+(`bristle.controllers.feedforward`). Moves far longer than the reach improve; shorter moves may not.
+
+If `K` is unknown, the share is constant, and bristle promises nothing.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from bristle.controllers.feedforward import Rule
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.engine.contact import steady_force
+from bristle.friction.slots import whole_parts
+from bristle.identification.position_loop import stiffness_of
+
+GAIN, CONSTANT_GAIN = 0.9, 0.8  # share with a known reach, which returns and fades; constant share without one, and of tables
+RETURN = 0.05  # travel constant of the return, over the reach
+FADE = 0.5  # time constant at rest [s]
+LEAST = 3.0  # shortest promised move, over the reach
+LONGEST_REST = 0.3  # between promised moves [s]
+FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
+NEGLIGIBLE = 0.05  # delay over the cycle of the controller that counts as none
+
+
+class Claim(NamedTuple):
+    """Moves that the feedforward does not make worse.
+
+    Moves over `least_distance` [m or rad] or more, as quick as the axis allows or, with `slowest_move`, lasting up to this time
+    [s], and rests between them of up to `longest_rest` [s].
+    """
+
+    least_distance: float
+    slowest_move: float | None
+    longest_rest: float
+
+
+def sliding_level(model: Model, fastest: float) -> float:
+    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
+    slow = 1e-3 * fastest
+    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
+
+
+def level_of(model: Model, fastest: float) -> float:
+    """Return the smaller level of sliding friction at a low speed and, without its viscous part, at full speed [N or N*m]."""
+    at_full_speed = 0.5 * (steady_force(model, fastest) - steady_force(model, -fastest)) - whole_parts(model)["viscous"] * fastest
+    slow = sliding_level(model, fastest)
+    return min(slow, at_full_speed) if at_full_speed > 0.0 else slow
+
+
+def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, Any], fastest: float = FASTEST) -> float | None:
+    """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
+    of_law = None if controller is None else stiffness_of(controller)
+    stiffness = treatment.get("stiffness") if of_law is None else of_law.value
+    if not stiffness:
+        return None
+    return level_of(friction, fastest) / stiffness
+
+
+def rule_for(friction: Model, reach: float | None) -> Rule:
+    """Return the share of a friction that a compensator feeds forward in a loop of a known or unknown reach."""
+    if reach is None:
+        return Rule(CONSTANT_GAIN, 0.0, FADE, **whole_parts(friction))
+    return Rule(GAIN, RETURN * reach, FADE, **whole_parts(friction))
+
+
+def claims_for(reach: float | None) -> tuple[Claim, ...]:
+    """Return the promise of the rule in a loop of this reach, without a simulation of the loop."""
+    return () if reach is None else (Claim(LEAST * reach, None, LONGEST_REST),)
+
+
+class Compensation(NamedTuple):
+    """The share of a friction that is fed forward, the reach of its loop [m or rad], and the promise without a simulation."""
+
+    rule: Rule
+    reach: float | None
+    claims: tuple[Claim, ...]
+
+
+def compensation_of(friction: Model, axis: Axis | None, treatment: Mapping[str, Any]) -> Compensation:
+    """Return how a friction is fed forward in the loop of a log, known from its control law or from the treatment of the log."""
+    controller = None if axis is None else axis.controller
+    reach = reach_of(friction, controller, treatment)
+    return Compensation(rule_for(friction, reach), reach, claims_for(reach))
+
+
+def lateness_of(axis: Axis | None, treatment: Mapping[str, Any]) -> float:
+    """Return the time by which an effort acts after its command [s].
+
+    A recorded effort that precedes the motion (a negative delay) shows it. An effort that is recorded late belongs to the logger.
+    """
+    delay = treatment.get("delay", 0.0) + (axis.delay if axis is not None else 0.0)
+    stated = axis.lag if axis is not None else 0.0
+    return max(0.0, -delay, treatment.get("lag") or stated)
+
+
+class Lateness(NamedTuple):
+    """A lateness as delay of a loop [samples] and lag of its drive [s]."""
+
+    delay: int
+    lag: float
+
+
+def in_samples(late: float, lag: float, dt: float) -> Lateness:
+    """Return a lateness [s] as whole samples and a lag; a known `lag` of the drive [s] is a part of it."""
+    if lag:
+        return Lateness(max(0, round((late - lag) / dt)), lag)
+    if late < NEGLIGIBLE * dt:
+        return Lateness(0, 0.0)
+    delay = math.floor(late / dt + NEGLIGIBLE)
+    return Lateness(delay, max(0.0, late - delay * dt))
+
+
+def samples_ahead(late: float, cycle: float) -> int:
+    """Return the lead of a feedforward in cycles of the controller: one for the next step, and the lateness."""
+    return 1 + round(late / cycle)

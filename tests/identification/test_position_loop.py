@@ -1,0 +1,87 @@
+"""The stiffness of a position loop, from its control law and from a log of that loop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.controllers.test_own_law import PID
+from tests.examples.data import measured
+from tests.golden.logs import emps
+
+import bristle as br
+from bristle.demo import axis_simulated
+from bristle.identification.position_loop import stiffness_in, stiffness_of
+
+GAINS = {"k_p": 60.0, "k_v": 5000.0, "k_i": 2e5}
+LAYERED = br.controllers.sliding_mode(J=20.0, lambda_=50.0, K_1=900.0, K_2=0.5, phi=0.01)
+
+
+@pytest.mark.parametrize(
+    ("controller", "expected"),
+    [
+        # The integral is frozen, and a velocity that is fed forward is no stiffness.
+        (br.controllers.cascade(**GAINS), 3e5),
+        (br.controllers.cascade(**GAINS, k_ff=1.0), 3e5),
+        (LAYERED, 20.0 * 50.0 * (900.0 + 0.5 / 0.01)),
+        (PID(K_P=4e4, K_I=1e5, K_D=300.0), 4e4),
+    ],
+)
+def test_the_stiffness_of_a_law_is_the_slope_of_its_effort(controller, expected):
+    assert stiffness_of(controller).value == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_law_without_a_slope_has_no_stiffness():
+    assert stiffness_of(br.controllers.open_loop()) is None
+
+
+def log_of_a_loop(**law):
+    """Return a log of a mass with Coulomb friction in a cascade, by a loop of its own."""
+    dt, mass, level = 1e-3, 20.0, 30.0
+    k_p, k_v, k_i, k_ff = (law.get(name, usual) for name, usual in (("k_p", 60.0), ("k_v", 5000.0), ("k_i", 0.0), ("k_ff", 0.0)))
+    t = dt * np.arange(12_000)
+    reference = 0.02 * np.sin(3.0 * t) + 0.004 * np.sin(17.0 * t)
+    x = v = integral = 0.0
+    positions, efforts = [], []
+    before, desired = 0.0, 0.0
+    for r in reference.tolist():
+        error = k_p * (r - x) + k_ff * (r - desired) / dt - (x - before) / dt
+        integral += k_i * error * dt
+        effort = k_v * error + integral
+        positions.append(x)
+        efforts.append(effort)
+        before, desired = x, r
+        for _ in range(10):
+            free = v + 1e-4 * effort / mass
+            v = np.sign(free) * max(abs(free) - 1e-4 * level / mass, 0.0)
+            x += 1e-4 * v
+    columns = {"time": t, "position": np.array(positions), "reference": reference, "effort": np.array(efforts)}
+    return br.Log.from_columns(columns)
+
+
+@pytest.mark.parametrize(("law", "low", "high"), [({}, 2.9e5, 3.1e5), ({"k_ff": 1.0}, 2.9e5, 3.1e5), ({"k_i": 2e5}, 2.9e5, 5.2e5)])
+def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
+    stiffness = stiffness_in(log_of_a_loop(**law))
+    assert low < stiffness.value < high
+    assert stiffness.half_width < 0.5 * stiffness.value
+
+
+def test_a_log_without_reference_or_of_another_effort_has_no_stiffness():
+    log = log_of_a_loop()
+    assert stiffness_in(replace(log, reference=None)) is None
+    assert stiffness_in(replace(log, effort=None)) is None
+    noise = np.random.default_rng(1).normal(0.0, 100.0, len(log))
+    assert stiffness_in(replace(log, effort=replace(log.effort, values=noise))) is None
+
+
+def test_the_stiffness_of_the_demonstration(tmp_path):
+    axis_simulated.write_log(tmp_path / "log.csv", 1)
+    axis = axis_simulated.axis()
+    known = stiffness_of(axis.controller).value
+    assert known == pytest.approx(4.04e5, rel=1e-3)
+    assert stiffness_in(br.read_log(tmp_path / "log.csv", axis)).value == pytest.approx(known, rel=0.2)
+
+
+def test_the_stiffness_of_the_measured_positioning_system():
+    measured("emps", "DATA_EMPS.mat")
+    log, axis = emps()
+    assert stiffness_in(log).value == pytest.approx(stiffness_of(axis.controller).value, rel=0.1)
