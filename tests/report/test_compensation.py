@@ -213,11 +213,11 @@ def test_error_is_split_into_lag_and_rest():
 # --- The best variant and its gain, with differences within the scatter ignored
 
 
-def message(*variants, refused=()):
+def message(*variants, refused=(), unstable=()):
     fed = SimpleNamespace(friction=None)
     shown = [SimpleNamespace(name=item.name, reference=None, feedforward=fed) for item in variants]
     experiment = SimpleNamespace(kind="translational", variants=shown)
-    result = SimulationResult(experiment, {item.name: item for item in variants}, dict.fromkeys(refused, "unstable"))
+    result = SimulationResult(experiment, {item.name: item for item in variants}, dict.fromkeys(refused, "unstable"), unstable)
     return " ".join(closing_sentences(result)).replace("\u00a0", " ")
 
 
@@ -288,6 +288,12 @@ def test_best_variant_is_compared_with_the_base(variants, refused, words):
     head = "The best variant is best: following error " if "(best)" in words else "No variant is better than base: "
     tail = "" if "(best)" in words else " peak to peak."
     assert message(*variants, refused=refused) == (words and head + words + tail)
+
+
+@pytest.mark.parametrize(("unstable", "best"), [((), "wild"), (("wild",), "base"), (("base", "wild"), "base")])
+def test_an_unstable_loop_is_never_the_best(unstable, best):
+    words = "The best variant is wild" if best == "wild" else "No variant is better than base"
+    assert message(variant("base", 2e-6), variant("wild", 1e-6), unstable=unstable).startswith(words)
 
 
 @pytest.mark.usefixtures("undrawn")

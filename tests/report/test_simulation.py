@@ -65,7 +65,9 @@ def simulated(*loops, refused=(), effort=None, limit=math.inf):
     known = {"run": run, "feedforward": fed, "controller": law, "reference": 1, "effort": effort, "disturbance": None, "friction": None}
     variants = [Some(name=loop.name, **known) for loop in loops]
     experiment = Some(name="bench", kind="translational", variants=variants)
-    return Some(experiment=experiment, variants={loop.name: loop for loop in loops}, refused=dict.fromkeys(refused, "unstable"))
+    return Some(
+        experiment=experiment, variants={loop.name: loop for loop in loops}, refused=dict.fromkeys(refused, "unstable"), unstable=()
+    )
 
 
 def values_of(result):

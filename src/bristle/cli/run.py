@@ -56,7 +56,8 @@ def run(
         for warning in warnings:
             complain(warning)
         diverging = {name: message(loop.finding) for name, loop in judged.items() if name not in runs}
-        result = replace(simulate(stable, report), refused=diverging)
+        unstable = tuple(name for name, loop in judged.items() if not loop.is_stable)
+        result = replace(simulate(stable, report), refused=diverging, unstable=unstable)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}
         summary = simulation_summary(result, files=files, provenance=source, diagnostics=about)

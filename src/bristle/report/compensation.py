@@ -255,7 +255,8 @@ def standing(result: SimulationResult) -> Standing | None:
     if base is None or not any(loop is base for loop in completed):
         return None
     references = {variant.name: variant.reference for variant in result.experiment.variants}
-    best = min((loop for loop in completed if references[loop.name] == references[base.name]), key=_peak)
+    eligible = [loop for loop in completed if loop is base or loop.name not in result.unstable]
+    best = min((loop for loop in eligible if references[loop.name] == references[base.name]), key=_peak)
     return Standing(base, best, best is base or is_alike(best, base))
 
 

@@ -212,11 +212,14 @@ class SimulationResult(WithCard):
         Result of each variant.
     refused : mapping of str to str
         Variants that bristle did not simulate: name and reason, in words.
+    unstable : tuple of str
+        Variants whose linear loop is unstable, although the simulation did not diverge: no report calls one the best.
     """
 
     experiment: Experiment
     variants: Mapping[str, VariantResult]
     refused: Mapping[str, str] = field(default_factory=dict)
+    unstable: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return all results as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
