@@ -532,7 +532,7 @@ def _c(name):
 class StructuredText:
     """Models, by the name of their block, each a text and that of its self-test, compiled into one library."""
 
-    def __init__(self, models, folder, *, rounded="nearbyint", flags=()):
+    def __init__(self, models, folder, *, rounded="nearbyint", flags=(), outputs=None):
         folder.mkdir(exist_ok=True)
         self.inputs = {}
         for name, texts in models.items():
@@ -546,7 +546,7 @@ class StructuredText:
                     self.inputs[name].append(key)
                     width += len(places)
             put = " ".join(put).replace("WIDTH", str(width))
-            output = _c(translated.units[name].of("output")[0])
+            output = _c((outputs or {}).get(name) or translated.units[name].of("output")[0])
             drivers = DRIVER.format(name=name, block=_kind(name), set=put, output=output)
             drivers += TESTED.format(name=name, block=_kind(name))
             (folder / f"{name}.c").write_text(HEAD + translated.text() + drivers)
@@ -556,7 +556,7 @@ class StructuredText:
 
     def run(self, name, x=None, dt=5e-4, commands=0, **signals):
         """Return what a block gives along its inputs, and its flags; raise where a controller would stop."""
-        values = {"position": x, "period": dt, **signals}
+        values = {"position": x, "period": dt, **FED_WHOLE, **signals}
         count = len(values[self.inputs[name][0]])
         columns = [np.asarray(values[key], dtype=float) for key in self.inputs[name]]
         columns = [column if column.ndim else np.full(count, column) for column in columns]
@@ -583,6 +583,8 @@ class StructuredText:
             raise StandardError(f"the self-test of {name} stops: {REASONS[why]}")
         return bool(result.value & 1), bool(result.value & 2)
 
+
+FED_WHOLE = {"gain": 1.0, "return_distance": 0.0, "fade_time": 0.5}  # inputs of a feed that is the friction
 
 REASONS = {
     1: "division by zero, overflow or an invalid operation",

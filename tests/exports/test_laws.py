@@ -547,7 +547,7 @@ def test_a_component_of_hal_with_too_many_pins_is_refused():
 def test_the_effect_of_a_law_compares_the_error_of_the_table():
     effect = effect_of_law(screwed_law("measured").variant)
     lost = 2.0 * (200.0 / 3e6 + 10e-6) / ARM  # the table reverses the screw
-    assert effect.distance == pytest.approx(lost)
+    assert effect.reach == pytest.approx(lost)
     own = br.simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
     assert effect.along[-1].with_it == pytest.approx(own.true_error.peak_to_peak, rel=0.1)
     assert effect.along[-1].with_it != pytest.approx(own.following_error.peak_to_peak, rel=0.1)
@@ -677,7 +677,7 @@ def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():
 def test_leaves_are_all_numbers_of_the_state_in_order():
     law = law_of(variant(Feedforward(friction=BRISTLES)))
     paths = [".".join(path) for path, _ in law.leaves]
-    assert paths[-3:] == ["fed.state.z", "fed.place", "fed.effort"]
+    assert paths[-4:] == ["fed.state.z", "fed.place", "fed.share", "fed.effort"]
     assert all(path.startswith(("controller.", "fed.")) for path in paths)
     assert law.memory_size == law.memory.size
     assert law.dt == MILLISECOND

@@ -25,6 +25,7 @@ from bristle.exports.c_code import Printer, number
 from bristle.exports.c_derivatives import DerivedStep, derived_step
 from bristle.exports.c_parts import CONSTANT, Fields, array_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
+from bristle.exports.feed import fed, feed_facts, with_feed
 from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import COUNT, Subject, Walk
@@ -37,6 +38,7 @@ from bristle.translation.tree import Struct
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+SAVED, FED = ("position", "force"), ("share", "feed")  # numbers of a contact and of its feed that are saved
 STAND_IN = "name_of_the_export"  # in the templates, until the code has no variable with the name of the export
 UNTOUCHED = r'"(?:\\.|[^"\\])*"|/\*.*?\*/|(?:struct|union)\b[^;{}()]*\{(?:[^{}]|\{[^{}]*\})*\}'
 """Strings, comments, and structures with one level inside."""
@@ -61,6 +63,8 @@ class CFiles:
     fixed: ClassVar[tuple[str, ...]] = ()
     """Parameters that cannot change at run time."""
     derived: DerivedStep | None = None
+    feeds: bool = False
+    """Whether the files have a feed, with the rule of the request."""
     templates: ClassVar[Mapping[str, str]] = FILES
 
     def files(self) -> dict[str, str]:
@@ -70,11 +74,18 @@ class CFiles:
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
         walked = selftest_facts(walk, forces, single=request.single) | (self.derived.selftest_facts(x, request.dt) if self.derived else {})
+        if self.has_feed:
+            walked["feed_hash"] = f"0x{subjects.hash_of(fed(x, forces.tolist(), request.dt, request.share) + 0.0):016X}"
         return written_files(self.templates, request.name, self.facts(), walked, request.source)
 
-    def new_printer(self) -> Printer:
+    @property
+    def has_feed(self) -> bool:
+        """Whether the files have a feed."""
+        return self.feeds and not self.subject.is_operator
+
+    def new_printer(self, subject: Subject | None = None) -> Printer:
         """Return a printer of the functions and types of the subject."""
-        subject = self.subject
+        subject = subject or self.subject
         around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
         return self.printer(subject.unit, SCALAR[self.request.single], around)
 
@@ -85,7 +96,8 @@ class CFiles:
         meanings, units = variables_of(subject.motion.cls), None if subject.is_operator else command_units(request.axis, kind)
         cycles = max(2, round(1.0 / request.dt))  # of the example: one second
         tuned = tunable_of(model, self.fixed) if request.tunable else None
-        printer = self.new_printer()
+        with_it, feed = with_feed(subject) if self.has_feed else (subject, None)
+        printer = self.new_printer(with_it)
         of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
         fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
@@ -93,7 +105,8 @@ class CFiles:
         return (
             model_facts(subject, name, request.source, request.dt, single=request.single, tunable=request.tunable)
             | block_facts(printer, name, fields, subject.memory_size, tuned)
-            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, scalar))
+            | saved_facts(printer, SAVED + FED * self.has_feed, fields, subject.memory_size, subjects.layout_of(subject, scalar))
+            | ({"feed": False} if feed is None else feed_facts(feed, request.share, printer, kind))
             | {"drive": command_facts(units, kind), "device": "", "velocity": VELOCITY[scalar], "result": "force"}
             | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * request.dt:g}", "every": max(1, cycles // 10)}
             | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, scalar)}
@@ -181,9 +194,9 @@ def write(request: Request) -> Product:
         if request.single:
             raise InputError("does not support derivatives in single precision", path="c", mend="Omit --float32 or --derivatives")
         derived = derived_step(subject, tunable=request.tunable)
-        return Product(dict(CFiles(derived.subject, request, derived=derived).files()))
+        return Product(dict(CFiles(derived.subject, request, derived=derived, feeds=True).files()))
     places = tunable_of(subject.model).places if request.tunable else ()
-    files = CFiles(subjects.settled_subject(subject, places, single=request.single), request).files()
+    files = CFiles(subjects.settled_subject(subject, places, single=request.single), request, feeds=True).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())
 
 

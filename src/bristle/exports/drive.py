@@ -14,13 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import STILL, Model
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import plain
 from bristle.exports.targets import Product, Request
-from bristle.friction.resting import STILL
 from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error, without_fall

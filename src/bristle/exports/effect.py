@@ -1,68 +1,58 @@
-r"""The effect of an export on the axis: the loop without and with it, along moves and along the motion of the log.
+r"""The effect of an export on the axis: which moves it improves, and the loop without and with it.
 
-bristle reads the numbers of the files back and simulates a drive that feeds forward :math:`u_{ff}` from them. The moves
-go from rest to rest with dwells in between, forward and backward, over 1, 3, 10 and 30 times the pre-sliding distance.
-Inside that distance a compensator without memory may push in the wrong direction. The effort of acceleration equals
-that of sliding friction. A second simulation feeds forward a tenth more friction: friction falls as an axis warms up,
-and with too much compensation an integrating controller may hunt.
-
-If the controller is unknown, two loops with an integral replace it. In a loop as slow as its quick moves of 0.1 s, a
-compensation that pushes too much displaces the axis. In a loop as stiff as the sample time allows, the integral alone
-follows the friction of a slow move of 1 s, and the step of a table without memory disturbs it.
+bristle reads the numbers of the files back and simulates a drive that feeds forward :math:`u_{ff}` from them, in the loop of
+the axis with the identified lateness. Moves go from rest to rest over 1, 3, 10 and 30 times the reach F/K, the sliding
+friction over the stiffness of the position loop (`bristle.prediction.claims`). Cases that the identification cannot exclude
+decide what the files promise (`bristle.exports.cases`). Without a controller there is no loop to simulate: then the promise is
+that of the rule, if the log shows the stiffness, and otherwise there is none.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
+from bristle.core.contracts import Model
 from bristle.core.experiment import Feedforward, Start, Variant
+from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
-from bristle.engine import response
-from bristle.exports.loops import Assumed, assumed_loops, loop_for, samples_ahead
-from bristle.exports.moves import (
-    FASTEST,
-    MOVES,
-    SHORTEST,
-    SLOW,
-    SLOW_MOVES,
-    TIMES,
-    Limits,
-    limits_within,
-    moves_over,
-    sliding_level,
-    turning_distance,
-)
+from bristle.engine import conditioned
+from bristle.engine.motion import compensation_along
+from bristle.exports.cases import Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
+from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
+from bristle.exports.moves import FASTEST, TIMES, Limits, limits_within, moves_over, turning_distance
 from bristle.exports.targets import Request
 from bristle.friction import with_presliding
-from bristle.identification.parameters import offset_of
+from bristle.friction.level import rises_with_effort
+from bristle.friction.resting import with_rest
+from bristle.friction.slots import whole_parts
+from bristle.prediction.claims import LEAST, LONGEST_REST, Claim, claims_for, level_of, reach_of, rule_for, samples_ahead, sliding_level
 from bristle.references import recorded
-from bristle.simulation.compensation import settling
+from bristle.simulation.compensation import settling, shape_of
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with
 from bristle.simulation.two_masses import screw_of, table_of
 
-Compensated = Callable[[Variant, int, float], VariantResult]
 Drive = Callable[[np.ndarray, float], np.ndarray]
 """``drive(x, dt)``: the force [N or N*m] fed forward for the step that ends at each desired position."""
+Compensated = Callable[[Variant, int], VariantResult]
+"""``compensated(loop, ahead)``: the run of a loop with a feedforward, `ahead` samples early."""
 
-SERIOUS = 10.0  # An export that is worse from this distance on, or along the motion of the log, is refused
 WORSE = 1.05  # ratio of two errors that count as different
 TINY = 1e-12  # an error or a ratio below it counts as zero
-FARTHER = (*TIMES, 100.0)  # distances of the moves over the pre-sliding distance, if the controller is unknown
-LOG, EXPERIMENT = "log", "experiment"
+FAR = 10.0  # moves over so many times the reach must not get worse
+MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
 
 
 class Along(NamedTuple):
     """One motion: its kind, its distance (0 for a log), and the error without and with the export.
 
-    `not_ahead` is the error if the desired motion is not fed ahead, `too_much` the error with a tenth too much friction
-    fed forward. Errors are peak to peak [m or rad].
+    `not_ahead` is the error if the desired motion is not fed ahead. Errors are peak to peak [m or rad].
     """
 
     motion: str
@@ -70,22 +60,11 @@ class Along(NamedTuple):
     without: float
     with_it: float
     not_ahead: float = math.nan
-    too_much: float = math.nan
 
     @property
     def is_worse(self) -> bool:
         """Whether the export makes the error larger, or the loop diverge."""
         return not self.with_it <= WORSE * self.without
-
-    @property
-    def is_no_better(self) -> bool:
-        """Whether the error with the export is not clearly smaller, and on the real axis may be larger than without it.
-
-        This includes a reduction by less than half that disappears with a tenth too much friction fed forward.
-        """
-        clearly = self.without / WORSE
-        is_worse = self.too_much > clearly and self.with_it > 0.5 * self.without
-        return is_worse or not self.with_it <= clearly
 
     @property
     def ratio(self) -> float:
@@ -100,25 +79,28 @@ class Effect:
     Parameters
     ----------
     along : tuple of Along
-        The errors along each motion: first the moves, last the motion of the log.
+        The errors along each motion: first the moves, last the motion of the log; empty without a loop.
     kind : {"translational", "rotational"}
         The kind of axis.
-    distance : float
-        Pre-sliding distance: displacement after a reversal over which friction changes its sign [m or rad].
-    assumed : bool
-        Whether `distance` is an assumption, because neither model nor axis file has one.
-    loops : tuple of float
-        Bandwidths of the assumed loops [Hz], of moves and of slow moves; empty for the loop of the axis.
+    reach : float
+        Sliding friction over the stiffness of the position loop [m or rad].
+    claims : tuple of Claim or None
+        The moves that do not get worse; None for a model that is not from a log, whose error is unknown.
     ahead : int
-        Samples by which the desired motion is fed ahead.
+        Cycles of the controller by which the desired motion is fed ahead.
+    late : float
+        Time by which an effort acts after its command [s].
+    hunts : bool
+        Whether moves with long rests, or slow ones, get worse in many cases.
     """
 
     along: tuple[Along, ...]
     kind: Kind
-    distance: float
-    assumed: bool
-    loops: tuple[float, ...]
+    reach: float
+    claims: tuple[Claim, ...] | None
     ahead: int
+    late: float
+    hunts: bool = False
 
     @property
     def moves(self) -> list[Along]:
@@ -127,9 +109,9 @@ class Effect:
 
     @property
     def is_harmful(self) -> bool:
-        """Whether the export increases the error along the motion of the log, or along moves far longer than `distance`."""
-        far = SERIOUS * (1.0 - 1e-9) * self.distance
-        return not self.loops and any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
+        """Whether the export increases the error along the motion of the log, or along moves far longer than the reach."""
+        far = FAR * (1.0 - 1e-9) * self.reach
+        return any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
 
     @property
     def ratio(self) -> float:
@@ -139,47 +121,21 @@ class Effect:
 
     @property
     def least_distance(self) -> float:
-        """Distance from which the export improves every move [m or rad]; 0 for all moves, inf if it does not improve the longest move."""
-        below = max((path.distance for path in self.moves if path.is_no_better), default=0.0)
-        return min((path.distance for path in self.moves if path.distance > below), default=math.inf) if below else 0.0
-
-    @property
-    def _slow_distance(self) -> float:
-        """Distance up to which slow moves can get worse in a stiff loop [m or rad]; 0 if none does."""
-        return max((path.distance for path in self.along if path.motion == SLOW_MOVES and path.is_no_better), default=0.0)
-
-    @property
-    def _is_worse_slowly(self) -> bool:
-        """Whether slow moves can get worse over distances over which quick moves improve."""
-        return self._slow_distance >= self.least_distance and self._slow_distance > 0.0
+        """Distance from which the export improves quick moves [m or rad]; inf if it promises none."""
+        return least_of(self.claims or ())
 
     def lines(self) -> tuple[str, ...]:
         """Return the effect in sentences, the most important first."""
-        head = "simulated following error, peak to peak, without -> with compensation"
-        loop = f" (loop of {number(self.loops[0], digits=2)} Hz, moves of {SHORTEST:g} s)" if self.loops else ""
-        lines = [self._verdict(), f"{head}: {self._sizes(self.moves)}{loop}"]
-        for own in (path for path in self.along if path.motion in (LOG, EXPERIMENT)):
+        lines = self._verdict()
+        if self.moves:
+            sizes = [f"{self._change(path)} in moves of {self._length(path.distance)}" for path in self._ends()]
+            lines.append(f"simulated following error, peak to peak, without -> with compensation, {self._case}: {'; '.join(sizes)}")
+        lines += [f"also {self._promise(claim)}" for claim in (self.claims or ())[1:]]
+        for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
-        if slow := [path for path in self.along if path.motion == SLOW_MOVES]:
-            lines.append(f"slow moves: {self._sizes(slow)} (loop of {number(self.loops[-1], digits=2)} Hz, moves of {SLOW:g} s)")
-        # The move that suffers most from a tenth too much friction.
-        worst = max(self.moves, key=lambda path: -1.0 if path.is_worse else path.too_much / max(path.without, TINY))
-        if not (worst.is_worse or math.isnan(worst.too_much)):
-            change = f"{self._size(worst.without)} -> {self._size(worst.too_much)} in moves of {self._length(worst.distance)}"
-            harm = (
-                "" if worst.too_much <= WORSE * worst.without else ": worse than no compensation, so feed forward only 90 % of the friction"
-            )
-            lines.append(f"with a tenth too much friction fed forward: {change}{harm}")
-        if self.assumed:
-            lines.append(
-                f"the pre-sliding distance is unknown, and bristle assumes {self._length(self.distance)}: "
-                "write presliding under [plant] of the axis file"
-            )
-        if self.loops:
-            lines.append(
-                "the controller is unknown: for the effect in its loop, write [controller] with model, k_p and k_v into the axis file"
-            )
+        if self.hunts:
+            lines.append("the axis hunts with rests of 1 s: there the compensation can make the error larger")
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
@@ -190,35 +146,39 @@ class Effect:
 
         along = [
             {"motion": path.motion, "distance": path.distance or None, "without": path.without, "with": finite(path.with_it)}
-            | {"worse": path.is_worse, "not_fed_ahead": finite(path.not_ahead), "with_a_tenth_more": finite(path.too_much)}
+            | {"worse": path.is_worse, "not_fed_ahead": finite(path.not_ahead)}
             for path in self.along
         ]
         return (
-            {"quantity": "following_error", "unit": unit_of("length", self.kind), "assumed_loops": list(self.loops)}
-            | {"presliding_distance": self.distance, "assumed_distance": self.assumed, "samples_ahead": self.ahead}
-            | {"harmful": self.is_harmful, "least_distance": finite(self.least_distance), "along": along}
+            {"quantity": "following_error", "unit": unit_of("length", self.kind), "reach": self.reach}
+            | {"claims": None if self.claims is None else [claim._asdict() for claim in self.claims], "hunts": self.hunts}
+            | {"samples_ahead": self.ahead, "late": self.late, "harmful": self.is_harmful}
+            | {"least_distance": finite(self.least_distance), "along": along}
         )
 
-    def _verdict(self) -> str:
-        least, moves = self.least_distance, "quick moves" if self._is_worse_slowly else "moves"
-        verdict = f"the compensation helps {moves} of {self._length(least or self.moves[0].distance)} or more"
-        if math.isinf(least):
-            harm = "does not help" if not any(path.is_worse for path in self.moves) else "can harm" if self.loops else "harms"
-            verdict = f"the compensation {harm} {moves} up to {self._length(self.moves[-1].distance)}"
-        elif least and self.assumed:
-            times = number(least / self.distance, digits=2)
-            verdict += f", and of {times} times the true pre-sliding distance if this exceeds the assumed {self._length(self.distance)}"
-        harmed = [f"shorter moves {'can ' if self.loops else ''}get worse"] if 0.0 < least < math.inf else []
-        if self._is_worse_slowly:
-            harmed.append(f"slow moves up to {self._length(self._slow_distance)} can get worse in a stiff loop")
-        mend = "switch it off there" + (", or export a model with pre-sliding (--to c)" if self.loops else "")
-        return f"{'; '.join([verdict, *harmed])}{f': {mend}' if least or harmed else ''}"
+    def _verdict(self) -> list[str]:
+        if self.claims:
+            return [f"the compensation helps {self._promise(self.claims[0])}; shorter moves can get worse"]
+        farthest = self._length(TIMES[-1] * self.reach)
+        if any(path.is_worse for path in self.moves):
+            return [f"the compensation can harm moves up to {farthest}: do not use it for moves from rest to rest"]
+        if self.claims is None:
+            return []
+        return [f"bristle promises nothing for moves from rest to rest up to {farthest}: some do not clearly improve in simulated cases"]
 
-    def _sizes(self, moves: list[Along]) -> str:
-        better, worse = ([path for path in moves if path.is_no_better == no_better] for no_better in (False, True))
-        worst = max(worse, key=lambda path: path.ratio, default=None)
-        chosen = [*better[-1:], worst or (better[0] if len(better) > 1 else None)]
-        return "; ".join(f"{self._change(path)} in moves of {self._length(path.distance)}" for path in chosen if path)
+    @property
+    def _case(self) -> str:
+        """The conditions of the simulated moves."""
+        return "exact model" if self.claims is None else "worst case"
+
+    def _promise(self, claim: Claim) -> str:
+        pace = "quick moves" if claim.slowest_move is None else f"moves of up to {claim.slowest_move:g} s"
+        return f"{pace} of {self._length(claim.least_distance)} or more with rests up to {claim.longest_rest:g} s"
+
+    def _ends(self) -> list[Along]:
+        """Return the shortest promised move and the longest one, or the worst."""
+        promised = [path for path in self.moves if path.distance >= self.least_distance * (1.0 - 1e-9)]
+        return [promised[0], promised[-1]] if promised else [max(self.moves, key=lambda path: path.ratio)]
 
     def _change(self, path: Along) -> str:
         return f"{self._size(path.without)} -> {self._size(path.with_it)}"
@@ -229,84 +189,119 @@ class Effect:
         return self._length(value)
 
     def _length(self, value: float) -> str:
-        if self.kind == "rotational":
-            return f"{number(1e6 * value, digits=3)} urad"
-        return f"{number(1e3 * value, digits=3)} mm" if value >= 1e-3 else f"{number(1e6 * value, digits=3)} um"
+        return length_text(value, self.kind)
+
+
+def length_text(value: float, kind: Kind) -> str:
+    """Return a short distance as text, in um, mm or urad."""
+    if kind == "rotational":
+        return f"{number(1e6 * value, digits=3)} urad"
+    return f"{number(1e3 * value, digits=3)} mm" if value >= 1e-3 else f"{number(1e6 * value, digits=3)} um"
+
+
+def fed_along(drive: Drive, loop: Variant, ahead: int, late: float = 0.0) -> np.ndarray:
+    """Return the feed of a drive at each sample of a loop, `ahead` samples early; it acts later by a time [s]."""
+    dt = loop.run.sample_time
+    count = round(loop.run.duration / dt)
+    x = loop.reference.component.sample(dt * np.arange(count + ahead), loop.reference.parameters)[0]
+    effort = drive(x, dt)[ahead:]
+    if late:
+        samples = np.arange(effort.size)
+        effort = np.interp(samples - late / dt, samples, effort)
+    return effort
 
 
 def driven_by(drive: Drive) -> Compensated:
-    """Return a function that runs a loop with the feedforward of a drive, `ahead` samples early."""
-
-    def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
-        dt = loop.run.sample_time
-        count = round(loop.run.duration / dt)
-        x = loop.reference.component.sample(dt * np.arange(count + ahead), loop.reference.parameters)[0]
-        fed = drive(x, dt)[ahead:]
-        return simulate_with(loop, fed if share == 1.0 else share * fed + (1.0 - share) * _held(loop))
-
-    return compensated
+    """Return a function that runs a loop with the feed of a drive."""
+    return lambda loop, ahead: simulate_with(loop, fed_along(drive, loop, ahead))
 
 
 def fed_by(feedforward: Feedforward) -> Compensated:
     """Return a function that runs a loop with the feedforward of a law, which has an input for the next samples."""
+    return lambda loop, ahead: simulate_with(replace(loop, feedforward=feedforward), None)
 
-    def compensated(loop: Variant, ahead: int, share: float = 1.0) -> VariantResult:
-        gain = share * feedforward.gain
-        offset = feedforward.offset + (1.0 - share) * feedforward.gain * _held(loop)
-        return simulate_with(replace(loop, feedforward=replace(feedforward, gain=gain, offset=offset)), None)
 
-    return compensated
+def drive_of_law(feedforward: Feedforward) -> Drive | None:
+    """Return the friction that a law feeds forward along a desired motion; None where it also needs other signals."""
+    friction = feedforward.friction
+    if friction is None or feedforward.along == "measured" or rises_with_effort(friction) or screw_of(feedforward) is not None:
+        return None
+    return drive_of(with_rest(friction, feedforward.rest), shape_of(feedforward), feedforward.conditioning)
+
+
+def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
+    """Return the feed of a friction model with a shape, whose memory is conditioned with an amplitude [m or rad]."""
+
+    def drive(x: np.ndarray, dt: float) -> np.ndarray:
+        state, memory = conditioned(friction, conditioning)
+        return compensation_along(friction, shape, np.diff(x, prepend=x[:1]) / dt, dt, x, state=state, memory=memory)
+
+    return drive
+
+
+@dataclass(frozen=True)
+class InLoop:
+    """A loop of an axis without friction fed forward, the limits of its moves, its reach [m or rad], and its lateness [s]."""
+
+    loop: Variant
+    limits: Limits
+    reach: float
+    late: float
+    presliding: float
+
+    @property
+    def ahead(self) -> int:
+        """Samples of the loop by which the desired motion is fed ahead."""
+        return samples_ahead(self.late, self.loop.run.sample_time)
+
+    def effect(self, compensated: Compensated) -> Effect:
+        """Return the effect along moves and along the motion of the loop, without a promise."""
+        along = [self._move(times, compensated) for times in TIMES]
+        loop, dt = replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding)), self.loop.run.sample_time
+        own = loop.first(min(round(loop.run.duration / dt), 60_000))
+        count = round(own.run.duration / dt)
+        if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
+            results = [simulate_with(own, None), compensated(own, self.ahead)]
+            results += [compensated(own, 0)] if self.ahead else []
+            motion = LOG if own.reference.component is recorded else EXPERIMENT
+            along.append(Along(motion, 0.0, *map(_error, results)))
+        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late)
+
+    @cached_property
+    def _unfed(self) -> list[Unfed]:
+        begun = _at_rest(replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding)))
+        begun = replace(begun, disturbance=self.loop.disturbance)
+        return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
+
+    def tried(self, drive: Drive) -> list[Tried]:
+        """Return the cases of this loop with the feed of a drive."""
+        return tried_cases(self._unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
+
+    def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
+        """Return an effect with the promise of its cases, and with the worst case of each promised move."""
+        claims, hunts = claims_of(tried, self.reach)
+        along = tuple(_worst_of(path, tried) if path.motion == MOVES else path for path in effect.along)
+        return replace(effect, along=along, claims=claims, hunts=hunts)
+
+    def _move(self, times: float, compensated: Compensated) -> Along:
+        begun, dt = _at_rest(replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding))), self.loop.run.sample_time
+        assert begun.start is not None
+        x = begun.start.position + moves_over(times * self.reach, self.limits, dt)
+        run = replace(self.loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
+        variant = replace(begun, reference=recorded(kind=self.loop.plant.kind, position=x, sample_time=dt), run=run)
+        return Along(MOVES, times * self.reach, _error(simulate_with(variant, None)), _error(compensated(variant, self.ahead)))
+
+
+def _worst_of(path: Along, tried: list[Tried]) -> Along:
+    """Return a move with the errors of its worst case among quick moves with short rests."""
+    near = [trial for trial in tried if math.isclose(trial.case.distance, path.distance) and not trial.case.lasting]
+    worst = max((trial for trial in near if trial.case.rest <= LONGEST_REST), key=lambda trial: trial.ratio)
+    return path._replace(without=worst.without, with_it=worst.with_it)
 
 
 def _held(loop: Variant) -> float:
-    """Return the constant force of a loop's friction (gravity or bias), which is never fed in excess."""
-    return offset_of(loop.friction.component.variables, loop.friction.values)
-
-
-def effect_in_loop(loop: Variant, compensated: Compensated, limits: Limits, distance: tuple[float, bool], ahead: int) -> Effect:
-    """Return the effect of an export on a loop; friction without pre-sliding turns over the given distance."""
-    along = _moves(loop, compensated, limits, distance[0], ahead, TIMES)
-    loop, dt = replace(loop, friction=with_presliding(loop.friction, distance[0])), loop.run.sample_time
-    count = min(round(loop.run.duration / dt), 60_000)
-    own = loop.first(count)
-    if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
-        results = [simulate_with(own, None), compensated(own, ahead, 1.0)]
-        results += [compensated(own, 0, 1.0)] if ahead else []
-        motion = LOG if own.reference.component is recorded else EXPERIMENT
-        along.append(Along(motion, 0.0, *map(_error, results)))
-    return Effect(tuple(along), loop.plant.kind, *distance, (), ahead)
-
-
-def effect_in_assumed_loops(loops: Sequence[Assumed], compensated: Compensated, limits: Limits, distance: tuple[float, bool]) -> Effect:
-    """Return the effect of an export on an axis of unknown controller."""
-    ahead, along = samples_ahead(loops[0].variant), []
-    for loop in loops:
-        moves = _moves(loop.variant, compensated, limits, distance[0], ahead, FARTHER, loop.lasting)
-        along += [path._replace(motion=loop.motion) for path in moves]
-    return Effect(tuple(along), loops[0].variant.plant.kind, *distance, tuple(loop.bandwidth for loop in loops), ahead)
-
-
-def _moves(
-    loop: Variant,
-    compensated: Compensated,
-    limits: Limits,
-    distance: float,
-    ahead: int,
-    times: tuple[float, ...],
-    lasting: float = SHORTEST,
-) -> list[Along]:
-    """Return the errors along moves over multiples of the pre-sliding distance."""
-    begun, dt = _at_rest(replace(loop, friction=with_presliding(loop.friction, distance))), loop.run.sample_time
-    assert begun.start is not None
-    along = []
-    for far in times:
-        x = begun.start.position + moves_over(far * distance, limits, dt, lasting)
-        run = replace(loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
-        variant = replace(begun, reference=recorded(kind=loop.plant.kind, position=x, sample_time=dt), run=run)
-        results = simulate_with(variant, None), compensated(variant, ahead, 1.0), compensated(variant, ahead, 1.1)
-        without, with_it, too_much = map(_error, results)
-        along.append(Along(MOVES, far * distance, without, with_it, too_much=too_much))
-    return along
+    """Return the constant force of a loop's friction (gravity or bias)."""
+    return whole_parts(loop.friction)["constant"]
 
 
 def _at_rest(loop: Variant) -> Variant:
@@ -321,41 +316,91 @@ def _error(outcome: VariantResult) -> float:
     return math.inf if outcome.status is Status.NOT_FINITE else error.peak_to_peak
 
 
-def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False) -> Effect | None:
-    """Return the effect of the files of a target with the force `drive`, or of the model without it; None without `drive` and loop."""
-    friction, loop, axis = request.model, loop_for(request), request.axis
-    if friction.component.family != "friction" or (loop is None and (drive is None or of_cogging)):
+def _limits_of(request: Request) -> Limits:
+    """Return the limits of the moves of an axis."""
+    axis = request.axis
+    limits = limits_within(request.friction, request.plant, request.speed or (axis and axis.velocity_limit) or FASTEST)
+    if axis is None:
+        return limits
+    velocity, acceleration = axis.velocity_limit or math.inf, axis.acceleration_limit or math.inf
+    return Limits(min(limits.velocity, velocity), min(limits.acceleration, acceleration), axis.jerk_limit or math.inf)
+
+
+def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
+    """Return the request of a compensator with the rule that lowers the error most, among those that promise enough, and its effect.
+
+    A share that fades suits long rests. A constant share suits random moves with short rests.
+    """
+    within = _within(request)
+    if within is None or not request.share.return_distance:
+        return request, effect_of_files(request, None)
+    tried = {}
+    constant = rule_for(request.friction, None)
+    for rule in (request.share, constant._replace(gain=request.share.gain), constant):
+        drive = drive_of(request.sampled, Shape(**rule._asdict()))
+        tried[rule] = drive, within.tried(drive)
+    reached = {rule: claims_of(cases, within.reach)[0] for rule, (_, cases) in tried.items()}
+    promising = [rule for rule, claims in reached.items() if least_of(claims) <= LEAST * within.reach * (1.0 + 1e-9)]
+    best = min(promising or tried, key=lambda rule: score_of(tried[rule][1], within.reach))
+    drive, cases = tried[best]
+    effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
+    return replace(request, rule=best), within.promised(effect, cases)
+
+
+def _within(request: Request) -> InLoop | None:
+    """Return the loop of a request; None without a loop whose stiffness is known."""
+    loop, reach = loop_for(request), reach_for(request)
+    if loop is None or reach is None:
         return None
-    fastest = request.speed or (axis and axis.velocity_limit) or FASTEST
-    limits = limits_within(friction, request.plant, fastest)
-    if axis is not None:
-        limits = Limits(
-            min(limits.velocity, axis.velocity_limit or math.inf),
-            min(limits.acceleration, axis.acceleration_limit or math.inf),
-            axis.jerk_limit or math.inf,
-        )
-    drive = drive or partial(response, friction, rest=request.rest)
-    distance = turning_distance(friction, axis, limits.velocity)
-    if loop is None:
-        mass = sliding_level(friction, fastest) / limits_within(friction, request.plant, fastest).acceleration
-        loops = assumed_loops(request, mass)
-        return effect_in_assumed_loops(loops, driven_by(drive), limits, distance) if loops else None
-    loop = replace(loop, feedforward=replace(loop.feedforward, plant=None)) if of_cogging else loop
-    return effect_in_loop(loop, driven_by(drive), limits, distance, samples_ahead(loop))
+    limits = _limits_of(request)
+    distance, _ = turning_distance(request.friction, request.axis, limits.velocity)
+    return InLoop(loop, limits, reach, late_of(request), distance)
+
+
+def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False, promises: bool = True) -> Effect | None:
+    """Return the effect of the files of a target with the force `drive`, or of the feed of the model without it.
+
+    None without a loop whose stiffness is known.
+    """
+    friction, within, reach = request.friction, _within(request), reach_for(request)
+    if reach is None:
+        return None
+    if within is None:
+        ahead, late = lead_of(request), late_of(request)
+        claims = () if of_cogging or not request.is_from_log else claims_for(reach)
+        return Effect((), friction.kind, reach, claims, ahead, late) if claims else None
+    drive = drive or drive_of(request.sampled, Shape(**request.share._asdict()))
+    if of_cogging:
+        loop = within.loop
+        within = replace(within, loop=replace(loop, feedforward=replace(loop.feedforward, plant=None)))
+    effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
+    if not promises or of_cogging or not request.is_from_log:
+        return effect
+    return within.promised(effect, within.tried(drive))
 
 
 def effect_of_law(variant: Variant) -> Effect | None:
-    """Return the effect of the friction that a law feeds forward; None for a law without it."""
-    fed = variant.feedforward
-    if fed.friction is None and fed.table is None:
+    """Return the effect of the friction that a law feeds forward; None for a law without it, or without a stiffness."""
+    given = variant.feedforward
+    if given.friction is None and given.table is None:
         return None
-    friction = fed.friction or variant.friction
-    loop = replace(variant, feedforward=replace(fed, friction=None, table=None, offset=0.0))
+    friction: Model = given.friction or variant.friction
+    loop = replace(variant, feedforward=replace(given, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
     limits = limits_within(friction, variant.plant, fastest or FASTEST)
-    distance = turning_distance(friction, variant.axis, limits.velocity)
-    if (screw := screw_of(fed)) is not None:  # the screw turns over with the friction of the table
-        force = sliding_level(table_of(fed), screw.arm * limits.velocity)
-        distance = max(distance[0], 2.0 * (force / screw.k + screw.gap) / screw.arm), False
-    return replace(effect_in_loop(loop, fed_by(fed), limits, distance, 0), ahead=variant.run.delay + 1)
+    reach = reach_of(variant.friction, variant.controller, {}, limits.velocity)
+    if reach is None:
+        return None
+    distance, _ = turning_distance(friction, variant.axis, limits.velocity)
+    if (screw := screw_of(given)) is not None:  # the screw turns over with the friction of the table
+        force = sliding_level(table_of(given), screw.arm * limits.velocity)
+        lost = 2.0 * (force / screw.k + screw.gap) / screw.arm
+        reach, distance = max(reach, lost), max(distance, lost)
+    late = variant.run.delay * variant.run.sample_time + variant.run.current_lag
+    drive = drive_of_law(given)
+    within = InLoop(loop, limits, reach, late, distance)
+    effect = within.effect(fed_by(given))
+    along = tuple(path._replace(not_ahead=math.nan) for path in effect.along)
+    effect = replace(effect, along=along, ahead=variant.run.delay + 1)
+    return effect if drive is None else within.promised(effect, within.tried(drive))

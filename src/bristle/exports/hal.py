@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Rule
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
@@ -23,8 +24,9 @@ from bristle.exports.c import CFiles, law_code_facts
 from bristle.exports.c_parts import constant_text
 from bristle.exports.described import Source, plain, rendered, with_rights
 from bristle.exports.drive import error_on_log, losses, side_of
+from bristle.exports.feed import fed
 from bristle.exports.law import Law, law_walk, samples_along
-from bristle.exports.loops import loop_for, samples_ahead
+from bristle.exports.loops import cycle_of, late_of
 from bristle.exports.subject import Subject
 from bristle.exports.targets import NAME, Product, Request
 from bristle.exports.tunable import settled_law
@@ -64,7 +66,7 @@ def write(request: Request) -> Product:
     has_place = bool(place.g_sin or place.g_cos or not place.is_link)
     friction = subjects.settled_subject(subjects.subject_of(request.sampled))
     references = subjects.walk_of(friction, 1e-9 * PERIOD_NS).positions(STEPS) / settings.position.si
-    feeds = feeds_of(friction, place, references, settings)
+    feeds = feeds_of(friction, place, references, settings, request.share)
     table, losses_of_table = _table(request, settings) if request.speed > 0.0 else ("", ("the largest speed is unknown: no table",))
     notes = (
         "link the component only to an amplifier in torque mode: the output of the controller must be its torque command",
@@ -150,15 +152,18 @@ def settings_of(request: Request) -> Settings:
     """Return units and signs of the log, or mm or degrees; the identified lead, or that of the loop; the limit of the drive."""
     axis, kind = request.axis, request.model.kind
     position, effort = signed_units(axis, kind)
-    delay, loop = request.info.get("treatment", {}).get("delay"), loop_for(request)
-    step = loop.run.sample_time if loop else (axis and axis.sample_time) or 1e-9 * PERIOD_NS
     limit = axis.effort_limit / abs(effort.si) if axis is not None and axis.effort_limit else 0.0
-    lead = samples_ahead(loop) * step if delay is None else max(-delay, 0.0)
-    rounded = (float(f"{value:.6g}") for value in (min(lead, LEAD_MAX), limit))
+    rounded = (float(f"{value:.6g}") for value in (min(_lead_of(request), LEAD_MAX), limit))
     return Settings(USUAL[kind] if axis is None else position, effort, *rounded)
 
 
-def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings) -> np.ndarray:
+def _lead_of(request: Request) -> float:
+    """Return the lead [s]: the lateness; without an identified one, a cycle more, for the next step."""
+    late = late_of(request)
+    return late if "delay" in request.treatment else late + cycle_of(request)
+
+
+def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings, rule: Rule) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
     dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
     rate = 1.0 / dt
@@ -168,8 +173,9 @@ def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: 
         a = (v - v_before) * rate
         ahead.append(x + v * lead + 0.5 * a * lead * lead)
         before, v_before = x, v
-    forces = friction.forces(np.array(ahead), dt)
-    return np.array([(force + effort_at(x, place)) / settings.effort.si for x, force in zip(ahead, forces.tolist(), strict=True)])
+    places = np.array(ahead)
+    friction_fed = fed(places, friction.forces(places, dt).tolist(), dt, rule)
+    return np.array([(force + effort_at(x, place)) / settings.effort.si for x, force in zip(ahead, friction_fed.tolist(), strict=True)])
 
 
 def _facts(request: Request, friction: Subject, place: Place | None, settings: Settings) -> dict[str, Any]:
@@ -181,7 +187,7 @@ def _facts(request: Request, friction: Subject, place: Place | None, settings: S
         for function in builder.unit.functions:
             function.name = f"place_{function.name}"
         friction = replace(friction, unit=Unit([*friction.unit.functions, *builder.unit.functions]))
-    c = CFiles(friction, replace(request, axis=None), STEPS)
+    c = CFiles(friction, replace(request, axis=None), STEPS, feeds=True)
     if place is not None:
         constants = "\n" + constant_text("place", place, struct_type(place), c.new_printer(), "place")
     # Inlined into the function of the component, the step lacks registers: lugre needs 13 ns more.

@@ -31,18 +31,20 @@ from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.plants.terms import effort_at, gravity_at
 from bristle.prediction.drive_units import command_units
+from bristle.simulation.compensation import shape_of
 from bristle.simulation.run import planned_motion
-from bristle.simulation.two_masses import screw_of, table_of, whole_inertia, wind_up_of
+from bristle.simulation.two_masses import screw_of, table_of, table_shape, whole_inertia, wind_up_of
 from bristle.translation.build import Builder
 from bristle.translation.scope import NotExportableError, defined, is_kernel
 from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 
 
 class Fed(NamedTuple):
-    """A compensator between two samples: the state of its friction model, its position, and its last effort."""
+    """A compensator between two samples: the state of its friction model, its position, share and last effort."""
 
     state: Any
     place: Annotated[float, Variable("length", "position of the compensator")]
+    share: Annotated[float, Variable("1", "share of the contact force that is fed forward")]
     effort: Annotated[float, Variable("force", "friction fed forward")]
 
 
@@ -111,8 +113,8 @@ class NoPlace(NamedTuple):
 def led(fed, memory, place, transmitted, dt, shape, p):
     """Return the compensator after a step of `dt` [s] to a position [m or rad]."""
     motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
-    effort, state = compensate(fed.state, memory, motion, fed.effort, dt, shape, p)
-    return Fed(state, place, effort)
+    effort, share, state = compensate(fed.state, memory, motion, fed.share, fed.effort, dt, shape, p)
+    return Fed(state, place, share, effort)
 
 
 @kernel
@@ -234,8 +236,8 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     if friction is not None:
         state, memories["memory"] = _initial(friction, feedforward.conditioning)
     started = component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters)
-    lasting = Lasting(started, NoCompensator() if friction is None else Fed(state, 0.0, 0.0))
-    shape = Shape(*(float(getattr(feedforward, name)) for name in Shape._fields))
+    lasting = Lasting(started, NoCompensator() if friction is None else Fed(state, 0.0, 0.0, 0.0))
+    shape = Shape(*map(float, shape_of(feedforward)))
     compensator = NoCompensator() if friction is None else friction.parameters
     of_all = (controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
     p: Any = Parameters(*of_all)
@@ -248,9 +250,9 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         ahead = samples_of_wind_up(wind_up.weights.size, variant.run.delay)
         state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
         memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
-        lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0), Wound())
+        lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0, 0.0), Wound())
         inertia = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
-        p = LeadingParameters(*of_all, wind_up, table.parameters, Shape(gain=shape.gain, asymmetry=shape.asymmetry), inertia)
+        p = LeadingParameters(*of_all, wind_up, table.parameters, table_shape(feedforward), inertia)
     if single:
         refuse_beyond_single(p._asdict())
     arguments = ("lasting", *memories, *inputs, "begun", "dt", "p")

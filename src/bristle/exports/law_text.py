@@ -85,7 +85,7 @@ def _place(plant: Model | None) -> Any:
 HEAD = "def command({arguments}):\n    fed = lasting.fed"
 AT_FIRST = """
     if not begun:
-        fed = Fed(fed.state, {begins}, fed.effort)"""
+        fed = Fed(fed.state, {begins}, fed.share, fed.effort)"""
 BEFORE_THE_FIRST = """
         for i in range({delay}):
             fed = led(fed, memory, {passing}, {to_come}, dt, p.shape, p.friction)"""
@@ -104,7 +104,7 @@ NO_FRICTION = """
 LEADING = """
     table, wound = lasting.table, lasting.wound
     if not begun:
-        table = Fed(table.state, p.screw.arm * position, table.effort)
+        table = Fed(table.state, p.screw.arm * position, table.share, table.effort)
         for i in range({last}):
             before = acceleration_ahead[i - 1] if i > 0 else acceleration
             table, wound = pulled(table, wound, table_memory, leads, place_ahead[i], before, acceleration_ahead[i], i == 0, dt, p)

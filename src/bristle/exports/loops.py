@@ -1,36 +1,16 @@
-"""The loops in which an export is judged: that of the axis, or a slow and a stiff one if the controller is unknown."""
+"""The loop in which an export is judged: that of the axis, with the identified lateness; its reach, and the lead of a feed."""
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
-from bristle.controllers import cascade
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
-from bristle.exports.moves import MOVES, SHORTEST, SLOW, SLOW_MOVES
+from bristle.exports.moves import fastest_of
 from bristle.exports.targets import Request
-from bristle.loop.tuning import tuned
-from bristle.plants import inertia
+from bristle.prediction.claims import in_samples, lateness_of, reach_of, samples_ahead
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
-
-
-class Assumed(NamedTuple):
-    """An assumed loop: its bandwidth [Hz], and its moves with their duration [s]."""
-
-    bandwidth: float
-    motion: str
-    lasting: float
-    variant: Variant
-
-
-def samples_ahead(loop: Variant | None) -> int:
-    """Return the lead of a feedforward in samples: one for the next step, which is on average half a step late, plus delay and lag."""
-    if loop is None:
-        return 1
-    run = loop.run
-    return 1 + run.delay + round(run.current_lag / run.sample_time)
 
 
 def loop_for(request: Request) -> Variant | None:
@@ -43,33 +23,59 @@ def loop_for(request: Request) -> Variant | None:
     return replace(variant, feedforward=replace(variant.feedforward, friction=None))
 
 
-def assumed_loops(request: Request, mass: float) -> list[Assumed]:
-    """Return a slow loop with quick moves of a mass [kg or kg*m^2], and the stiffest loop with slow moves."""
-    kind = request.model.kind
-    variant = _loop_with(request, inertia(kind=kind, M=mass), cascade(kind=kind, k_p=1.0, k_v=1.0, k_i=1.0))
-    variant = replace(variant, feedforward=replace(variant.feedforward, friction=None))
-    laws = tuned(variant, "cascade", 2.0 * math.pi / SHORTEST), tuned(variant, "cascade")
-    moves = (MOVES, SHORTEST), (SLOW_MOVES, SLOW)
-    return [
-        Assumed(law.bandwidth / (2.0 * math.pi), motion, lasting, replace(variant, controller=law.law))
-        for law, (motion, lasting) in zip(laws, moves, strict=True)
-        if law is not None
-    ]
+def reach_for(request: Request) -> float | None:
+    """Return the reach F/K of the axis [m or rad]; None if the stiffness of its position loop is unknown."""
+    controller = request.axis.controller if request.axis is not None else None
+    if request.loop is not None:
+        controller = request.loop.controller
+    if request.friction.component.family != "friction":
+        return None
+    return reach_of(request.friction, controller, request.treatment, fastest_of(request))
+
+
+def cycle_of(request: Request) -> float:
+    """Return the cycle of the controller [s]: that of the axis file, or the sample time of the log."""
+    axis = request.axis
+    if axis is not None and axis.cycle:
+        return axis.cycle
+    if request.loop is not None:
+        return request.loop.run.sample_time
+    if axis is not None and axis.sample_time:
+        return axis.sample_time
+    return request.dt if request.log is None else request.log.sample_time
+
+
+def late_of(request: Request) -> float:
+    """Return the time by which an effort acts after its command [s]: as identified, or that of the loop."""
+    known = lateness_of(request.axis, request.treatment)
+    if request.loop is None:
+        return known
+    run = request.loop.run
+    return max(known, run.delay * run.sample_time + run.current_lag)
+
+
+def lead_of(request: Request) -> int:
+    """Return the lead of a feed in cycles of the controller."""
+    return samples_ahead(late_of(request), cycle_of(request))
 
 
 def _loop_with(request: Request, plant: Model, controller: Model) -> Variant:
-    """Return the loop of a controller, with encoder, limits and sample time of the axis."""
+    """Return the loop of a controller, with encoder, limits, cycle and lateness of the axis."""
     axis = request.axis
+    assert axis is not None
+    cycle = cycle_of(request)
+    late = in_samples(late_of(request), axis.lag, cycle)
     experiment = compensation_experiment(
         plant,
-        request.model,
-        request.model,
+        request.friction,
+        request.friction,
         controller,
         np.zeros(16),  # in place of the motion of a log
-        (axis and axis.sample_time) or (request.dt if request.log is None else request.log.sample_time),
-        resolution=(axis and axis.resolution) or 0.0,
-        effort_limit=(axis and axis.effort_limit) or math.inf,
-        lag=axis.lag if axis else 0.0,
-        name=axis.name if axis else request.name,
+        cycle,
+        resolution=axis.resolution or 0.0,
+        effort_limit=axis.effort_limit or math.inf,
+        lag=late.lag,
+        delay=late.delay,
+        name=axis.name,
     )
     return next(variant for variant in experiment.variants if variant.name == COMPENSATED)

@@ -7,18 +7,16 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
-from bristle.engine.contact import steady_force
 from bristle.exports.targets import Request
+from bristle.prediction.claims import FASTEST, sliding_level
 from bristle.prediction.drive_table import reversal_distance
 from bristle.references.legs import legs_through
 from bristle.simulation.two_masses import whole_inertia
 
-TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the pre-sliding distance
+TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the reach, or over the pre-sliding distance
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
-SHORTEST, SLOW = 0.1, 1.0  # durations of a quick and a slow move [s]
-MOVES, SLOW_MOVES = "moves", "slow moves"
+SHORTEST = 0.1  # duration of a quick move [s]
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
-FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
 HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness before
 
 
@@ -78,12 +76,6 @@ def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[f
     """Return the pre-sliding distance [m or rad], and whether it is an assumption."""
     distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
     return (distance, False) if distance else (ASSUMED[model.kind], True)
-
-
-def sliding_level(model: Model, fastest: float) -> float:
-    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
-    slow = 1e-3 * fastest
-    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
 
 
 def limits_within(friction: Model, plant: Model | None, fastest: float) -> Limits:

@@ -29,7 +29,7 @@ def write(request: Request) -> Product:
     """Return the package; its parameters lead and limit have the values of the loop and of the drive."""
     refuse_velocity_mode(request, "ros2")
     tuned = tunable_of(request.sampled) if request.tunable else None
-    c = CFiles(settled_subject(subject_of(request.sampled), tuned.places if tuned else ()), request)
+    c = CFiles(settled_subject(subject_of(request.sampled), tuned.places if tuned else ()), request, feeds=True)
     own = {file.format(request.name) for file in OF_C}
     of_c = {file: text for file, text in c.files().items() if file in own}
     settings, force = settings_of(request), unit_of("force", request.model.kind)

@@ -6,9 +6,11 @@ those of bristle, except for the sign of a zero, which the language cannot detec
 
 from typing import Any
 
-from bristle.core.variable import variables_of
+from bristle.controllers.feedforward import Rule
+from bristle.core.variable import unit_of, variables_of
 from bristle.exports import st_project
 from bristle.exports.described import Source, meaning_of, model_facts, plain
+from bristle.exports.feed import Feed, with_feed
 from bristle.exports.law import INPUTS, PER_VELOCITY, Law, law_facts, law_walk
 from bristle.exports.st_code import Printer
 from bristle.exports.st_parts import LREAL, REAL, WITHIN, Names, Pou, Variable, checked, real_literal
@@ -20,10 +22,11 @@ from bristle.exports.tunable import CONSTANTS, settled_law, single_note, tunable
 from bristle.prediction.drive_units import command_units
 from bristle.translation.tree import Array, Struct, Type
 
+TUNED = {"gain": 1.0, "return_distance": 1e6, "fade_time": 1e6}  # inputs of a block for the rule of its feed, with the largest values
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = """
 position period restart clear force refused overflow begun prepared usable done last_position command place state memory motion
-parameters tried after
+parameters tried after feed gain return_distance fade_time rule fed share speed
 """
 
 
@@ -32,7 +35,9 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
     name, single, operator = request.name, request.single, subject.is_operator
     around = (subject.state, subject.move, subject.parameters, Array(subject.memory_size))
     around += () if operator else (subject.motion,)
-    printer = Printer(subject.unit, name, around, REAL if single else LREAL)
+    with_it, feed = (subject, None) if operator else with_feed(subject)
+    around += () if feed is None else (feed.rule, feed.result)
+    printer = Printer(with_it.unit, name, around, REAL if single else LREAL)
     walk = walk_of(subject, request.dt)
     x = walk.positions(COUNT)
     judged = st_project.Judged(name, subject.outputs(x) if operator else subject.forces(x, request.dt), single)
@@ -41,14 +46,14 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
     facts |= {"unit_in": plain(facts["unit_x"]), "unit_out": plain(facts["unit_force"]), "input": IN[operator]}
     facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
     facts |= st_project.bounds(single=single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST)
-    block = _block(subject, request, printer, facts)
+    block = _block(subject, feed, request, printer, facts)
     last_call = {"last_call": too_far if operator else f"{too_far}, period := {real_literal(request.dt)}"}
     body = body_lines("st/selftest.st", facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call)
     test = Pou("PROGRAM", f"{name}_selftest", "", tuple(judged.variables()), body)
     return st_project.project_files(name, printer, facts, block, test, judged.arrays(walk), "st/head.st", request.source)
 
 
-def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str, Any]) -> Pou:
+def _block(subject: Subject, feed: Feed | None, request: Request, printer: Printer, facts: dict[str, Any]) -> Pou:
     operator, kind, names = subject.is_operator, subject.model.kind, Names(OWN.split())
     units = None if operator else command_units(request.axis, kind)
     signals = {signal: names.of(signal, signal) for signal in subject.signals}
@@ -79,6 +84,11 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
         | {"tried": printer.widened(f"tried.{printer.field(tried, '_0')}")}
         | {"drive": "" if units is None else real_literal(units.effort.si)}
     )
+    of_feed: list[Variable] = []
+    facts |= {"feed": False}
+    if feed is not None:
+        facts |= _feed_facts(feed, request, printer)
+        of_feed = _feed_variables(feed, request, printer)
     held: dict[str, tuple[str, Type]] = {"state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size))}
     held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
     own = [*(pair for key, pair in held.items() if key in needed), ("tried", tried)]
@@ -95,6 +105,7 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
         ),
         *(tuned.inputs(printer) if tuned else []),
         *st_project.interface("virgin contact, no sample yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units),
+        *of_feed,
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
         *([] if operator else [Variable("last_position", "LREAL")]),
@@ -103,11 +114,45 @@ def _block(subject: Subject, request: Request, printer: Printer, facts: dict[str
     return Pou("FUNCTION_BLOCK", request.name, "", tuple(variables), body_lines("st/block.st", facts))
 
 
+def _feed_facts(feed: Feed, request: Request, printer: Printer) -> dict[str, Any]:
+    """Return the facts of the feed for the block: the lines that set its rule, its call, and the ranges of its inputs."""
+    inputs = {(name,) for name in TUNED}
+    handed = [printer.narrowed("force"), "share", "speed", printer.narrowed("period"), "rule"]
+    call = call_text(printer, feed.portion, handed, "fed")
+    return {
+        "feed": {
+            "start": [*set_lines("rule", request.share, feed.rule, printer, inputs)],
+            "tuned": [f"rule.{printer.field(feed.rule, name)} := {name};" for name in TUNED],
+            "ranges": [f"({name} >= {printer.real(0.0)}) AND ({name} <= {printer.real(most)})" for name, most in TUNED.items()],
+            "speed": _speed(printer, single=request.single),
+            "call": call,
+            "share": f"fed.{printer.field(feed.result, 'share')}",
+            "effort": printer.widened(f"fed.{printer.field(feed.result, 'effort')}"),
+            "zero": printer.real(0.0),
+        }
+    }
+
+
+def _feed_variables(feed: Feed, request: Request, printer: Printer) -> list[Variable]:
+    """Return the inputs and the output of the feed, and its own variables."""
+    meanings, kind = variables_of(Rule), request.model.kind
+    values = request.share._asdict()
+    inputs = [Variable(name, printer.scalar, meaning_of(meanings[name], kind), "VAR_INPUT", printer.real(values[name])) for name in TUNED]
+    output = Variable("feed", "LREAL", f"effort to feed forward along the desired motion [{unit_of('force', kind)}]", "VAR_OUTPUT")
+    own = [Variable("rule", printer.type_name(feed.rule)), Variable("fed", printer.type_name(feed.result))]
+    return [*inputs, output, *own, Variable("share", printer.scalar), Variable("speed", printer.scalar)]
+
+
+def _speed(printer: Printer, *, single: bool) -> str:
+    """Return the text of the velocity of a step."""
+    if not single:
+        return "(position - last_position) / period"
+    return f"{printer.narrowed('position - last_position')} / {printer.narrowed('period')}"
+
+
 def _motion(subject: Subject, printer: Printer, signals: dict[str, str], *, single: bool) -> list[str]:
     # A sum with 0.0 turns -0.0 into 0.0: a step of length 0 has no sign.
-    v = f"{printer.narrowed('position - last_position')} / {printer.narrowed('period')} + {printer.real(0.0)}"
-    if not single:
-        v = "(position - last_position) / period + 0.0"
+    v = f"{_speed(printer, single=single)} + {printer.real(0.0)}"
     values = {"v": v, "x": printer.narrowed("position")}
     values |= {name: printer.narrowed(signals[name]) if name in signals else printer.real(usual) for name, usual in subject.usual.items()}
     motion = subject.motion

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from bristle.controllers.feedforward import Rule
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
@@ -69,6 +70,10 @@ class Request:
         The quantity that the amplifier of the axis follows.
     table : Model or None
         Friction of the table of a plant with a screw, in N and m.
+    rule : Rule or None
+        Share of the friction that a compensator feeds forward; None for all of it.
+    undivided : Model or None
+        The friction of the axis, if `model` contains a share of it.
     """
 
     model: Model
@@ -89,6 +94,30 @@ class Request:
     mode: str = "torque"
     table: Model | None = None
     derivatives: bool = False
+    rule: Rule | None = None
+    undivided: Model | None = None
+
+    @property
+    def share(self) -> Rule:
+        """The share of the friction that a compensator feeds forward."""
+        from bristle.controllers.feedforward import WHOLE  # help must not load modules that compute
+
+        return self.rule or WHOLE
+
+    @property
+    def treatment(self) -> Mapping[str, Any]:
+        """The preprocessing of the log of the identification; empty for a model that is not from a log."""
+        return self.info.get("treatment", {})
+
+    @property
+    def friction(self) -> Model:
+        """The friction of the axis."""
+        return self.undivided or self.model
+
+    @property
+    def is_from_log(self) -> bool:
+        """Whether the model was identified from a log."""
+        return bool(self.treatment)
 
     @property
     def sampled(self) -> Model:

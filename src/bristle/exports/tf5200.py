@@ -19,7 +19,7 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.exports.drive import Side, behind_comments, error_on_log, last_direction, losses, mean_side, side_of
 from bristle.exports.effect import Drive
-from bristle.exports.loops import loop_for, samples_ahead
+from bristle.exports.loops import lead_of
 from bristle.exports.targets import Product, Request
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance
@@ -43,7 +43,7 @@ def write(request: Request) -> Product:
     if len(entries) > MOST:
         raise InputError("exceeds the length of the list of the CNC", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
-    delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), samples_ahead(loop_for(request))
+    delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), lead_of(request)
     too_long = f"position_delay has its largest value, {LONGEST_DELAY}, but the friction needs {delay} x {delay_unit} to reverse"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),

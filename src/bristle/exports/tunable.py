@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.controllers.wind_up import WindUp
 from bristle.core import mathematics
 from bristle.core.contracts import Model
@@ -146,15 +147,22 @@ def tunable_law(law: Law) -> Tunable:
             variables |= {f"{part}_{name}": named[name] for name in tuned.values}
             places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
     fed = {("mass",): law.p.mass} if law.p.mass else {}
-    fed |= {} if friction is None else {("shape", name): value for name, value in law.p.shape._asdict().items()}
-    further = {}
+    fed |= {} if friction is None else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
+    further = {**FEEDFORWARD, **variables_of(Shape)}
     if hasattr(law.p, "screw"):
-        further = variables_of(WindUp)
+        further |= variables_of(WindUp)
         fed |= {("screw", name): value for name, value in law.p.screw._asdict().items() if isinstance(value, float)}
     for path, value in fed.items():
         name = f"feedforward_{path[-1]}"
-        values[name], variables[name], places[path] = value, (FEEDFORWARD | further)[path[-1]], name
+        values[name], variables[name], places[path] = value, further[path[-1]], name
     return Tunable(law.controller.kind, variables, values, places)
+
+
+def _tunable_shape(shape: Shape) -> dict[str, float]:
+    """Return the fields of a shape that can change; the fields of a rule only if the shape has it."""
+    usual = Shape._field_defaults
+    fixed = {"return_distance", "fade_time", "constant", "viscous"}
+    return {name: value for name, value in shape._asdict().items() if name not in fixed or value != usual[name]}
 
 
 def settled_law(law: Law) -> Law:

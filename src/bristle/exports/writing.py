@@ -10,9 +10,9 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source, hash_of_law, hash_of_model
-from bristle.exports.effect import SERIOUS, Effect, effect_of_files, effect_of_law
+from bristle.exports.effect import FAR, Effect, effect_of_files, effect_of_law, length_text, with_best_rule
 from bristle.exports.law import law_of
-from bristle.exports.loops import loop_for, samples_ahead
+from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
 from bristle.exports.targets import TARGETS, Product, Request, Target
 from bristle.exports.tunable import refuse_beyond_single, single_note
 from bristle.files.owned import is_plain
@@ -20,7 +20,9 @@ from bristle.files.permission import code_at
 from bristle.files.results import SUMMARY
 from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
+from bristle.friction.slots import scaled
 from bristle.identification.parameters import Role, acts_in_sliding
+from bristle.prediction.claims import CONSTANT_GAIN, rule_for
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
 
@@ -62,6 +64,7 @@ def load_target_file(path: Readable) -> Target:
 
 
 SEEN = ("identified", "held")
+USELESS = 50.0  # force error above which files are useless [% of the sliding friction]
 SAID_OF_REST = {
     "held": "at rest (v = 0) the model keeps the force of the last direction; --rest middle writes the mean of both directions",
     "middle": "at rest (v = 0) the model gives the mean of both directions; --rest held writes the force of the last direction",
@@ -92,6 +95,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     _refuse_beyond(target, **demands, compares=request.log is not None, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
+    request = with_share(target, request)
     request, effect = _with_rule(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
@@ -99,58 +103,110 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     remarks = (
         *_unseen(request),
         *(effect.lines() if effect else ()),
-        *((_ahead_text(loop_for(request)),) if feeds else ()),
+        *(_share_text(target, request) if feeds else ()),
+        *((_ahead_text(request),) if feeds else ()),
         *(SAID_OF_REST[rule] for rule in (rest_rule(request.sampled),) if rule),
     )
     source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.model))
     product = checked_product(target.write(replace(request, source=source)), target)
+    if not accept_harm:
+        _refuse_useless(product, target.name)
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
 
 
-def _ahead_text(loop: Variant | None) -> str:
+def with_share(target: Target, request: Request) -> Request:
+    """Return a request with the share of the friction that its target feeds forward, for a model that is from a log.
+
+    A compensator with a state follows the rule of `bristle.prediction.claims`. The values of a drive without one describe a
+    constant share. A target that describes friction describes all of it.
+    """
+    if not (target.pushes and request.is_from_log) or target.of_cogging or request.model.component.family != "friction":
+        return request
+    if target.reads is None:
+        return replace(request, rule=rule_for(request.model, reach_for(request)))
+    share = scaled(request.model, CONSTANT_GAIN, whole=True)
+    return replace(request, model=share, undivided=request.model, rule=rule_for(request.model, None))
+
+
+def _share_text(target: Target, request: Request) -> tuple[str, ...]:
+    """Return a sentence on the share of the friction that is fed forward; empty for all of it."""
+    rule = request.rule
+    if rule is None:
+        return ()
+    beside = "the constant and the viscous part whole"
+    if not rule.return_distance:
+        has_reach = target.reads is not None or reach_for(request) is not None
+        doubt = "" if has_reach else "; the stiffness of the position loop is unknown, so bristle promises nothing"
+        fed = "values contain" if target.reads is not None else "feed has"
+        return (f"the {fed} {rule.gain:g} of the friction, and {beside}{doubt}",)
+    travel = length_text(rule.return_distance, request.model.kind)
+    fading = f"the share fades at rest with {rule.fade_time:g} s and returns over {travel}"
+    return (f"the feed has {rule.gain:g} of the friction, and {beside}; {fading}",)
+
+
+def _ahead_text(request: Request) -> str:
     """Return a sentence on the lead of the desired motion."""
-    if loop is None:
-        return "feed the desired motion at least 1 sample ahead; add the unknown delay and lag of the drive"
-    ahead, run = samples_ahead(loop), loop.run
-    late = run.delay * run.sample_time + run.current_lag
-    rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag" if late else "0 for delay and lag, which are unknown"
+    ahead, late, cycle = lead_of(request), late_of(request), cycle_of(request)
     samples = "sample" if ahead == 1 else "samples"
-    head = f"feed the desired motion {ahead} {samples} of {1e3 * run.sample_time:g} ms ahead"
-    return f"{head}: 1 for the next step, {rest}"
+    of_log = "" if request.axis is not None and request.axis.cycle else ", the sample time of the log"
+    head = f"feed the desired motion {ahead} {samples} of {1e3 * cycle:g} ms ahead"
+    rest = "0 for delay and lag, which are unknown"
+    if late or request.is_from_log:
+        rest = f"{ahead - 1} for {1e3 * late:.3g} ms of delay and lag"
+    return f"{head}{of_log}: 1 for the next step, {rest}"
 
 
 def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None]:
     """Return the request with its rule at rest, and the effect; without a requested rule, the better one in a known loop."""
 
-    def effect(ruled: Request) -> Effect | None:
+    def effect(ruled: Request, *, promises: bool) -> Effect | None:
         if target.reads is None:
-            return effect_of_files(ruled, None) if target.rest else None
+            return effect_of_files(ruled, None, promises=promises) if target.rest else None
         drive = target.reads(checked_product(target.write(ruled), target).files, ruled)
-        return None if drive is None else effect_of_files(ruled, drive, of_cogging=target.of_cogging)
+        return None if drive is None else effect_of_files(ruled, drive, of_cogging=target.of_cogging, promises=promises)
+
+    def finished(ruled: Request) -> tuple[Request, Effect | None]:
+        if target.pushes and target.reads is None and target.rest:
+            return with_best_rule(ruled)
+        return ruled, effect(ruled, promises=target.pushes)
 
     usual = replace(request, rest=request.rest or target.rest)
     matters = target.pushes and loop_for(usual) is not None and (target.reads is not None or rest_rule(usual.sampled) != "")
     rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
     requests = [replace(request, rest=rule) for rule in rules]
-    tried = [(ruled, effect(ruled)) for ruled in requests]
+    if len(requests) == 1:
+        return finished(requests[0])
+    tried = [(ruled, effect(ruled, promises=False)) for ruled in requests]
     best = tried[0]
     for ruled, with_it in tried[1:]:
         # Below this share of the error with the usual rule at rest, another rule is better.
         if with_it is not None and best[1] is not None and with_it.ratio < 0.95 * best[1].ratio:
             best = ruled, with_it
-    return best
+    return finished(best[0])
 
 
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller, or feed forward only 90 % of the friction; to write the files anyway, add"
+        with_memory = "Lower the integral gain of the controller; to write the files anyway, add"
         without = "Export a model with memory (--to c, --law); to write the files anyway, add"
         raise InputError(
             f"makes the error larger ({'; '.join(effect.lines()[:2])})",
             path=name,
-            allowed=f"no larger error along the log and in moves of {SERIOUS:g} pre-sliding distances or more",
+            allowed=f"no larger error along the log and in moves of {FAR:g} times the friction over the stiffness of the loop",
             mend=f"{with_memory if has_memory else without} --accept-harm",
+        )
+
+
+def _refuse_useless(product: Product, name: str) -> None:
+    """Refuse files that describe less than half of the friction."""
+    rms = 0.0 if product.error is None else product.error["rms"]
+    if rms > USELESS:
+        raise InputError(
+            f"describes the friction with an error of {rms:.3g} % rms",
+            path=name,
+            allowed=f"{USELESS:g} % or less",
+            mend="Export a model that this target can represent, or another target; to write the files anyway, add --accept-harm",
         )
 
 

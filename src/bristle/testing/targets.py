@@ -171,10 +171,10 @@ def lowers_the_error(trial: _Trial) -> Fact:
         drive = target.reads(product.files, request)
         if drive is None:
             continue
-        effect, share = effect_of_files(request, drive, of_cogging=target.of_cogging), _share_fed(request, drive, target)
-        if effect is not None:
-            # In short moves, a correct table can raise the error of an assumed loop.
-            ratios.append(effect.moves[-1].ratio if effect.loops else effect.ratio)
+        effect = effect_of_files(request, drive, of_cogging=target.of_cogging, promises=False)
+        share = _share_fed(request, drive, target)
+        if effect is not None and effect.along:
+            ratios.append(effect.ratio)
             if not ratios[-1] <= 1.0:
                 raise UnmetError(f"{effect.lines()[0]} ({name})", advice)
         if not LEAST_SHARE <= share <= 1.0 / LEAST_SHARE:

@@ -23,7 +23,7 @@ int main(void)
     for (unsigned cycle = 0; cycle < {{ 2 * cycles }}U; ++cycle) {
         const double x = position(cycle);
 {% if operator %}        const double friction = {{ name }}_output(&axis, x);
-{% else %}        const double friction = {{ name }}_force(&axis, x, CYCLE);
+{% else %}        const double friction = {{ name }}_{% if feed %}feed{% else %}force{% endif %}(&axis, x, CYCLE);
         /* Friction of the motion up to now: add it to the effort of the controller. */
 {% endif %}        if (cycle % {{ every }}U == 0U) {
             printf("%.4f s  x = %.3e {{ unit_x }}  {% if operator %}output{% else %}friction{% endif %} = %.4g {{ unit_force }}\n", cycle * CYCLE, x, friction);

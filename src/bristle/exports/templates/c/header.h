@@ -33,8 +33,13 @@ double {{ name }}_force({{ name }} *axis, double x, double dt);
 {% endif %}{% if signals %}
 /* The same force with further inputs: {{ told_signals | join('; ') }}. */
 double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %});
+{% endif %}{% if feed %}
+/* The effort to feed forward [{{ unit_force }}]: call it in place of `{{ name }}_force`, along the desired motion. The constant and the viscous
+   part of the friction are fed whole, the rest with a share. In motion the share returns to the gain. At rest it fades, and the
+   integral of the controller takes the load over without a bump. */
+double {{ name }}_feed({{ name }} *axis, double x, double dt);
 {% endif %}{% if drive %}
-/* The same force in the units of the drive from the axis file: `position` in {{ drive.position.unit }}, the command in
+/* The same {% if feed %}feed{% else %}force{% endif %} in the units of the drive from the axis file: `position` in {{ drive.position.unit }}, the command in
    {{ drive.efforts[0].unit }}. */
 #define {{ guard }}_POSITION_UNIT ({{ drive.position.si }}) /* {{ drive.unit_x }} for 1 {{ drive.position.unit }} */
 {% for each in drive.efforts %}#define {{ guard }}_{{ each.macro }} ({{ each.si }}) /* {{ drive.unit_force }} for 1 {{ each.unit }} */

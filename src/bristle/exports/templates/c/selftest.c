@@ -26,7 +26,8 @@
         d[0].parameters[i] = change[i];
     }
 {% endif %}{% include "c/expected.c" %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
-    uint32_t bits = {{ seed }}U;
+{% if feed %}    uint64_t feed_hash = UINT64_C(0xCBF29CE484222325);
+{% endif %}    uint32_t bits = {{ seed }}U;
     double x = 0.0, force = 0.0;
     {{ name }}_start(&axis);
     for (unsigned k = 0; k < COUNT; ++k) {
@@ -36,8 +37,10 @@
                 x = x + ((double)(bits >> 16U) - 32768.0) * scales[(k / {{ part }}U) % {{ scales | length }}U];
             }
         }
-        force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
-        hash = hashed(hash, force);
+{% if feed %}        feed_hash = hashed(feed_hash, {{ name }}_feed(&axis, x, dt) + 0.0); /* zeros without a sign */
+        force = axis.force;
+{% else %}        force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
+{% endif %}        hash = hashed(hash, force);
 {% include "c/missed.c" %}{% if derived %}        const double d_x[2] = {0.0, x};
         double slopes[2];
         if ({{ name }}_force_d(&axis_d, d, 2U, x, d_x, dt, NULL, {% for value in usual_signals %}{{ value }}, NULL, {% endfor %}slopes) != force) {
@@ -56,7 +59,10 @@
     }
     printf("{{ name }}: hash %08lx%08lx, last force %.17g\n", (unsigned long)(hash >> 32U),
            (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), force);
-{% include "c/judged.c" %}{% if derived %}    if (hash_d != UINT64_C({{ hash_d }})) {
+{% include "c/judged.c" %}{% if feed and not tolerance %}    if (feed_hash != UINT64_C({{ feed_hash }})) {
+        return fails("the feed differs");
+    }
+{% endif %}{% if derived %}    if (hash_d != UINT64_C({{ hash_d }})) {
         return fails("derivatives differ");
     }
 {% endif %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {

@@ -4,7 +4,10 @@
     axis->force = 0.0;
     axis->begun = 0;
     axis->flags = 0;
-{% for line in start %}    {{ line }}
+{% if feed %}    axis->gain = {{ guard }}_GAIN;
+    axis->share = 0.0;
+    axis->feed = 0.0;
+{% endif %}{% for line in start %}    {{ line }}
 {% endfor %}{% if memory %}    for (int32_t i = 0; i < {{ memory }}; ++i) {
         axis->memory[i] = {{ zero }};
     }
@@ -47,4 +50,4 @@
 {
     return advanced(axis, x, dt{% for signal in signals %}, {{ signal }}{% endfor %});
 }
-{% endif %}{% endif %}
+{% endif %}{% if feed %}{% include "c/feed.c" %}{% endif %}{% endif %}

@@ -42,7 +42,7 @@ FUNCTION(_) {
     const double v = (x - last_x) * rate, a = (v - last_v) * rate;
     const double asked = lead, longest = lead_max, bounded = asked < longest ? asked : longest, l = bounded > 0.0 ? bounded : 0.0;
     const double ahead = x + v * l + 0.5 * a * l * l;
-    const double effort = {{ name }}_force(&contact, ahead, t){{ effort_of_place }};
+    const double effort = {{ name }}_feed(&contact, ahead, t){{ effort_of_place }};
     if (is_finite(a)) {
         last_x = x;
         last_v = v;

@@ -45,7 +45,7 @@ struct Joint
     {
         {{ name }}_start(&contact);
 {% if tuned %}        contact.parameters = parameters;
-{% endif %}        (void){{ name }}_force(&contact, position, 1.0);
+{% endif %}        (void){{ name }}_feed(&contact, position, 1.0);
         x = position;
         begun = fresh = true;
     }
@@ -66,7 +66,7 @@ struct Joint
                 const double speed = has_velocity ? velocity : fresh ? 0.0 : (reached - x) / dt;
                 const double change = fresh ? 0.0 : (speed - v) / dt;
                 const double ahead = lead > 0.0 ? reached + (speed + 0.5 * change * lead) * lead : reached;
-                (void){{ name }}_force(&contact, ahead, dt);
+                (void){{ name }}_feed(&contact, ahead, dt);
                 x = reached;
                 v = speed;
                 placed = has_position;
@@ -76,7 +76,7 @@ struct Joint
             }
             gain += std::clamp((known ? wish : 0.0) - gain, -slew * dt, slew * dt);
         }
-        return limit > 0.0 ? std::clamp(now * contact.force, -limit, limit) : now * contact.force;
+        return limit > 0.0 ? std::clamp(now * contact.feed, -limit, limit) : now * contact.feed;
     }
 };
 
@@ -131,7 +131,7 @@ public:
             }
 {% else %}            joint.parameters.{{ each.field }} = parameter(name + ".friction.{{ each.name }}", joint.parameters.{{ each.field }}, "{{ each.meaning }}");
 {% endif %}{% endfor %}            joint.begin(0.0);
-            (void){{ name }}_force(&joint.contact, 0.0, 1.0);
+            (void){{ name }}_feed(&joint.contact, 0.0, 1.0);
             if (joint.contact.flags != 0) {
                 return refused(name + ".friction: a parameter is outside its range, see {{ name }}.h");
             }

@@ -1,0 +1,196 @@
+"""Moves of a loop without and with a feed, in cases that the identification cannot exclude.
+
+Twelve cases for each of four distances, the reach F/K times 1, 3, 10 and 30: rests of 0.05, 0.3 and 1 s between the moves,
+quick moves and moves of 0.1 and 1 s, to and fro or with random signs. The friction of the axis is 13 % smaller or larger than
+the model or equal, its lateness differs by 0.3 ms, and a force noise of 0.5 % of the friction acts, with the force of the log
+that the model does not explain. The error of a case is the mean of the peak-to-peak errors of its moves. Without the feed the
+larger one of two noises counts.
+
+A promise needs a margin, because few cases do not show all that can happen: the error falls by a third. During a rest of
+1 s an integral takes the whole load over; there the feed halves the error.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.experiment import Start, Variant
+from bristle.core.status import Status
+from bristle.exports.moves import TIMES, Limits
+from bristle.friction.slots import scaled
+from bristle.prediction.claims import LEAST, LONGEST_REST, Claim
+from bristle.references import recorded
+from bristle.references.legs import legs_through
+from bristle.simulation.run import simulate_with
+
+Fed = Callable[[Variant, float], np.ndarray]
+"""``fed(loop, late)``: the effort [N or N*m] at trial sample of a loop that acts later than expected by a time [s]."""
+
+QUICK, SHORT, LONG = 0.0, 0.1, 1.0  # durations of a move [s]; QUICK is as quick as the limits allow
+RARE = 1.0  # the longest rest [s]
+LATER, EARLIER = 3e-4, -3e-4  # [s]
+# Of the twelve cases of a distance: rest and duration of the moves [s], random signs, level of friction, and lateness [s].
+PLAN = (
+    (0.05, QUICK, False, 0.87, LATER),
+    (0.05, QUICK, True, 1.13, EARLIER),
+    (0.3, QUICK, False, 1.13, LATER),
+    (0.3, QUICK, True, 0.87, EARLIER),
+    (0.05, SHORT, True, 1.13, LATER),
+    (0.3, SHORT, False, 0.87, EARLIER),
+    (0.3, SHORT, True, 1.0, LATER),
+    (0.05, LONG, False, 0.87, LATER),
+    (0.3, LONG, True, 1.13, EARLIER),
+    (RARE, QUICK, False, 0.87, LATER),
+    (RARE, SHORT, True, 1.13, EARLIER),
+    (RARE, LONG, False, 0.87, LATER),
+)
+NOISE = 0.005  # of the friction
+MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
+OF_SHORT_RESTS, OF_LONG_RESTS = 0.65, 0.5  # largest ratio of the errors of a promised move
+CLEAR = 5.0  # promised distance over one at which moves get worse, at least
+HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
+SEEDS = (1, 2)
+
+
+class Case(NamedTuple):
+    """A sequence of moves, and the deviation of the axis from the model."""
+
+    distance: float
+    rest: float
+    lasting: float
+    is_random: bool
+    level: float
+    late: float
+
+
+class Unfed(NamedTuple):
+    """A case without the feed: its loop, the first sample of each move, and its error [m or rad]."""
+
+    case: Case
+    loop: Variant
+    starts: np.ndarray
+    error: float
+
+
+class Tried(NamedTuple):
+    """A case with its errors without and with the feed, peak to peak [m or rad]; inf if the loop diverges."""
+
+    case: Case
+    without: float
+    with_it: float
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether the feed makes the error larger."""
+        return not self.with_it <= self.without
+
+    @property
+    def is_promised(self) -> bool:
+        """Whether the feed lowers the error clearly."""
+        most = OF_LONG_RESTS if self.case.rest > LONGEST_REST else OF_SHORT_RESTS
+        return self.with_it <= most * self.without
+
+    @property
+    def ratio(self) -> float:
+        """The error with the feed divided by the error without it."""
+        return self.with_it / max(self.without, 1e-12)
+
+
+def cases_over(reach: float) -> list[Case]:
+    """Return the cases of a loop of this reach [m or rad]."""
+    return [Case(times * reach, *deviation) for times in TIMES for deviation in PLAN]
+
+
+def unfed_cases(loop: Variant, limits: Limits, reach: float, force: float) -> list[Unfed]:
+    """Return each case in a loop at rest without a feed; the friction has a level [N or N*m]."""
+    return [_unfed(case, loop, limits, force) for case in cases_over(reach)]
+
+
+def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
+    """Return the errors of each case without and with a feed."""
+    return [Tried(run.case, run.error, _error(run.loop, fed(run.loop, run.case.late), run.starts)) for run in unfed]
+
+
+def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], bool]:
+    """Return the moves that no case shows to get worse, and whether the axis hunts."""
+    hunts = sum(trial.is_worse for trial in tried) > HUNTING
+    kinds = [(LONG, RARE), (LONG, LONGEST_REST), (None, RARE), (None, LONGEST_REST)]
+    if hunts:
+        kinds = [(None, LONGEST_REST)]
+    claims: list[Claim] = []
+    for slowest, rest in kinds:
+        inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
+        doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
+        harmed = max((trial.case.distance for trial in inside if trial.is_worse), default=0.0)
+        # Moves that get worse where the rule promises an improvement cast doubt on the next longer ones, too.
+        beyond = max(doubtful, CLEAR * harmed) if harmed >= LEAST * reach * (1.0 - 1e-9) else doubtful
+        least = min((trial.case.distance for trial in inside if trial.case.distance > beyond), default=math.inf)
+        least = max(least, LEAST * reach)
+        if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
+            claims.append(Claim(least, slowest, rest))
+    return tuple(claims), hunts
+
+
+def least_of(claims: Sequence[Claim]) -> float:
+    """Return the shortest promised distance [m or rad]; inf without a promise."""
+    return min((claim.least_distance for claim in claims), default=math.inf)
+
+
+def score_of(tried: Sequence[Tried], reach: float) -> float:
+    """Return the mean ratio of the errors over moves with short rests that are long enough for a promise."""
+    counted = [trial.ratio for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= LEAST * reach * (1.0 - 1e-9)]
+    return float(np.mean(counted))
+
+
+def _unfed(case: Case, loop: Variant, limits: Limits, force: float) -> Unfed:
+    dt = loop.run.sample_time
+    count = MOVES[case.rest > LONGEST_REST]
+    positions, starts = _positions(case, limits, dt, count)
+    start = loop.start or Start(0.0)
+    x = start.position + positions
+    run = replace(loop.run, duration=dt * x.size, settle=0.0, seeds=1)
+    reference = recorded(kind=loop.plant.kind, position=x, sample_time=dt)
+    friction = scaled(loop.friction, case.level)
+    noise = [_noise(loop, x.size, force, seed) for seed in SEEDS]
+    noisy = [replace(loop, friction=friction, reference=reference, run=run, disturbance=force) for force in noise]
+    return Unfed(case, noisy[0], starts, max(_error(variant, None, starts) for variant in noisy))
+
+
+def _positions(case: Case, limits: Limits, dt: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the positions of the moves from 0 [m or rad], and the first sample of each move."""
+    jerk = limits.jerk
+    if case.lasting:
+        jerk = min(jerk, 32.0 * case.distance / case.lasting**3)
+    leg = legs_through((case.distance,), limits.velocity, limits.acceleration, jerk)
+    inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
+    move = np.concatenate([inside, np.full(math.ceil(case.rest / dt), case.distance)])
+    signs = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    if case.is_random:
+        signs = np.random.default_rng(0).permutation(signs)
+    ends = case.distance * np.concatenate([[0.0], np.cumsum(signs)])
+    parts = [np.zeros(math.ceil(0.1 / dt))]
+    parts += [end + sign * move for end, sign in zip(ends[:-1], signs, strict=True)]
+    return np.concatenate(parts), parts[0].size + move.size * np.arange(count + 1)
+
+
+def _noise(loop: Variant, count: int, force: float, seed: int) -> np.ndarray:
+    """Return the force that the model does not explain, from a random place of its record on, with white noise."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(0.0, NOISE * force, count)
+    if loop.disturbance is None:
+        return noise
+    begin = int(rng.integers(loop.disturbance.size))
+    return noise + np.resize(np.roll(loop.disturbance, -begin), count)
+
+
+def _error(variant: Variant, effort: np.ndarray | None, starts: np.ndarray) -> float:
+    """Return the mean of the peak-to-peak errors of the moves after the first; inf if the loop diverges."""
+    outcome = simulate_with(variant, effort)
+    if outcome.status is Status.NOT_FINITE:
+        return math.inf
+    error = outcome.reference - outcome.position
+    return float(np.mean([np.ptp(error[first:last]) for first, last in pairwise(starts[1:].tolist())]))

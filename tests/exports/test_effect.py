@@ -1,0 +1,351 @@
+"""The effect of an export: its share of the friction, the lead, the cases, the promise, and what the files say of them."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.exports.drives import listed
+from tests.exports.test_drive import DT, LUGRE, MASS, SERVO, WITHOUT_LOOP, export_request, text_of
+
+import bristle as br
+from bristle.controllers.feedforward import Rule
+from bristle.exports import effect as effects
+from bristle.exports.cases import Tried, cases_over, claims_of
+from bristle.exports.effect import Along, Effect, InLoop, drive_of_law, driven_by, effect_of_law, fed_along
+from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
+from bristle.exports.moves import TIMES, Limits
+from bristle.exports.targets import TARGETS, Product, Target
+from bristle.exports.writing import files_for, with_share
+from bristle.files.axis import axis_from
+from bristle.prediction.claims import Claim, level_of
+from bristle.simulation.run import simulate_with
+
+FROM_LOG = {"treatment": {"cutoff": 100.0, "delay": 0.0}}
+STIFFNESS = 60.0 * 5000.0
+REACH = level_of(LUGRE, 0.1) / STIFFNESS
+
+
+@pytest.fixture(scope="module")
+def of_c():
+    return files_for("c", export_request(info=FROM_LOG))
+
+
+@pytest.fixture(scope="module")
+def of_table():
+    return files_for("table", export_request(info=FROM_LOG), accept_harm=True)
+
+
+# --- the share of the friction ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["c", "st", "hal", "ros2"])
+def test_a_compensator_from_a_log_feeds_a_share_that_returns_and_fades(name):
+    rule = with_share(TARGETS[name], export_request(info=FROM_LOG)).rule
+    assert rule == Rule(0.9, pytest.approx(0.05 * REACH), 0.5, 0.0, 200.0)
+
+
+def test_without_a_stiffness_the_share_is_constant():
+    rule = with_share(TARGETS["c"], export_request(axis=WITHOUT_LOOP, info=FROM_LOG)).rule
+    assert rule == Rule(0.8, 0.0, 0.5, 0.0, 200.0)
+
+
+def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
+    known = {"treatment": FROM_LOG["treatment"] | {"stiffness": 2e5}}
+    request = export_request(axis=WITHOUT_LOOP, info=known)
+    assert reach_for(request) == pytest.approx(level_of(LUGRE, 0.1) / 2e5)
+    product = files_for("c", request)
+    assert product.effect.claims == (Claim(pytest.approx(3.0 * reach_for(request)), None, 0.3),)
+    assert product.effect.along == ()
+
+
+@pytest.mark.parametrize("name", ["fmu3", "mjcf", "warp", "wasm", "casadi", "cuda"])
+def test_a_target_that_describes_friction_describes_all_of_it(name):
+    request = export_request(info=FROM_LOG)
+    assert with_share(TARGETS[name], request) == request
+
+
+@pytest.mark.parametrize("name", ["c", "table"])
+def test_a_model_that_is_not_from_a_log_keeps_gain_1(name):
+    assert with_share(TARGETS[name], export_request()) == export_request()
+
+
+@pytest.mark.parametrize("name", ["table", "tf5200", "ax8000", "sinumerik"])
+def test_values_of_a_drive_contain_a_constant_share_with_the_viscous_part_whole(name):
+    request = with_share(TARGETS[name], export_request(info=FROM_LOG))
+    assert request.friction == LUGRE
+    values = request.model.values
+    assert (values["F_C"], values["sigma_0"], values["sigma_2"]) == (pytest.approx(32.0), pytest.approx(4e6), 200.0)
+    assert reach_for(request) == pytest.approx(REACH)
+
+
+def test_notes_state_the_share(of_c, of_table):
+    assert any(re.match(r"the feed has 0\.[89] of the friction, and the constant and the viscous part whole", note) for note in of_c.notes)
+    assert any(note.startswith("the values contain 0.8 of the friction") for note in of_table.notes)
+    unknown = files_for("c", export_request(axis=WITHOUT_LOOP, info=FROM_LOG))
+    assert any("the stiffness of the position loop is unknown, so bristle promises nothing" in note for note in unknown.notes)
+    assert unknown.effect is None
+
+
+# --- the lead -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("delay", "lag", "cycle", "ahead", "late"),
+    [
+        (0.0, None, None, 1, 0.0),
+        (-1.4e-3, None, None, 2, 1.4e-3),
+        (-1.6e-3, None, None, 3, 1.6e-3),
+        # An effort that is recorded late belongs to the logger.
+        (3e-3, None, None, 1, 0.0),
+        # The controller counts its own cycles.
+        (-1.4e-3, None, "0.25 ms", 7, 1.4e-3),
+        (0.0, "2 ms", None, 3, 2e-3),
+    ],
+)
+def test_the_lead_is_one_cycle_plus_the_lateness(delay, lag, cycle, ahead, late):
+    controller = SERVO["controller"] | ({} if cycle is None else {"cycle": cycle})
+    effort = SERVO["effort"] | ({} if lag is None else {"lag": lag})
+    axis = axis_from(SERVO | {"controller": controller, "effort": effort})
+    request = export_request(axis=axis, info={"treatment": {"delay": delay}})
+    assert (lead_of(request), late_of(request)) == (ahead, pytest.approx(late))
+    assert listed(TARGETS["tf5200"].write(request))["reversal_lookahead"] == min(ahead, 4)
+    run = loop_for(request).run
+    assert run.delay * run.sample_time + run.current_lag == pytest.approx(late)
+
+
+def test_the_stated_lead_has_the_smallest_error():
+    loop = loop_for(export_request(info={"treatment": {"delay": -2e-3}}))
+    within = InLoop(loop, Limits(0.1, 1.6), REACH, 2e-3, 1e-5)
+    assert within.ahead == 3
+    drive = effects.drive_of(LUGRE, effects.Shape())
+
+    def error(ahead):
+        return within._move(10.0, lambda variant, _: driven_by(drive)(variant, ahead)).with_it
+
+    assert error(3) < 0.8 * error(0)
+    assert error(3) < 0.8 * error(6)
+
+
+def test_a_feed_that_acts_later_is_shifted():
+    loop = replace(loop_for(export_request()), reference=br.references.recorded(position=np.arange(60.0) ** 2, sample_time=DT))
+    loop = replace(loop, run=replace(loop.run, duration=40 * DT))
+    now = fed_along(lambda x, dt: x, loop, 2)
+    assert now[5] == 49.0
+    late = fed_along(lambda x, dt: x, loop, 2, 0.5 * DT)
+    assert late[5] == pytest.approx(0.5 * (36.0 + 49.0))
+
+
+# --- cases and the promise ----------------------------------------------------------------------------------------
+
+
+def test_cases_cover_distances_rests_paces_levels_and_lateness():
+    cases = cases_over(1e-3)
+    assert len(cases) == 48
+    for times in TIMES:
+        own = [case for case in cases if case.distance == pytest.approx(times * 1e-3)]
+        assert len(own) == 12
+        assert {(case.rest, case.lasting) for case in own} == {(rest, lasting) for rest in (0.05, 0.3, 1.0) for lasting in (0.0, 0.1, 1.0)}
+        quick = [case for case in own if not case.lasting and case.rest <= 0.3]
+        assert len(quick) == 4
+        assert {case.level for case in quick} == {0.87, 1.13}
+    assert {case.late for case in cases} == {3e-4, -3e-4}
+    assert {case.is_random for case in cases} == {True, False}
+
+
+def tried(*worse):
+    """Return all cases of a reach of 1 mm; those of which one of the `worse` is true get worse."""
+    return [Tried(case, 1.0, 2.0 if any(each(case) for each in worse) else 0.5) for case in cases_over(1e-3)]
+
+
+@pytest.mark.parametrize(
+    ("worse", "claims", "hunts"),
+    [
+        ([], ((3e-3, 1.0, 1.0),), False),
+        ([lambda case: case.distance < 2e-3 and case.rest == 1.0], ((3e-3, 1.0, 1.0),), False),
+        ([lambda case: case.distance < 5e-3 and case.rest == 1.0 and not case.lasting], ((3e-2, 1.0, 1.0), (3e-3, 1.0, 0.3)), False),
+        ([lambda case: 2e-3 < case.distance < 5e-3 and case.lasting == 1.0], ((3e-2, 1.0, 1.0), (3e-3, None, 1.0)), False),
+        ([lambda case: case.distance < 2e-3], ((3e-3, None, 0.3),), True),
+        ([lambda case: case.rest == 1.0], ((3e-3, None, 0.3),), True),
+        ([lambda case: case.distance > 2e-2 and not case.lasting and case.rest == 0.05], (), False),
+        ([lambda case: True], (), True),
+    ],
+)
+def test_claims_are_the_moves_that_no_case_shows_to_get_worse(worse, claims, hunts):
+    found, is_hunting = claims_of(tried(*worse), 1e-3)
+    assert [tuple(claim) for claim in found] == [(pytest.approx(least), *rest) for least, *rest in claims]
+    assert is_hunting == hunts
+
+
+def test_the_promise_of_a_known_axis(of_c, of_table):
+    c, table = of_c.effect, of_table.effect
+    assert c.reach == pytest.approx(REACH)
+    assert c.claims[0].least_distance <= 3.001 * REACH
+    assert c.as_data()["claims"][0].keys() == {"least_distance", "slowest_move", "longest_rest"}
+    assert [each.distance / REACH for each in c.moves] == pytest.approx(TIMES)
+    longest, of_tables = c.moves[-1], table.moves[-1]
+    assert longest.with_it < 0.5 * longest.without
+    assert of_tables.with_it < 0.7 * of_tables.without
+    assert "simulated following error, peak to peak" in c.lines()[1]
+    header = " ".join(re.sub(r"(?m)^\s*\*?", " ", text_of(of_c, ".h")).split())
+    assert c.lines()[0] in header
+
+
+def test_a_promise_counts_cases_of_another_friction(monkeypatch):
+    """The worst case stands in place of the nominal move, and the friction of the axis is not that of the feed."""
+    loop = loop_for(export_request())
+    seen = []
+
+    def without_noise(variant, effort):
+        seen.append(variant.friction.values["F_C"] / LUGRE.values["F_C"])
+        return simulate_with(variant, None)
+
+    monkeypatch.setattr("bristle.exports.cases.simulate_with", without_noise)
+    monkeypatch.setattr("bristle.exports.cases.cases_over", lambda reach: cases_over(reach)[2:7:2])
+    within = InLoop(loop, Limits(0.1, 1.6), REACH, 0.0, 1e-5)
+    tried = within.tried(lambda x, dt: np.zeros(x.size))
+    assert sorted(set(seen)) == pytest.approx([1.0, 1.13])
+    effect = within.promised(Effect((moved(REACH, 1.0, 0.1),), "translational", REACH, (), 1, 0.0), tried)
+    assert effect.moves[0].ratio == pytest.approx(max(each.ratio for each in tried if not each.case.lasting), rel=1e-6)
+
+
+def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
+    loop = replace(loop_for(export_request()), friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
+    with pytest.raises(br.core.InputError, match=r"makes the error larger .the compensation can harm moves up to .*--accept-harm"):
+        files_for("table", export_request(loop=loop))
+    product = files_for("table", export_request(loop=loop), accept_harm=True)
+    assert product.effect.is_harmful
+    assert product.effect.as_data()["harmful"] is True
+
+
+@pytest.mark.parametrize(("rms", "is_useless"), [(50.0, False), (51.0, True)])
+def test_files_that_describe_less_than_half_of_the_friction_are_refused(rms, is_useless):
+    target = Target(name="mine", description="x", write=lambda request: Product({"a.txt": "x"}, error={"rms": rms, "largest": 99.0}))
+    if is_useless:
+        with pytest.raises(
+            br.core.InputError, match=r"mine: describes the friction with an error of 51 % rms; allowed 50 % or less.*accept-harm"
+        ):
+            files_for(target, export_request())
+    assert files_for(target, export_request(), accept_harm=is_useless).files == {"a.txt": "x"}
+
+
+# --- the numbers and words of an effect ---------------------------------------------------------------------------
+
+
+def moved(distance, without, with_it, **others):
+    return Along("moves", distance, without, with_it, **others)
+
+
+def effect_along(*along, kind="translational", claims=(), hunts=False):
+    return Effect(along, kind, 1e-5, claims, 1, 0.0, hunts)
+
+
+@pytest.mark.parametrize(("size", "is_worse"), [(0.5, False), (1.04, False), (1.06, True), (math.inf, True), (math.nan, True)])
+def test_errors_within_five_per_cent_count_as_equal(size, is_worse):
+    assert moved(1e-5, 1.0, size).is_worse == is_worse
+
+
+BETTER, QUICK, SLOW = moved(1e-5, 1.0, 0.2), Claim(3e-5, None, 0.3), Claim(3e-4, 1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "name", "expected"),
+    [
+        # An export is harmful if moves far longer than the reach or the motion of the log become worse.
+        (effect_along(BETTER, moved(9e-5, 1.0, 2.0)), "is_harmful", False),
+        (effect_along(BETTER, moved(1e-4, 1.0, 2.0)), "is_harmful", True),
+        (effect_along(BETTER, Along("log", 0.0, 1.0, 2.0)), "is_harmful", True),
+        # The ratio is the geometric mean.
+        (effect_along(moved(1e-5, 4.0, 2.0), moved(3e-5, 1.0, 0.125)), "ratio", pytest.approx(0.25)),
+        (effect_along(moved(1e-5, 1.0, np.inf)), "ratio", np.inf),
+        (effect_along(BETTER, claims=(SLOW, QUICK)), "least_distance", 3e-5),
+        (effect_along(BETTER), "least_distance", np.inf),
+    ],
+)
+def test_numbers_of_an_effect_follow_from_its_motions(effect, name, expected):
+    assert getattr(effect, name) == expected
+
+
+SIZES = "simulated following error, peak to peak, without -> with compensation, worst case: "
+MOVES = (BETTER, moved(3e-5, 1.0, 0.5), moved(3e-4, 1.0, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "words"),
+    [
+        (effect_along(*MOVES, claims=(QUICK,)), 0, "^the compensation helps quick moves of 30.0 um or more with rests up to 0.3 s; sh"),
+        (effect_along(*MOVES, claims=(QUICK,)), 1, f"^{SIZES}1000 mm -> 500 mm in moves of 30.0 um; 1000 mm -> 100 mm in moves of 300 um$"),
+        (effect_along(*MOVES, claims=(SLOW, QUICK)), 0, "helps moves of up to 1 s of 300 um or more with rests up to 1 s"),
+        (effect_along(*MOVES, claims=(SLOW, QUICK)), 2, "^also quick moves of 30.0 um or more with rests up to 0.3 s$"),
+        (effect_along(moved(1e-5, 1.0, 2.0)), 0, "^the compensation can harm moves up to 300 um: do not use it"),
+        (effect_along(BETTER), 0, "^bristle promises nothing for moves from rest to rest up to 300 um"),
+        (effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational"), 1, f"^{SIZES}10.0 urad -> diverges in moves of 200 urad"),
+        (effect_along(BETTER, hunts=True), -1, "^the axis hunts with rests of 1 s"),
+        (
+            effect_along(BETTER, Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)),
+            2,
+            "^along the motion of the log: 500 mm -> 100 mm, 300 mm if the motion is not fed ahead$",
+        ),
+    ],
+)
+def test_lines_state_the_promise_and_the_sizes_in_units_of_the_axis(effect, place, words):
+    assert re.search(words, effect.lines()[place])
+
+
+def test_data_of_an_effect_are_in_si():
+    data = effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational", claims=(QUICK,)).as_data()
+    assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, 3e-5)
+    assert data["claims"] == [{"least_distance": 3e-5, "slowest_move": None, "longest_rest": 0.3}]
+    assert data["along"] == [{"motion": "moves", "worse": True, "distance": 2e-4, "without": 1e-5, "with": None, "not_fed_ahead": None}]
+
+
+# --- laws ---------------------------------------------------------------------------------------------------------
+
+
+def loop_along_a_log(**run):
+    there = br.references.recorded(position=1e-3 * np.sin(0.02 * np.arange(300)), sample_time=DT)
+    loop = loop_for(export_request())
+    return replace(loop, reference=there, run=replace(loop.run, duration=0.3, **run))
+
+
+@pytest.mark.parametrize(("late", "own"), [(2e-3, [3, 0]), (0.0, [1, 0])])
+def test_the_log_motion_runs_without_with_and_with_late_feedforward(late, own):
+    asked = []
+
+    def compensated(variant, ahead):
+        asked.append(ahead)
+        return simulate_with(variant, None)
+
+    effect = InLoop(loop_along_a_log(), Limits(0.1, 1.6), REACH, late, 1e-5).effect(compensated)
+    assert asked == [own[0]] * len(TIMES) + own
+    last = effect.along[-1]
+    assert last.without == pytest.approx(last.with_it)
+    assert last.without > 0.0
+
+
+def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypatch):
+    loop = replace(loop_along_a_log(delay=2), feedforward=br.core.Feedforward(mass=MASS, friction=LUGRE, offset=3.0))
+    seen = []
+
+    def judged(within, compensated):
+        seen.append(within)
+        return Effect((), "translational", REACH, (), 1, 0.0)
+
+    monkeypatch.setattr(InLoop, "effect", judged)
+    monkeypatch.setattr(InLoop, "promised", lambda within, effect, drive: effect)
+    assert effect_of_law(loop).ahead == 3
+    (within,) = seen
+    assert within.loop == replace(loop, feedforward=br.core.Feedforward(mass=MASS))
+    assert within.late == pytest.approx(2e-3)
+    assert within.limits.velocity == pytest.approx(1e-3 * 0.02 / DT, rel=1e-2)
+    assert effect_of_law(within.loop) is None
+
+
+def test_the_feed_of_a_law_is_that_of_its_share():
+    given = br.core.Feedforward(friction=LUGRE, gain=0.9, scaled="contact", return_distance=5e-6, fade_time=0.5)
+    x = 1e-3 * np.sin(0.01 * np.arange(500))
+    law = drive_of_law(given)(x, DT)
+    files = effects.drive_of(LUGRE, effects.Shape(**Rule(0.9, 5e-6, 0.5, 0.0, 200.0)._asdict()))(x, DT)
+    np.testing.assert_array_equal(law, files)
+    assert drive_of_law(replace(given, along="measured")) is None
