@@ -6,13 +6,14 @@ import copy
 import datetime
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from bristle.core import units
 from bristle.core.errors import InputError
-from bristle.files.axis import axis_from, read_axis
+from bristle.files.axis import axis_from, axis_text, read_axis
 from bristle.files.toml import read_toml
 
 EMPS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
@@ -329,3 +330,14 @@ def test_the_movement_per_radian_is_known_for_rotational_axes_and_with_a_lead():
     assert axis_from(changed(transmission={"gear_ratio": 2.0, "lead": "10 mm"})).arm == pytest.approx(0.005 / (2.0 * math.pi))
     turning = {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "rad", "side": "load"}}}
     assert axis_from(turning | {"transmission": {"gear_ratio": 50}}).arm == pytest.approx(0.02)
+
+
+def test_the_cycle_of_a_controller_is_read_and_written():
+    text = b'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\nposition = { column = "q", unit = "m" }\n'
+    text += b'effort = { column = "u", unit = "N" }\n[controller]\nmodel = "cascade"\nk_p = "60 1/s"\nk_v = "500 N*s/m"\n'
+    assert read_axis(text).cycle is None
+    axis = read_axis(text + b'cycle = "0.25 ms"\n')
+    assert (axis.cycle, axis.controller.values["k_p"]) == (pytest.approx(2.5e-4), 60.0)
+    assert read_axis(axis_text(replace(axis, text=b""), None)).cycle == axis.cycle
+    with pytest.raises(InputError, match=r"controller.cycle: .*found '0 s'"):
+        read_axis(text + b'cycle = "0 s"\n')

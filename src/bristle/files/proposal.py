@@ -103,7 +103,8 @@ CONTROLLER = """\
 # k_p = "?"  # position loop, such as "60 1/s"
 # k_v = "?"  # velocity loop, in {gain}, or with the unit of the effort column
 # k_i = "?"  # its integral, in {integral}, or with the unit of the effort column; or T_n = "10 ms"
-# k_ff = "?"  # share of the reference velocity that the drive feeds forward, 0 to 1"""
+# k_ff = "?"  # share of the reference velocity that the drive feeds forward, 0 to 1
+# cycle = "?"  # cycle of the controller, such as "0.25 ms"; by default the sample time of the log"""
 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
