@@ -165,7 +165,7 @@ def tried(*worse):
         ([], ((3e-3, 1.0, 1.0),), False),
         ([lambda case: case.distance < 2e-3 and case.rest == 1.0], ((3e-3, 1.0, 1.0),), False),
         ([lambda case: case.distance < 5e-3 and case.rest == 1.0 and not case.lasting], ((3e-2, 1.0, 1.0), (3e-3, 1.0, 0.3)), False),
-        ([lambda case: 2e-3 < case.distance < 5e-3 and case.lasting == 1.0], ((3e-2, 1.0, 1.0), (3e-3, None, 1.0)), False),
+        ([lambda case: 2e-3 < case.distance < 5e-3 and case.lasting == 1.0], ((3e-2, 1.0, 1.0), (3e-3, None, 0.3)), False),
         ([lambda case: case.distance < 2e-3], ((3e-3, None, 0.3),), True),
         ([lambda case: case.rest == 1.0], ((3e-3, None, 0.3),), True),
         ([lambda case: case.distance > 2e-2 and not case.lasting and case.rest == 0.05], (), False),

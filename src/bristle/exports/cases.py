@@ -51,7 +51,7 @@ PLAN = (
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
 OF_SHORT_RESTS, OF_LONG_RESTS = 0.65, 0.5  # largest ratio of the errors of a promised move
-CLEAR = 5.0  # promised distance over one at which moves get worse, at least
+POOR, CLEAR = 0.85, 5.0  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
 SEEDS = (1, 2)
 
@@ -118,16 +118,16 @@ def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
 def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], bool]:
     """Return the moves that no case shows to get worse, and whether the axis hunts."""
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
-    kinds = [(LONG, RARE), (LONG, LONGEST_REST), (None, RARE), (None, LONGEST_REST)]
+    kinds = [(LONG, RARE), (LONG, LONGEST_REST), (None, LONGEST_REST)]
     if hunts:
         kinds = [(None, LONGEST_REST)]
     claims: list[Claim] = []
     for slowest, rest in kinds:
         inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
         doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
-        harmed = max((trial.case.distance for trial in inside if trial.is_worse), default=0.0)
-        # Moves that get worse where the rule promises an improvement cast doubt on the next longer ones, too.
-        beyond = max(doubtful, CLEAR * harmed) if harmed >= LEAST * reach * (1.0 - 1e-9) else doubtful
+        # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.
+        poor = max((trial.case.distance for trial in inside if not trial.ratio <= POOR), default=0.0)
+        beyond = max(doubtful, CLEAR * poor) if poor >= LEAST * reach * (1.0 - 1e-9) else doubtful
         least = min((trial.case.distance for trial in inside if trial.case.distance > beyond), default=math.inf)
         least = max(least, LEAST * reach)
         if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
