@@ -13,6 +13,7 @@ from tests.exports.test_laws import CASES, variant_of
 
 import bristle as br
 from bristle.cli.main import main
+from bristle.controllers.feedforward import Rule
 from bristle.engine.contact import steady_force
 from bristle.exports import hal
 from bristle.exports.described import Source
@@ -168,7 +169,7 @@ def test_the_table_for_lincurve_has_its_points_and_its_error():
 @needs_compiler
 @pytest.mark.parametrize("name", ["lugre", "stribeck", "maxwell_slip", pytest.param("preisach_lugre", marks=pytest.mark.slow)])
 def test_the_component_gives_the_bits_of_the_self_test(tmp_path, name):
-    files = written(example_with(name, ("asymmetry",)), plant=COGS, axis=axis_from(AXIS))
+    files = written(example_with(name, ("asymmetry",)), plant=COGS, axis=axis_from(AXIS), rule=Rule(0.9, 1e-5, 0.05, 3.0, 40.0))
     references, expected = played(files)
     assert references.size >= 200
     fed = Component(files, tmp_path).feed(references, **AT_ONCE, limit=0.0)
