@@ -12,6 +12,7 @@ from tests.golden.yard import COMPOSITE, LUGRE
 
 import bristle as br
 from bristle.core.content import NOWHERE
+from bristle.identification import Determined
 from bristle.report.page import Picture
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
@@ -189,13 +190,11 @@ def determined(monkeypatch):
         errors["rare"] = [2.0, 2.1]
         scales, truths, logs = {"offset": "F_C"}, {"F_v": 0.0}, {"rare": 5}
         return tuple(
-            br.identification.Determined(
-                name, "N", "", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, logs.get(name, 3)
-            )
+            Determined(name, "N", "", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, logs.get(name, 3))
             for name, each in errors.items()
         )
 
-    monkeypatch.setattr(br.identification.Determined, "by_simulated_logs", noted)
+    monkeypatch.setattr(Determined, "by_simulated_logs", noted)
     return asked
 
 

@@ -16,6 +16,8 @@ from tests.report.pages import Page
 
 import bristle as br
 from bristle.cli import models
+from bristle.files import provenance, read_axis
+from bristle.logs import read_log
 from bristle.report import excitation as report
 from bristle.report.sentences import FORMER_CODES, SENTENCES
 
@@ -361,7 +363,7 @@ def test_a_prediction_of_the_fitted_log_itself_causes_a_note(bristle, place):
     table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
     np.savetxt("both.csv", np.hstack([table, table[:, 1:]]), delimiter=",", header="t,q,r,u,q_b,r_b,u_b", comments="")
     Path("other.toml").write_text(re.sub('column = "([qru])"', r'column = "\1_b"', Path("axis.toml").read_text()))
-    entries = br.files.provenance("bristle identify", log=br.logs.read_log("both.csv", br.read_axis("axis.toml")))
+    entries = provenance("bristle identify", log=read_log("both.csv", read_axis("axis.toml")))
     lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
     Path("model.toml").write_text("\n".join([Path("model.toml").read_text(), "[provenance]", *lines]))
     message = {}

@@ -9,6 +9,7 @@ import pytest
 
 import bristle as br
 from bristle.exports.c import builds
+from bristle.testing import example_of
 
 COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
@@ -54,7 +55,7 @@ void run_{name}(const {name}_inputs *inputs, int count, double *effort)
 def example_with(name, slots=None):
     """Return an example of a friction model, with slots if any are named: without one it may still push."""
     component = br.friction.MODELS[name]
-    return br.testing.example_of(component if slots is None else br.friction.with_slots(component, slots))
+    return example_of(component if slots is None else br.friction.with_slots(component, slots))
 
 
 def compiled(folder, *arguments, compiler=COMPILER):

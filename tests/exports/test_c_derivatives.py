@@ -14,6 +14,7 @@ from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
 from bristle.friction.resting import with_rest
+from bristle.testing import example_of
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
@@ -110,9 +111,7 @@ def around_of(model, count):
 
 
 def example(name, slots):
-    return with_rest(
-        br.testing.example_of(br.friction.with_slots(br.friction.MODELS[name], slots) if slots else br.friction.MODELS[name]), "held"
-    )
+    return with_rest(example_of(br.friction.with_slots(br.friction.MODELS[name], slots) if slots else br.friction.MODELS[name]), "held")
 
 
 QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("stribeck", ()), ("efficiency", ())]
@@ -165,7 +164,7 @@ def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
 @pytest.mark.parametrize("name", ["d", "slopes", "at"])
 def test_names_of_a_model_and_of_its_export_are_apart(tmp_path, name):
     (tmp_path / "odd.py").write_text(TEXT, encoding="utf-8")
-    br.export(br.testing.example_of(br.load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
+    br.export(example_of(br.load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
     compiled(tmp_path / "out", *FLAGS, *WARNINGS, "-fsyntax-only", *(f"{name}{end}.c" for end in ("", "_selftest", "_casadi")))
 
 

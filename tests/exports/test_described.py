@@ -36,6 +36,7 @@ from bristle.exports.law import law_of
 from bristle.exports.subject import capacity_of, forces_of, subject_of
 from bristle.exports.targets import TARGETS, Product, Request
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
+from bristle.testing import example_of
 
 VALUES = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}
 LUGRE = br.friction.lugre(**VALUES)
@@ -328,7 +329,7 @@ DIFFERENT = {
     "a bit and the kind of axis": [LUGRE, LUGRE.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **VALUES)],
     "models and operators": [
         *map(
-            br.testing.example_of,
+            example_of,
             [
                 *br.friction.MODELS.values(),
                 br.friction.with_slots(br.friction.MODELS["lugre"], ("asymmetry",)),

@@ -24,6 +24,7 @@ from bristle.exports.fmu_exchange import why_not
 from bristle.exports.law import law_of, law_walk
 from bristle.friction.resting import with_rest
 from bristle.friction.slots import SLOTS
+from bristle.testing import example_of
 
 pytestmark = [pytest.mark.slow, needs_compiler, needs_fmpy]
 
@@ -535,8 +536,8 @@ def test_the_guide_lists_every_model_in_its_group():
     section = section[: section.index("\n## ")]
     able, unable = section.split("These models allow only co-simulation")
     for name, component in br.friction.MODELS.items():
-        assert (f"`{name}`" in able) == (why_not(br.testing.example_of(component)) == ""), name
-        assert (f"`{name}`" in unable) == (why_not(br.testing.example_of(component)) != ""), name
+        assert (f"`{name}`" in able) == (why_not(example_of(component)) == ""), name
+        assert (f"`{name}`" in unable) == (why_not(example_of(component)) != ""), name
     of_all = unable.split("and Preisach–LuGre with")[0]
     for slot in SLOTS:
         lugre, composite = (example_with(name, [slot]) for name in ("lugre", "preisach_lugre"))

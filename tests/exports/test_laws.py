@@ -23,6 +23,9 @@ from bristle.exports.law import Inputs, law_facts, law_of, law_walk
 from bristle.exports.law_text import Gravity, Load, loads_of
 from bristle.exports.st import st_law_files
 from bristle.exports.tunable import settled_law, tunable_law
+from bristle.plants import inertia
+from bristle.references import varied_sine
+from bristle.sensors import encoder
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65
@@ -75,11 +78,11 @@ def variant_of(controller, fed, name="loop"):
     feedforward, delay, limit = (FED | CARRYING)[fed]
     return Variant(
         name,
-        br.plants.inertia(M=M),
+        inertia(M=M),
         LUGRE,
         LAWS[controller],
-        br.sensors.encoder(resolution=1.25e-7, noise=2e-7, seed=3),
-        br.references.varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]),
+        encoder(resolution=1.25e-7, noise=2e-7, seed=3),
+        varied_sine(frequency=0.25, duration=10.0, amplitudes=[6.8e-6, 5.0e-6, 3.4e-6, 6.8e-6]),
         feedforward,
         Run(duration=SAMPLES * DT, sample_time=DT, delay=delay, effort_limit=limit, substeps=4),
     )

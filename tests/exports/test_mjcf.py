@@ -10,9 +10,11 @@ import pytest
 from tests.exports.native import walk
 
 import bristle as br
+from bristle.core import InputError
 from bristle.exports.mjcf import write
 from bristle.exports.moves import moves_for
 from bristle.exports.targets import Request
+from bristle.testing import example_of
 
 needs_mujoco = pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="needs mujoco")
 GOLDEN = Path(__file__).parents[1] / "golden" / "frozen"
@@ -98,7 +100,7 @@ def test_the_scene_states_the_time_constant_of_the_bristles():
 def test_every_model_is_written_with_a_stated_error(name):
     model = br.friction.MODELS[name]
     for slots in ([], ["asymmetry"]):
-        product = write(Request(br.testing.example_of(br.friction.with_slots(model, slots)), "axis_x", 5e-4))
+        product = write(Request(example_of(br.friction.with_slots(model, slots)), "axis_x", 5e-4))
         exact = name in ("coulomb", "viscous", "coulomb_viscous", "maxwell_slip")
         assert any(("no error" if exact and not slots else "% rms") in note for note in product.notes) or exact
         error = next(note for note in product.notes if "error" in note)
@@ -158,7 +160,7 @@ def along_in_mujoco(text, x, dt, parts=1):
 def test_a_scene_moves_the_mass_of_the_plant(tmp_path, given, moved):
     br.export(LUGRE, "mjcf", tmp_path / "out", **given)
     assert f'mass="{moved}"' in (tmp_path / "out/axis_x.xml").read_text()
-    with pytest.raises(br.core.InputError, match=r"mass: must be positive; found 0"):
+    with pytest.raises(InputError, match=r"mass: must be positive; found 0"):
         br.export(LUGRE, "mjcf", tmp_path / "none", mass=0)
 
 
@@ -216,7 +218,7 @@ def test_the_stated_error_is_the_error_in_mujoco(name):
     if name == "hardening":
         request = Request(br.friction.bouc_wen_classic(alpha=5e4, beta=1e3, gamma=0.8, delta=-1.1), "axis_x", 5e-4, speed=0.5)
     else:
-        request = Request(br.testing.example_of(br.friction.find(name)), "axis_x", 5e-4)
+        request = Request(example_of(br.friction.find(name)), "axis_x", 5e-4)
     product = write(request)
     x, dt, _ = moves_for(request, product.error.get("reach", 0.0))
     _, force = along_in_mujoco(product.files["axis_x.xml"], x, dt, parts=3)

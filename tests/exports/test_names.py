@@ -18,6 +18,7 @@ from bristle.exports.c_code import Names
 from bristle.exports.st import write
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
+from bristle.testing import example_of
 from bristle.translation.scope import NotExportableError
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
@@ -94,7 +95,7 @@ MODEL = FrictionModel(
 def model(tmp_path_factory):
     file = tmp_path_factory.mktemp("own") / "odd.py"
     file.write_text(TEXT, encoding="utf-8")
-    return br.testing.example_of(br.load_code(file))
+    return example_of(br.load_code(file))
 
 
 @needs_compiler
@@ -234,7 +235,7 @@ MODEL = FrictionModel(
 
 def model_of(text, folder):
     (folder / "layers.py").write_text(text)
-    return br.testing.example_of(br.load_code(folder / "layers.py"))
+    return example_of(br.load_code(folder / "layers.py"))
 
 
 # All that a kernel may, without a remainder of whole numbers, which WebAssembly lacks, and with names that are words elsewhere.

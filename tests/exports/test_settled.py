@@ -11,6 +11,7 @@ from bristle.core.mathematics import power
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.tunable import CONSTANTS, bounds_of, checkpoints, refuse_beyond_single, single_note, tunable_of
+from bristle.testing import example_of
 from bristle.translation.build import Builder
 from bristle.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, type_of, walk
 
@@ -109,7 +110,7 @@ def test_a_function_is_specialized_for_its_arguments():
 
 @pytest.mark.parametrize(("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.76), ("lugre", 1.0)])
 def test_folded_models_give_the_same_results(name, share):
-    model = br.testing.example_of(br.friction.MODELS[name])
+    model = example_of(br.friction.MODELS[name])
     subject = subject_of(model)
 
     def size(item):

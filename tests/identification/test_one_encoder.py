@@ -13,6 +13,7 @@ from tests.identification.watched import watched
 import bristle as br
 from bristle.core import Axis, with_unit
 from bristle.figures.two_masses import response_of_motor
+from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
@@ -179,10 +180,10 @@ def test_report_terminal_and_files_state_one_friction(found, tmp_path):
     bound = f"below {with_unit(damping.value + damping.half_width, damping.unit)}"
     assert ("Damping", bound, "–") in [tuple(map(str, row[1:])) for row in table.rows]
     assert f"damping {bound}" in [line.text for line in two_masses_lines(result)]
-    with br.files.results_folder(tmp_path / "out") as folder:
+    with results_folder(tmp_path / "out") as folder:
         write_two_masses(folder, result, {})
     assert not (tmp_path / "out" / TABLE_FILE).exists()
-    *_, both = br.read_experiment(tmp_path / "out" / EXPERIMENT_FILE).variants
+    *_, both = read_experiment(tmp_path / "out" / EXPERIMENT_FILE).variants
     assert both.plant.values == both.feedforward.plant.values == result.two_masses.plant.values
     assert both.table is None
     assert both.friction.values == result.two_masses.motor_friction.values

@@ -16,6 +16,7 @@ from bristle.core.axis import KnownColumn
 from bristle.files import axis_text, read_axis
 from bristle.identification import HeldOut, intervals
 from bristle.identification.second_pass import Passed, axis_with, proposed_lines, second_pass
+from bristle.logs import Channel
 from bristle.report.brief import brief
 from bristle.report.messages import message, second_pass_of
 
@@ -176,7 +177,7 @@ def test_a_joint_with_the_bodies_of_an_arm_has_no_second_gravity():
     motion = swinging(6.0)
     bodies = 0.3 * WEIGHT * np.sin(2.0 * motion.position)
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4) + bodies
-    log = replace(log_of(motion, effort, step=1e-6, kind="rotational"), regressors=(br.logs.Channel(bodies, "1", "arm"),))
+    log = replace(log_of(motion, effort, step=1e-6, kind="rotational"), regressors=(Channel(bodies, "1", "arm"),))
     known = KnownColumn("arm", "arm", coefficient=1.0, log="0" * 64)
     axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6, regressors=(known,))
     result = identify(log, "coulomb_viscous", axis=axis, draws=0, by=br.identify)

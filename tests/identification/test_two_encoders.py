@@ -26,6 +26,7 @@ from bristle.identification.quantities import Quantity
 from bristle.identification.side_logs import alone, behind_sensor, effort_delay, side_logs, without_sensor
 from bristle.identification.two_encoders import Masses, Prior, Record, masses_of
 from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_masses, with_two_masses
+from bristle.prediction import steady_curve
 from bristle.report.brief import brief
 from bristle.report.compensation import closing_sentences, gain_of
 from bristle.report.two_masses import (
@@ -37,6 +38,7 @@ from bristle.report.two_masses import (
     two_masses_table,
     write_two_masses,
 )
+from bristle.simulation import simulate
 
 DT = 1e-3  # s
 
@@ -359,7 +361,7 @@ def test_pictures_show_force_friction_and_lost_motion_of_both_sides(masses):
         assert np.max(np.abs(apart)) < 0.3 * np.ptp(measured.get_ydata())
     assert "minus that of the coupling" in "".join(motor.get_title(loc=place) for place in ("left", "center", "right"))
     assert strip.get_xlim()[1] - strip.get_xlim()[0] > of_load.get_xlim()[1] - of_load.get_xlim()[0]
-    curves = [br.prediction.steady_curve(side.best) for side in masses.sides.values()]
+    curves = [steady_curve(side.best) for side in masses.sides.values()]
     assert len(friction_of_both_sides(result, curves).axes) == 2
     (axes,) = lost_motion_figure(result).axes
     points, line = axes.get_lines()[:2]
@@ -383,7 +385,7 @@ def test_the_written_files_simulate_both_masses(masses, tmp_path):
     assert one_mass.feedforward.friction.values["F_C"] == pytest.approx(masses.load.best.friction.values["F_C"] * masses.arm)
     assert both.feedforward.plant.values == masses.plant.values
     assert both.feedforward.table.values == masses.table_friction.values
-    simulated = br.simulate(experiment)
+    simulated = simulate(experiment)
     results = simulated.variants
     # The sensor is on the motor. The position is that of the table, as an angle of the motor.
     plain = results[without.name]

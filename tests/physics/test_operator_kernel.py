@@ -7,10 +7,12 @@ import pytest
 
 import bristle as br
 from bristle import friction, hysteresis
+from bristle.core import InputError
 from bristle.core.contracts import make_model
 from bristle.engine import Contact, interpreted
 from bristle.friction.next_model import model_with
 from bristle.hysteresis import sliders
+from bristle.testing import example_of
 
 MODELS = ("preisach_contact", "preisach_lugre")
 TABLES = ("everett_table", "reversal_table", "preisach_grid", "prandtl_ishlinskii")
@@ -113,7 +115,7 @@ def test_a_model_over_an_operator_is_found_by_name_and_survives_pickling():
 
 def test_a_model_over_an_operator_takes_slots():
     component = friction.find("preisach_lugre+prandtl_ishlinskii+position+asymmetry")
-    example = br.testing.example_of(component)
+    example = example_of(component)
     with interpreted():
         force = br.response(example, walk(5e-6).cumsum(), 1e-3)
     assert np.all(np.isfinite(force))
@@ -169,7 +171,7 @@ STOPS = operator_named("prandtl_ishlinskii")
     ],
 )
 def test_operators_that_are_no_kernels_are_refused_by_name(call, words):
-    with pytest.raises(br.core.InputError, match=words):
+    with pytest.raises(InputError, match=words):
         call()
 
 

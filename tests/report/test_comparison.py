@@ -9,7 +9,9 @@ from tests.comparison.machine import log, sine
 from tests.report.pages import Page, seen_by
 
 import bristle as br
+from bristle.comparison import Change, Comparison
 from bristle.core import Diagnostic, InputError
+from bristle.figures import as_csv, numbers_of
 from bristle.identification import identify as fitted
 from bristle.report import compared as sides_module
 from bristle.report import comparison as report
@@ -19,7 +21,7 @@ RMS = "following_error.rms"
 
 
 def change(name=RMS, before=2e-5, after=1e-5, interval=(-1.2e-5, -0.8e-5)):
-    return br.comparison.Change(name, "force" if name.startswith(("effort", "friction")) else "length", before, after, interval)
+    return Change(name, "force" if name.startswith(("effort", "friction")) else "length", before, after, interval)
 
 
 def compared(*changes, diagnostics=(), turns=(), curve=(), logs=2, **shared):
@@ -281,7 +283,7 @@ def test_comparison_survives_pickle(result):
 
 
 def test_figure_draws_the_numbers_of_the_changes(result):
-    drawn = [br.figures.as_csv(panel) for panel in br.figures.numbers_of(result.plot())]
+    drawn = [as_csv(panel) for panel in numbers_of(result.plot())]
     assert len(drawn) == 6
     rows = [line for line in drawn[-1].splitlines() if ",change,points," in line]
     assert [float(row.split(",")[5]) for row in rows] == pytest.approx([change.change_percent for change in result.changes.values()])
@@ -324,7 +326,7 @@ def test_models_have_their_names_in_the_call():
 @pytest.fixture
 def sides(monkeypatch):
     """Comparisons of logs that are not read."""
-    fields = dict.fromkeys(br.comparison.Comparison.__dataclass_fields__)
+    fields = dict.fromkeys(Comparison.__dataclass_fields__)
     seen = []
     monkeypatch.setattr(sides_module, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields))
     monkeypatch.setattr(sides_module, "axes_for", lambda axes, count: [*axes, *[axes[-1]] * (count - len(axes))])
