@@ -27,8 +27,7 @@ import numpy as np
 
 import bristle as br
 from benchmarks.coverage import Share
-from benchmarks.two_mass import COULOMB, LUGRE, Drive, drive_of, log_of
-from benchmarks.two_mass import _friction as friction_force
+from benchmarks.two_mass import COULOMB, LUGRE, Drive, _friction as friction_force, drive_of, log_of
 from bristle import friction, plants
 from bristle.core import Feedforward
 from bristle.core.cores import core_count

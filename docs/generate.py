@@ -733,8 +733,7 @@ def json_schema() -> str:
 
 def score_board() -> str:
     """Return the page of the score board, from the numbers of `bristle bench`."""
-    from bristle.bench.board import DATA
-    from bristle.bench.board import page as board_page
+    from bristle.bench.board import DATA, page as board_page
 
     return board_page(json.loads((FOLDER / DATA).read_text(encoding="utf-8")))
 

@@ -7,7 +7,6 @@ import pytest
 from tests.arm.conftest import DT, Pendulum, swing
 
 import bristle as br
-from bristle.core import InputError
 from bristle.report.arm import arm_sentence, joints_table
 
 JOINTS = """schema = 1
@@ -73,7 +72,7 @@ def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
 
 def test_a_file_without_joints_is_refused(arm, tmp_path):
     (tmp_path / "joints.toml").write_text(JOINTS.partition("[[joint]]")[0])
-    with pytest.raises(InputError, match="joint: is missing"):
+    with pytest.raises(br.core.InputError, match="joint: is missing"):
         br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", tmp_path / "joints.toml")
 
 

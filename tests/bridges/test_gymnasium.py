@@ -9,7 +9,6 @@ pytest.importorskip("gymnasium")
 from gymnasium.utils.env_checker import check_env
 
 from bristle.bridges.gymnasium import AxisEnv
-from bristle.core import InputError
 
 MASS, DT = 28.0, 1e-3
 TABLE = br.plants.inertia(M=MASS)
@@ -62,5 +61,5 @@ def test_a_feedback_earns_more_than_no_effort():
 
 def test_draws_of_other_parameters_or_of_unequal_length_are_refused():
     for draws in ({"F_X": [1.0]}, {"F_C": [1.0], "M": [1.0, 2.0]}):
-        with pytest.raises(InputError, match="draws"):
+        with pytest.raises(br.core.InputError, match="draws"):
             AxisEnv(ELEMENTS, TABLE, draws)

@@ -10,7 +10,6 @@ from tests.exports.native import COMPILER, example_with, walk
 
 import bristle as br
 from bristle.core.errors import InputError
-from bristle.engine import force_along
 
 jax = pytest.importorskip("jax")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
@@ -41,7 +40,7 @@ def cost(friction, x, **beside):
 def test_the_force_under_jit_is_that_of_bristle(friction):
     x = walk(60)
     state, force = jax.jit(friction.walk)(friction.start(), x, DT)
-    assert np.array_equal(force[1:], force_along(LUGRE, np.diff(x) / DT, DT, x[1:]))
+    assert np.array_equal(force[1:], br.engine.force_along(LUGRE, np.diff(x) / DT, DT, x[1:]))
     assert state[:3].tolist() == [x[-1], force[-1], 1.0]
 
 

@@ -19,7 +19,6 @@ from tests.study.conftest import STUDY, Bench
 import bristle as br
 from bristle.arm.parameters import names_of
 from bristle.arm.robot import read_robot
-from bristle.core import Content
 from bristle.engine.motion import along
 
 # --- a fleet ---------------------------------------------------------------------------------------------------------
@@ -178,7 +177,7 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 60.0, seed=5, amplitude=1.2)
     (tmp_path / "arm.urdf").write_text(URDF)
-    robot = read_robot(Content(Path("arm.urdf"), URDF.encode()))
+    robot = read_robot(br.core.Content(Path("arm.urdf"), URDF.encode()))
     write_trace(tmp_path, q, v, robot.effort(BODIES, q, v, a) + friction_of(q, v) + a * [0.2, 0.1])
     words = ["identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--model", "coulomb_viscous"]
     bristle(*words, "--draws", 20, "--workers", 1, "--out", "out", code=0)

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import typer
 from tests.cli.conftest import written_in
-from tests.exports.test_targets import EXAMPLE as EXPORTER
-from tests.exports.test_targets import target_file
+from tests.exports.test_targets import EXAMPLE as EXPORTER, target_file
 from tests.files.own_slot import AXIS, SLOT, TRUTH, write_bench
 
 from bristle.cli.application import app

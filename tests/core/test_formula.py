@@ -3,8 +3,7 @@
 import re
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from bristle import controllers, friction, hysteresis, plants, references, sensors
 from bristle.core.formula import EQUATION, as_text, laid_out, lines_of, paragraphs_of, spelt_out

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
 from bristle.core.dimensions import KINDS, unit_of

@@ -7,8 +7,7 @@ from functools import cache
 
 import pint
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from tests.core.quantities import PRODUCTS, UNITS
 
 from bristle.core import units

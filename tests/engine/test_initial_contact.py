@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import bristle as br
-from bristle.engine import force_along
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -28,7 +27,7 @@ def problem():
         x = 8e-3 * np.sin(2.0 * np.pi * (0.4 + 0.2 * number) * t)
         v, a = np.gradient(x, DT), np.gradient(np.gradient(x, DT), DT)
         state = model.component.start(place, model.parameters)
-        force = force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(0.0, 0.2, t.size)
+        force = br.engine.force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(0.0, 0.2, t.size)
         segments.append(Segment(t + 6.0 * number, x, v, a, force + 2.0 * a, number))
     dataset = Dataset(tuple(segments), "translational", DT, 1e-9, 0.0, 100.0, 4, 50)
     parameters = parameters_of(model.component, PriorKnowledge(plant=inertia), dataset)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.exports.drives import listed
-from tests.exports.test_drive import DT, LUGRE, MASS, SERVO, WITHOUT_LOOP, export_request, text_of
+from tests.exports.test_drive import AXIS, DT, LUGRE, MASS, SERVO, WITHOUT_LOOP, export_request, text_of
 
 import bristle as br
 from bristle.controllers.feedforward import Rule
@@ -41,14 +41,10 @@ def of_table():
 
 
 @pytest.mark.parametrize("name", ["c", "st", "hal", "ros2"])
-def test_a_compensator_from_a_log_feeds_a_share_that_returns_and_fades(name):
-    rule = with_share(TARGETS[name], export_request(info=FROM_LOG)).rule
-    assert rule == Rule(0.9, pytest.approx(0.05 * REACH), 0.5, 0.0, 200.0)
-
-
-def test_without_a_stiffness_the_share_is_constant():
-    rule = with_share(TARGETS["c"], export_request(axis=WITHOUT_LOOP, info=FROM_LOG)).rule
-    assert rule == Rule(0.8, 0.0, 0.5, 0.0, 200.0)
+@pytest.mark.parametrize(("axis", "gain", "distance"), [(AXIS, 0.9, 0.05 * REACH), (WITHOUT_LOOP, 0.8, 0.0)])
+def test_a_share_from_a_log_fades_and_returns_if_the_stiffness_is_known(name, axis, gain, distance):
+    rule = with_share(TARGETS[name], export_request(axis=axis, info=FROM_LOG)).rule
+    assert rule == Rule(gain, pytest.approx(distance), 0.5, 0.0, 200.0)
 
 
 def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
@@ -60,15 +56,12 @@ def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
     assert product.effect.along == ()
 
 
-@pytest.mark.parametrize("name", ["fmu3", "mjcf", "warp", "wasm", "casadi", "cuda"])
-def test_a_target_that_describes_friction_describes_all_of_it(name):
-    request = export_request(info=FROM_LOG)
+@pytest.mark.parametrize(
+    ("name", "info"), [*((name, FROM_LOG) for name in ("fmu3", "mjcf", "warp", "wasm", "casadi", "cuda")), ("c", {}), ("table", {})]
+)
+def test_a_description_and_a_model_that_is_not_from_a_log_keep_all_of_the_friction(name, info):
+    request = export_request(info=info)
     assert with_share(TARGETS[name], request) == request
-
-
-@pytest.mark.parametrize("name", ["c", "table"])
-def test_a_model_that_is_not_from_a_log_keeps_gain_1(name):
-    assert with_share(TARGETS[name], export_request()) == export_request()
 
 
 @pytest.mark.parametrize("name", ["table", "tf5200", "ax8000", "sinumerik"])

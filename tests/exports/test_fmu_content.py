@@ -32,6 +32,7 @@ from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.fmu_exchange import BEYOND, exchange_of, why_not
 from bristle.exports.law import law_of
 from bristle.exports.subject import subject_of
+from bristle.testing import example_of
 from bristle.translation.build import Builder
 from bristle.translation.tree import REAL, Return, Store, struct_type
 
@@ -110,7 +111,7 @@ def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason
     assert "tolerance" not in root.find("DefaultExperiment").attrib
     assert why_not(LUGRE) == why_not(LUGRE, MASS) == ""
     screw = br.plants.ball_screw
-    moved = br.testing.example_of(screw)
+    moved = example_of(screw)
     assert why_not(LUGRE, moved) == ("" if screw.rate else f"{moved.name} has kernels for time steps only, not for continuous time")
 
 

@@ -20,11 +20,10 @@ from bristle.exports.described import Source
 from bristle.exports.law import law_of
 from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
-from bristle.plants import inertia
 from bristle.plants.terms import effort_of_place, terms_of, with_terms
 
 LUGRE = br.friction.find("lugre")(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e6, sigma_2=80.0, offset=3.0)
-COGS = with_terms(inertia, cogging={"motor": [6]})(M=20.0, motor_turn=5e-3, motor_6_cos=1.0, motor_6_sin=2.0)
+COGS = with_terms(br.plants.inertia, cogging={"motor": [6]})(M=20.0, motor_turn=5e-3, motor_6_cos=1.0, motor_6_sin=2.0)
 AXIS = {
     "schema": 1,
     "kind": "translational",
@@ -196,7 +195,7 @@ def test_the_feed_is_friction_constant_force_and_cogging_at_the_reference(compon
 
 @needs_compiler
 def test_the_feed_contains_a_spring(tmp_path_factory):
-    plant = with_terms(inertia, spring="cubic")(M=20.0, spring_1=300.0, spring_2=2e4, spring_3=-1e6)
+    plant = with_terms(br.plants.inertia, spring="cubic")(M=20.0, spring_1=300.0, spring_2=2e4, spring_3=-1e6)
     component, mm = Component(written(plant=plant), tmp_path_factory.mktemp("sprung")), moving()
     friction = br.response(LUGRE, 1e-3 * mm, 1e-3)
     spring = 0.3 * mm + 0.02 * mm**2 - 1e-3 * mm**3

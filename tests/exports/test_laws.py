@@ -26,6 +26,7 @@ from bristle.exports.tunable import settled_law, tunable_law
 from bristle.plants import inertia
 from bristle.references import varied_sine
 from bristle.sensors import encoder
+from bristle.testing import example_of
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65
@@ -649,7 +650,7 @@ def test_friction_transmits_the_feedforward_or_the_carried_plant():
     fed, carried = loads_of(Feedforward(mass=MASS, friction=TRANSMITTED, carries=PENDULUM))
     assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", MASS, "carried_", 3.0)
     with pytest.raises(br.core.InputError, match="has forces besides inertia, gravity, cogging and a spring"):
-        loads_of(Feedforward(friction=TRANSMITTED, carries=br.testing.example_of(br.plants.oscillator)))
+        loads_of(Feedforward(friction=TRANSMITTED, carries=example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 
 

@@ -3,7 +3,6 @@
 import importlib.util
 import re
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from bristle.exports.targets import Request
 from bristle.testing import example_of
 
 needs_mujoco = pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="needs mujoco")
-GOLDEN = Path(__file__).parents[1] / "golden" / "frozen"
 LUGRE = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.0, sigma_2=0.4)
 
 

@@ -10,7 +10,6 @@ import pytest
 from tests.exports.native import COMPILER, FLAGS, compiled, differing, walk
 
 import bristle as br
-from bristle.exports import Request
 from bristle.exports.ros2 import write
 
 HERE, DT, NAN = Path(__file__).parent / "ros2", 1e-3, np.nan
@@ -74,7 +73,7 @@ def python(model, x):
 def test_the_package_contains_the_c_of_the_model_unchanged():
     model = br.friction.maxwell_slip(kind="rotational", F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.4, 0.6], sigma_2=1e-5)
     for tunable in (False, True):
-        request = Request(model, "knee", DT, tunable=tunable)
+        request = br.exports.Request(model, "knee", DT, tunable=tunable)
         files, of_c = write(request).files, br.exports.TARGETS["c"].write(request).files
         for name in ("knee.h", "knee.c", "knee_selftest.c"):
             assert files[name] == of_c[name]
@@ -181,4 +180,4 @@ def test_friction_of_each_joint_is_a_parameter_of_a_tunable_export(tmp_path):
 
 def test_an_amplifier_in_velocity_mode_is_refused():
     with pytest.raises(br.core.InputError, match="ros2: feeds an effort forward"):
-        write(Request(MODEL, "axis_x", DT, mode="velocity"))
+        write(br.exports.Request(MODEL, "axis_x", DT, mode="velocity"))

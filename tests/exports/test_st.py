@@ -17,6 +17,7 @@ from bristle.exports.st_code import Printer
 from bristle.exports.st_parts import (
     LREAL,
     RESERVED,
+    Array as ArrayPart,
     Names,
     Pou,
     Record,
@@ -28,7 +29,6 @@ from bristle.exports.st_parts import (
     used_of,
     whole_literal,
 )
-from bristle.exports.st_parts import Array as ArrayPart
 from bristle.exports.st_project import NAMESPACE, Judged, Tuned, bounds, set_lines, total_of
 from bristle.exports.subject import Walk
 from bristle.exports.tunable import tunable_of

@@ -18,8 +18,7 @@ from bristle.engine.contact import steady_force
 from bristle.exports import TARGETS, Product, Request, Target, load_target_file
 from bristle.server.application import server_page
 from bristle.server.limits import Limits
-from bristle.testing import check_target
-from bristle.testing import targets as contract
+from bristle.testing import check_target, targets as contract
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "own_exporter.py"

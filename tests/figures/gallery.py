@@ -44,7 +44,6 @@ X = 2e-2 * np.sin(3.0 * T)
 V = np.gradient(X, T)
 F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
 
-LOG_NAMES = [f"log {k}" for k in range(20)]
 SPREAD = loop_rows.Spread(0.5, 0.4, 0.6, 0.3, 2.0)
 
 for _name in ("bars", "comparison", "first_screen", "fit", "loop_design", "many_runs", "motion", "recorded"):

@@ -8,9 +8,7 @@ from matplotlib.figure import Figure
 from scipy.signal import lfilter
 from tests.figures.gallery import PLAIN, F, T, V, X, fit, lines, looped, predicted
 
-from bristle.figures import first_screen as figures
-from bristle.figures import fit as fit_module
-from bristle.figures import report_figure
+from bristle.figures import first_screen as figures, fit as fit_module, report_figure
 
 NAMES = ("base", "plain", "fed")
 

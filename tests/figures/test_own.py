@@ -4,8 +4,7 @@ import re
 import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
-from types import SimpleNamespace as Some
+from types import ModuleType, SimpleNamespace as Some
 
 import pytest
 from markupsafe import escape

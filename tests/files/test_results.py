@@ -18,8 +18,7 @@ import pytest
 from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
-from bristle.files import folder as folders
-from bristle.files import owned, results
+from bristle.files import folder as folders, owned, results
 from bristle.files.growing import growing_folder
 from bristle.files.owned import NOTE, Folder, line_of, note_in
 from bristle.files.results import SUMMARY, results_folder

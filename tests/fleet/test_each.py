@@ -12,7 +12,6 @@ import bristle as br
 import bristle.fleet.identify as module
 from bristle.core.axis import Column
 from bristle.core.errors import InputError
-from bristle.fleet import identify_each
 from bristle.fleet.identify import Identifier
 from bristle.identification.result import Identification
 from bristle.study.store import runs_in
@@ -22,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def each(logs, out, **options):
-    return identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)
+    return br.fleet.identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)
 
 
 def test_every_log_is_a_row_and_a_failed_log_has_its_reason(logs, tmp_path):
@@ -107,7 +106,7 @@ def test_tables_of_a_file_are_logs(tmp_path):
     columns = {
         name: Column(f"column_{k}", "", unit) for k, (name, unit) in enumerate((("time", "s"), ("position", "m"), ("effort", "N")), 1)
     }
-    identify_each([f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS)
+    br.fleet.identify_each([f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS)
     columns = runs_in(tmp_path / "out").columns
     assert columns["log"].tolist() == ["all.npz::test_1", "all.npz::test_2"]
     assert columns["status"].tolist() == ["ok", "ok"]

@@ -8,7 +8,6 @@ import pytest
 from tests.exports.native import COMPILER, Native
 
 import bristle as br
-from bristle.engine import interpreted
 from bristle.hysteresis.beside_constant import with_constant
 
 STOPS = br.hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 3e-6], weights=[4e6, 2e6])
@@ -19,7 +18,7 @@ PATH = np.cumsum(np.random.default_rng(3).normal(0.0, 1e-6, 400))
 @pytest.mark.parametrize("operator", [STOPS, CLOSED])
 def test_its_loops_are_higher_by_the_constant(operator):
     raised = with_constant(operator, 1.5)
-    with interpreted():
+    with br.engine.interpreted():
         np.testing.assert_allclose(br.response(raised, PATH) - br.response(operator, PATH), 1.5, rtol=1e-12)
     assert raised.values["offset"] == 1.5
     assert with_constant(operator, 0.0) is operator
@@ -38,6 +37,6 @@ def test_an_operator_with_an_offset_takes_the_constant_there():
 def test_c_has_the_constant_to_the_bit(tmp_path):
     models = {"stops": with_constant(STOPS, 1.5), "closed": with_constant(CLOSED, -2.5)}
     native = Native(models, tmp_path)
-    with interpreted():
+    with br.engine.interpreted():
         for name, model in models.items():
             assert native.forces(name, PATH, 1e-3).tolist() == br.response(model, PATH).tolist()

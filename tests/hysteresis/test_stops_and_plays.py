@@ -1,8 +1,7 @@
 """Plays, stops and their sums: what the definitions say."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from tests.hysteresis.paths import along, walk
 
 from bristle import friction, hysteresis, response

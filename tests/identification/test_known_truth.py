@@ -11,7 +11,6 @@ from tests.identification.rigid import identify
 import bristle as br
 from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
-from bristle.friction import find
 from bristle.identification import known_truth
 from bristle.identification.known_truth import Determined, SimulatedLog
 from bristle.logs.filters import low_passed
@@ -93,7 +92,7 @@ def test_friction_over_a_recorded_channel_acts_along_the_recorded_motion(identif
     log, best = identified.log, identified.best
     warm = np.where(TIME < 1.5, 283.15, 303.15)
     log = br.Log.from_columns({"time": TIME, "position": log.position.values, "effort": log.effort.values, "temperature": warm}, axis=AXIS)
-    model = find("coulomb_viscous+temperature")(F_C=8.0, F_v=20.0, k_T=-0.02)
+    model = br.friction.find("coulomb_viscous+temperature")(F_C=8.0, F_v=20.0, k_T=-0.02)
     simulated = drawn(replace(identified, log=log, fits=(replace(best, friction=model),)), delay=5e-3)
     assert np.max(np.abs(simulated.position.values - log.position.values)) < 20.0 * STEP
     velocity = np.gradient(POSITION, DT)

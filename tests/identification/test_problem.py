@@ -13,8 +13,7 @@ from bristle import friction
 from bristle.identification import problem as contrast
 from bristle.identification.bootstrap import bootstrap
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Linearised, Search, linear
-from bristle.identification.least_squares import between as part_of
+from bristle.identification.least_squares import Linearised, Search, between as part_of, linear
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import Away, Contrast, between, covariance_of

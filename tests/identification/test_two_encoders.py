@@ -18,8 +18,7 @@ from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine.motion import along
 from bristle.engine.screwed import through_screw
-from bristle.figures.two_masses import force_of_both_sides, friction_of_both_sides, shows_lost_motion
-from bristle.figures.two_masses import lost_motion as lost_motion_figure
+from bristle.figures.two_masses import force_of_both_sides, friction_of_both_sides, lost_motion as lost_motion_figure, shows_lost_motion
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification.lost_motion import Hysteresis, LostMotion, lost_motion, stretched
 from bristle.identification.quantities import Quantity

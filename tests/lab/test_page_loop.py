@@ -11,15 +11,12 @@ from tests.lab.scripts import needs_node, node
 import bristle as br
 from bristle.controllers.law import law
 from bristle.core import Feedforward, Reference, Run, Variant, experiment
-from bristle.engine import run_closed_loop
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.page import loop, rows, switches
 from bristle.exports.page.described import example_named, model_described
 from bristle.exports.page.packing import as_json, differences, packed, packed_numbers, plain, unpacked
 from bristle.exports.subject import presliding_distance, subject_of
-from bristle.friction import lugre
 from bristle.lab.page import paper_experiment, paper_loop
-from bristle.plants import inertia, pulled_inertia
 from bristle.simulation.compensation import feedforward_effort
 
 DT = 1e-3
@@ -142,7 +139,7 @@ def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
     assert set(data["parts"]) >= {"sliding", "observer"}
 
 
-@pytest.mark.parametrize(("first", "place"), [("dahl", 1), (lugre(**lugre.example), 0)])
+@pytest.mark.parametrize(("first", "place"), [("dahl", 1), (br.friction.lugre(**br.friction.lugre.example), 0)])
 def test_a_page_begins_with_a_model_by_name_or_with_values(monkeypatch, first, place):
     monkeypatch.setattr(switches, "MODELS", ("coulomb", "dahl"))
     monkeypatch.setattr(switches, "example_described", lambda name: {"name": name, "kind": "translational"})
@@ -243,7 +240,7 @@ def controllers():
 
 def stepped(model, mass, controller, sensor, desired, message):
     """Return where the mass is and is read to be, by the kernels as they stand."""
-    plant = pulled_inertia(M=mass, k=0.0, v_e=0.0)
+    plant = br.plants.pulled_inertia(M=mass, k=0.0, v_e=0.0)
     q, p, c, s = plant.parameters, model.parameters, controller.parameters, sensor.parameters
     state, reading = model.component.initial_state(p), sensor.component.initial_state(s)
     now = Mechanism(plant.component.initial_state(q), state, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -303,7 +300,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     assert read == own_read.tolist()
     # And all of it is the course of a simulation.
     reference = np.stack((*(desired[key][:COUNT] for key in "xva"), fed[:COUNT]))
-    trace = run_closed_loop(inertia(M=mass), model, controller, sensor, reference, SAMPLE, steps=SUBSTEPS, delay=DELAY)
+    trace = br.engine.run_closed_loop(br.plants.inertia(M=mass), model, controller, sensor, reference, SAMPLE, steps=SUBSTEPS, delay=DELAY)
     assert np.max(np.abs(x)) > 1e-6
     # Solves end within their tolerance, and a count of the encoder may fall the other way.
     assert np.max(np.abs(trace.position - x)) < 0.02 * np.ptp(x)

@@ -10,7 +10,6 @@ from tests.lab.scripts import SLOTS, data_of, needs_node, node
 
 import bristle as br
 from bristle.certificates import certify, quasi_static
-from bristle.core import InputError, Motion
 from bristle.exports.page import described, packing, sliders, switches
 from bristle.exports.page.packing import plain
 from bristle.exports.subject import subject_of
@@ -141,7 +140,7 @@ def memory_after(model, positions):
     component, p = model.component, model.parameters
     state, memory, before = component.initial_state(p), component.new_memory(p), positions[0]
     for x in positions[1:]:
-        _, move = component.trial(state, memory, Motion((x - before) / 1e-3, x), 1e-3, p)
+        _, move = component.trial(state, memory, br.core.Motion((x - before) / 1e-3, x), 1e-3, p)
         state, before = component.commit(state, memory, move, p), x
     return memory
 
@@ -549,7 +548,7 @@ def moved_about(model, count):
             changes["beta"] = (0.5, 0.8, 1.0)[len(result) % 3]
         if (F_S := changes.get("F_S")) is not None and random.integers(3) == 0:
             changes["F_C"] = F_S  # where elements that slip give nothing back
-        with suppress(InputError):
+        with suppress(br.core.InputError):
             result.append(model.with_values(**changes))
     return result
 

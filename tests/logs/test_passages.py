@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from tests.examples.data import measured
 from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of, sines

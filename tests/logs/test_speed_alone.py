@@ -18,7 +18,6 @@ X = 0.08 * np.sin(4.4 * T) + 0.03 * np.sin(11.9 * T + 0.4)
 V = 0.08 * 4.4 * np.cos(4.4 * T) + 0.03 * 11.9 * np.cos(11.9 * T + 0.4)
 A = -0.08 * 4.4**2 * np.sin(4.4 * T) - 0.03 * 11.9**2 * np.sin(11.9 * T + 0.4)
 F = 12.0 * A + 40.0 * V + 18.0 * np.tanh(V / 2e-3)
-ROUNDING = 1e-6  # m, that straight lines between samples leave of these curves
 SPEED = {"velocity": {"column": "speed", "unit": "mm/s"}, "effort": {"column": "force", "unit": "N"}}
 
 

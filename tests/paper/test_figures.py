@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.figures.test_figures import assert_legible
-from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
+from tests.figures.test_figures import assert_legible, test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.core.dispatch import everett
 from bristle.figures import loop_rows, preisach

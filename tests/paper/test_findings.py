@@ -19,8 +19,7 @@ from bristle.files import read_experiment, read_model
 from bristle.friction.uneven import uneven
 from bristle.identification.result import Identification
 from bristle.paper import EXPERIMENTS, rig
-from bristle.paper.robust import findings, loops, page
-from bristle.paper.robust import trial as trials
+from bristle.paper.robust import findings, loops, page, trial as trials
 from bristle.paper.robust.truths import FOLDER, NOMINAL, SIMULATED, Truth, truths_named, under
 from bristle.plants import inertia
 

@@ -5,8 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from bristle.core import InputError
 from bristle.references import chirp, circle, recorded, s_curve, sine, triangle, varied_sine

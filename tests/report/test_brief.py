@@ -15,8 +15,7 @@ from bristle.core import Axis, Diagnostic, example_of
 from bristle.friction import MODELS
 from bristle.identification import identify
 from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
-from bristle.report import brief as module
-from bristle.report import compensation, page
+from bristle.report import brief as module, compensation, page
 from bristle.report.cards import Card, Step, cards_of, distance_card, no_gain, quantity_text
 from bristle.report.sentences import SENTENCES
 

@@ -13,9 +13,7 @@ from bristle.comparison import Change, Comparison
 from bristle.core import Diagnostic, InputError
 from bristle.figures import as_csv, numbers_of
 from bristle.identification import identify as fitted
-from bristle.report import compared as sides_module
-from bristle.report import comparison as report
-from bristle.report import identified
+from bristle.report import compared as sides_module, comparison as report, identified
 
 RMS = "following_error.rms"
 

@@ -2,8 +2,7 @@
 
 import re
 from dataclasses import replace
-from types import SimpleNamespace
-from types import SimpleNamespace as Some
+from types import SimpleNamespace, SimpleNamespace as Some
 
 import numpy as np
 import pytest

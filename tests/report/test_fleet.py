@@ -9,9 +9,7 @@ import pytest
 from tests.report.pages import Page, seen_by
 
 from bristle.figures.joints import effort_of_joints
-from bristle.report import arm
-from bristle.report import fleet as report
-from bristle.report import study as study_module
+from bristle.report import arm, fleet as report, study as study_module
 from bristle.report.page import Front
 from bristle.report.table import Table
 from bristle.study.store import Runs

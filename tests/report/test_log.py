@@ -12,8 +12,7 @@ from tests.report import known
 from bristle.core import InputError
 from bristle.identification import result, simulated_bands
 from bristle.logs import BreakAway, Passage
-from bristle.report import exported
-from bristle.report import log as report
+from bristle.report import exported, log as report
 
 
 def passage(kind, begin=0.0, end=1.0, **changes):

@@ -5,16 +5,13 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from tests.report import known
 
 from bristle import friction, plants
 from bristle.core import Axis, Column
 from bristle.identification import HeldOut, Settings
-from bristle.report import identification as report
-from bristle.report import model_tables
-from bristle.report import summary as summary_module
+from bristle.report import identification as report, model_tables, summary as summary_module
 from bristle.report.table import (
     Quantity,
     Table,

@@ -8,8 +8,7 @@ from tests.report.pages import plain, seen_by
 
 from bristle import hysteresis
 from bristle.core import Diagnostic, Status
-from bristle.report import operators as report
-from bristle.report import prediction as prediction_module
+from bristle.report import operators as report, prediction as prediction_module
 from bristle.report.table import percent_text
 from bristle.simulation import MODES
 

@@ -14,9 +14,7 @@ from tests.stand_ins import Loop
 
 from bristle import controllers, friction
 from bristle.core import Axis, Diagnostic, Feedforward, Status, number, units
-from bristle.report import compensation
-from bristle.report import loops as loops_module
-from bristle.report import simulation as report
+from bristle.report import compensation, loops as loops_module, simulation as report
 from bristle.report.sentences import SENTENCES
 
 pytestmark = pytest.mark.usefixtures("undrawn")

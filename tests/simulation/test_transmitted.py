@@ -5,11 +5,7 @@ import pytest
 from tests.simulation import transmitted_truth as truth
 
 import bristle as br
-from bristle.core import InputError
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
-from bristle.engine import run_open_loop
-from bristle.files import read_experiment
-from bristle.simulation import simulate
 from bristle.simulation.compensation import feedforward_effort
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -38,7 +34,7 @@ def test_without_a_plant_the_feedforward_is_transmitted():
 
 def test_a_plant_without_an_inverse_is_refused():
     screw = br.plants.ball_screw(**br.plants.ball_screw.example)
-    with pytest.raises(InputError, match=r"without inverse dynamics.*the transmitted effort is the effort of the feedforward"):
+    with pytest.raises(br.core.InputError, match=r"without inverse dynamics.*the transmitted effort is the effort of the feedforward"):
         feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
 
 
@@ -54,7 +50,7 @@ def followed(**fed):
         Feedforward(mass=truth.J, plant=ARM, **fed),
         Run(duration=2.4, sample_time=4e-3, delay=1, settle=0.4, substeps=2),
     )
-    return simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
+    return br.simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
 
 
 @pytest.mark.parametrize("along", ["desired", "measured"])
@@ -76,7 +72,7 @@ ARM_OF_SCREW = LEAD / (2.0 * np.pi)
 def turned_by(motor, table):
     """Angle of the motor of a stiff screw after a second under a constant torque [rad]."""
     plant = br.plants.ball_screw(kind="rotational", J=J, M=M, lead=LEAD, k=1e9, d=1e4)
-    trace = run_open_loop(plant, motor, np.full(251, TORQUE), 4e-3, steps=2, table=table)
+    trace = br.engine.run_open_loop(plant, motor, np.full(251, TORQUE), 4e-3, steps=2, table=table)
     return trace.motor_position[250]
 
 
@@ -128,6 +124,6 @@ sample_time = 1e-3
 def test_an_experiment_file_finds_the_transmitted_effort_by_default():
     risen = EXPERIMENT.format(model="coulomb_viscous+transmitted", share="c_T = 0.25").encode()
     plain = EXPERIMENT.format(model="coulomb_viscous", share="").encode()
-    carries, nothing = (read_experiment(text).variants[0].feedforward.carries for text in (risen, plain))
+    carries, nothing = (br.read_experiment(text).variants[0].feedforward.carries for text in (risen, plain))
     assert carries == ARM
     assert nothing is None

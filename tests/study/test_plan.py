@@ -10,7 +10,6 @@ from scipy import stats
 from tests.study.conftest import STUDY
 
 import bristle as br
-from bristle.files import read_toml
 from bristle.files.arrays import write_arrays
 from bristle.study import plan, read_study_file
 from bristle.study.plan import (
@@ -359,14 +358,14 @@ def test_distributions_that_fit_are_read():
     ],
 )
 def test_a_key_that_is_not_varied_is_reported(bench, key, words):
-    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), br.files.read_toml(bench.folder / "loop.toml")
     with pytest.raises(br.core.InputError, match=words) as error:
         target_at(key, experiment, data, "vary")
     assert "seed" not in str(error.value).partition("allowed")[2]
 
 
 def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
-    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), read_toml(bench.folder / "loop.toml")
+    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), br.files.read_toml(bench.folder / "loop.toml")
     result = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
     assert [(item.unit, item.is_whole) for item in result.values()] == [("", True), ("N*s/m", False), ("m", False)]
     assert result["sensor.noise"].path == "sensor.noise"

@@ -10,8 +10,7 @@ import bristle as br
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.report.simulation import simulation_summary
-from bristle.study import block as blocks
-from bristle.study import run, run_study
+from bristle.study import block as blocks, run, run_study
 from bristle.study.block import FAILED, Simulator, Varied, _overridden, fits_a_batch, row_of
 from bristle.study.plan import METRICS, Block
 from bristle.study.run import Ran, in_words, repeat_run, run_within, values_of, worst_runs

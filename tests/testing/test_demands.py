@@ -12,8 +12,7 @@ import pytest
 from bristle import friction
 from bristle.core.status import Status
 from bristle.friction import CHANNEL_SLOTS
-from bristle.testing import contract, slot
-from bristle.testing import slot as module
+from bristle.testing import contract, slot, slot as module
 from bristle.testing.check import Check, Fact, UnmetError, compiled_as_plain, judged, outcomes
 from bristle.testing.slot import range_of
 

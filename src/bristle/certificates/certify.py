@@ -23,8 +23,7 @@ from bristle.certificates.certificate import Certificate, OperatorParameters, as
 from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import CREEP, Holding, Path, holding_of
 from bristle.core.contracts import HysteresisOperator, Model
-from bristle.core.edge import guarded, many, optional
-from bristle.core.edge import model as of_family
+from bristle.core.edge import guarded, many, model as of_family, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import number, with_unit
 from bristle.core.units import quantity

@@ -19,10 +19,10 @@ from bristle.cli import (
     models,
     paper,
     predict,
+    run as run_command,
     study,
     tune,
 )
-from bristle.cli import run as run_command
 from bristle.cli.options import REMOVED, as_command, command_text
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain

@@ -13,8 +13,7 @@ from bristle.exports.described import Source, meaning_of, model_facts, plain
 from bristle.exports.feed import Feed, with_feed
 from bristle.exports.law import INPUTS, PER_VELOCITY, Law, law_facts, law_walk
 from bristle.exports.st_code import Printer
-from bristle.exports.st_parts import LREAL, REAL, WITHIN, Names, Pou, Variable, checked, real_literal
-from bristle.exports.st_parts import Array as ArrayPart
+from bristle.exports.st_parts import LREAL, REAL, WITHIN, Array as ArrayPart, Names, Pou, Variable, checked, real_literal
 from bristle.exports.st_project import FARTHEST, Tuned, body_lines, call_text, interface, set_lines
 from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, arguments_left, settled_subject, subject_of, walk_of
 from bristle.exports.targets import Product, Request

@@ -12,9 +12,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bristle.exports.printing import PRIMARY, UNARY, described, needs_wide_integers, structures_of, types_in, wrapped
-from bristle.exports.st_parts import BELOW_ZERO, INDENT, LREAL, TEXTS, Names, Pou, Record, real_literal, whole_literal
-from bristle.exports.st_parts import Array as ArrayPart
-from bristle.exports.st_parts import Variable as Declared
+from bristle.exports.st_parts import (
+    BELOW_ZERO,
+    INDENT,
+    LREAL,
+    TEXTS,
+    Array as ArrayPart,
+    Names,
+    Pou,
+    Record,
+    Variable as Declared,
+    real_literal,
+    whole_literal,
+)
 from bristle.translation import tree
 from bristle.translation.scope import NotExportableError
 from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, walk

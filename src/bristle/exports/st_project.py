@@ -18,9 +18,7 @@ from bristle.exports.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Var
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
 from bristle.exports.tunable import CHECKPOINT, TOLERANCE, Tunable, bounds_of, checkpoints
 from bristle.prediction.drive_units import CommandUnits
-from bristle.translation.tree import REAL as NUMBER
-from bristle.translation.tree import TRUTH, Function, Struct
-from bristle.translation.tree import Array as ArrayType
+from bristle.translation.tree import REAL as NUMBER, TRUTH, Array as ArrayType, Function, Struct
 
 Key = tuple[str, int | None]
 

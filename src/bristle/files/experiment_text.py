@@ -14,8 +14,7 @@ from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import FEEDFORWARD as FEEDFORWARD_FIELDS
-from bristle.core.experiment import LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
+from bristle.core.experiment import FEEDFORWARD as FEEDFORWARD_FIELDS, LOOP_VARIANTS, OF_A_SAMPLE, START, Variant
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
 from bristle.files.toml import quoted

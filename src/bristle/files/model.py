@@ -22,8 +22,7 @@ from bristle.files.permission import CodeRead, code_named
 from bristle.files.single import write_whole
 from bristle.files.toml import Said, as_toml, read_toml
 from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
-from bristle.plants import PLANTS
-from bristle.plants import find as find_plant
+from bristle.plants import PLANTS, find as find_plant
 
 # Key of the provenance: the `digest` of the friction in the simulation that made the log.
 FITTED_TO = "fitted to"

@@ -19,8 +19,7 @@ from bristle.files.sources import Sources
 from bristle.friction import MODELS, with_presliding
 from bristle.friction.level import rises_with_effort
 from bristle.logs.log import Log
-from bristle.plants import PLANTS
-from bristle.plants import find as find_plant
+from bristle.plants import PLANTS, find as find_plant
 from bristle.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
 from bristle.sensors import SENSORS
 

@@ -31,8 +31,7 @@ from bristle.core.formula import Paragraph, paragraphs_of
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
-from bristle.friction.preisach_lugre import LEUVEN
-from bristle.friction.preisach_lugre import MODEL as COMPOSITE
+from bristle.friction.preisach_lugre import LEUVEN, MODEL as COMPOSITE
 
 # Values that the model fixes.
 HELD = {"transition": LEUVEN, "rho": 0.9}

@@ -22,8 +22,7 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_trial
-from bristle.core.edge import Amount, amount, guarded
-from bristle.core.edge import model as of_family
+from bristle.core.edge import Amount, amount, guarded, model as of_family
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import direction, relaxation

@@ -20,9 +20,7 @@ from bristle.core.contracts import HysteresisOperator
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
 from bristle.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
-from bristle.hysteresis.preisach import Parameters as Forward
-from bristle.hysteresis.preisach import commit as forward_commit
-from bristle.hysteresis.preisach import measure, memory_size
+from bristle.hysteresis.preisach import Parameters as Forward, commit as forward_commit, measure, memory_size
 from bristle.hysteresis.turning_points import Branch, Stack, StackMove, branch_output
 
 ITERATIONS = 100

@@ -15,8 +15,7 @@ from bristle.core.edge import CURVE, FUNCTION, KIND, Amount, among, amount, guar
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.hysteresis.everett_table import MODEL
-from bristle.hysteresis.reversal_table import MODEL as REVERSAL_TABLE
-from bristle.hysteresis.reversal_table import Curves
+from bristle.hysteresis.reversal_table import MODEL as REVERSAL_TABLE, Curves
 
 NODES = 101
 

@@ -25,11 +25,7 @@ from typing import Annotated, NamedTuple
 from bristle.core.contracts import Plant, Screw
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
-from bristle.plants.inertia import Parameters as Inertia
-from bristle.plants.inertia import State
-from bristle.plants.inertia import port as port_of
-from bristle.plants.inertia import rest as rest_of
-from bristle.plants.inertia import step as step_of
+from bristle.plants.inertia import Parameters as Inertia, State, port as port_of, rest as rest_of, step as step_of
 
 
 class Parameters(NamedTuple):

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.comparison import Comparison
-from bristle.comparison import compare as sides_compared
+from bristle.comparison import Comparison, compare as sides_compared
 from bristle.core import Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
 from bristle.files import axes_for, log_and_axis, provenance
 from bristle.logs import Log

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 from bristle.core import Axis, InputError, Origin, Progress, cached_property
 from bristle.files import axis_text, logs_and_axes, origins_of_code, provenance
 from bristle.friction import DEFAULT_MODELS
-from bristle.identification import Identification, axis_with, models_of
-from bristle.identification import identify as models_fitted
+from bristle.identification import Identification, axis_with, identify as models_fitted, models_of
 from bristle.logs import Log
 from bristle.prediction import drive_table, steady_curve
 from bristle.report.model_in_hand import ModelInHand

@@ -113,8 +113,7 @@ def plan(errand: Errand) -> Answer:
 
 def tune(errand: Errand) -> Answer:
     """Run the steps on the machine, as `bristle tune --move`; a cancelled run restores the machine."""
-    from bristle.tune import MachineStoppedError
-    from bristle.tune import tune as tune_machine
+    from bristle.tune import MachineStoppedError, tune as tune_machine
 
     def report(share: float, text: str) -> None:
         if errand.is_cancelled():

@@ -7,8 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core import Experiment
-from bristle.core import Run as Simulated
+from bristle.core import Experiment, Run as Simulated
 from bristle.files import read_experiment
 from bristle.references import recorded
 from bristle.simulation import simulate

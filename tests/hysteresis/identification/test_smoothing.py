@@ -5,8 +5,7 @@ import pytest
 from tests.golden.simulated import MASING, NOISE, reversal_curves
 
 from bristle.hysteresis import preisach
-from bristle.hysteresis.identification import identify_operator
-from bristle.hysteresis.identification import result as curves
+from bristle.hysteresis.identification import identify_operator, result as curves
 from bristle.hysteresis.identification.result import smoothed
 from bristle.logs.curves import Curve, Curves
 

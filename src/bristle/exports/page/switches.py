@@ -31,11 +31,9 @@ from bristle.exports.subject import subject_of
 from bristle.exports.wasm import Module, module_of
 from bristle.friction import MODELS, base_of, channel_slots_of, with_slots
 from bristle.friction.enclosing import CoefficientsModel, enclosed
-from bristle.friction.level import LEVELS, Rise, has_level
-from bristle.friction.level import RISES_WITH as RISING
+from bristle.friction.level import LEVELS, RISES_WITH as RISING, Rise, has_level
 from bristle.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
-from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, Place
-from bristle.friction.variation import VARIES_WITH as VARYING
+from bristle.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, VARIES_WITH as VARYING, Place
 
 
 class Surroundings(NamedTuple):
