@@ -403,4 +403,6 @@ def effect_of_law(variant: Variant) -> Effect | None:
     effect = within.effect(fed_by(given))
     along = tuple(path._replace(not_ahead=math.nan) for path in effect.along)
     effect = replace(effect, along=along, ahead=variant.run.delay + 1)
-    return effect if drive is None else within.promised(effect, within.tried(drive))
+    if drive is None or given.scaled == "force":
+        return effect  # a share of the whole force is a choice of the experiment, not of an identification
+    return within.promised(effect, within.tried(drive))
