@@ -38,7 +38,6 @@ from bristle.translation.tree import Struct
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
-SAVED, FED = ("position", "force"), ("share", "feed")  # numbers of a contact and of its feed that are saved
 STAND_IN = "name_of_the_export"  # in the templates, until the code has no variable with the name of the export
 UNTOUCHED = r'"(?:\\.|[^"\\])*"|/\*.*?\*/|(?:struct|union)\b[^;{}()]*\{(?:[^{}]|\{[^{}]*\})*\}'
 """Strings, comments, and structures with one level inside."""
@@ -105,7 +104,7 @@ class CFiles:
         return (
             model_facts(subject, name, request.source, request.dt, single=request.single, tunable=request.tunable)
             | block_facts(printer, name, fields, subject.memory_size, tuned)
-            | saved_facts(printer, SAVED + FED * self.has_feed, fields, subject.memory_size, subjects.layout_of(subject, scalar))
+            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, scalar))
             | ({"feed": False} if feed is None else feed_facts(feed, request.share, printer, kind))
             | {"drive": command_facts(units, kind), "device": "", "velocity": VELOCITY[scalar], "result": "force"}
             | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * request.dt:g}", "every": max(1, cycles // 10)}

@@ -48,5 +48,7 @@ int {{ name }}_load({{ name }} *axis, const unsigned char *bytes, size_t size)
 {% endfor %}{% if memory %}    for (size_t i = 0; i < {{ memory }}U; ++i) {
         axis->memory[i] = {{ narrowed }}got_real(bytes + {{ memory_at }} + 8U * i);
     }
+{% endif %}{% if feed is defined and feed %}    axis->share = 0.0; /* the axis may have rested for long */
+    axis->feed = 0.0;
 {% endif %}    return 1;
 }
