@@ -84,5 +84,5 @@ def test_log_to_loop(run):
     assert float(next(value for value in shown if isinstance(value, str)).split()[0]) < 3.0
     loop = next(value for value in shown if hasattr(value, "variants")).variants
     errors = [loop[name].following_error.peak_to_peak for name in ("as_recorded", "feedforward", "compensated")]
-    assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
+    assert errors[0] > 10.0 * errors[1] > 80.0 * errors[2]  # 0.9 of the friction is fed forward
     assert 4 <= printed.count(" N\n") <= 8

@@ -24,6 +24,7 @@ from bristle.simulation.run import simulate_with
 
 FROM_LOG = {"treatment": {"cutoff": 100.0, "delay": 0.0}}
 STIFFNESS = 60.0 * 5000.0
+PUSHING = br.friction.find("viscous+asymmetry")(F_v_pos=0.0, F_v_neg=0.0)
 REACH = level_of(LUGRE, 0.1) / STIFFNESS
 
 
@@ -45,6 +46,10 @@ def of_table():
 def test_a_share_from_a_log_fades_and_returns_if_the_stiffness_is_known(name, axis, gain, distance):
     rule = with_share(TARGETS[name], export_request(axis=axis, info=FROM_LOG)).rule
     assert rule == Rule(gain, pytest.approx(distance), 0.5, 0.0, 200.0)
+
+
+def test_a_friction_that_drives_the_axis_has_no_reach():
+    assert reach_for(export_request(PUSHING, info=FROM_LOG)) is None
 
 
 def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():

@@ -25,6 +25,7 @@ FADE = 0.5  # time constant at rest [s]
 LEAST = 3.0  # shortest promised move, over the reach
 LONGEST_REST = 0.3  # between promised moves [s]
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
+NO_FRICTION = 1e-100  # level of a friction that drives the axis, such as that of a reversed effort [N or N*m]
 NEGLIGIBLE = 0.05  # delay over the cycle of the controller that counts as none
 
 
@@ -57,9 +58,10 @@ def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, 
     """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
     of_law = None if controller is None else stiffness_of(controller)
     stiffness = treatment.get("stiffness") if of_law is None else of_law.value
-    if not stiffness:
+    level = level_of(friction, fastest)
+    if not stiffness or level <= NO_FRICTION:
         return None
-    return level_of(friction, fastest) / stiffness
+    return level / stiffness
 
 
 def rule_for(friction: Model, reach: float | None) -> Rule:
