@@ -19,13 +19,13 @@ from bristle.exports.moves import TIMES, Limits
 from bristle.exports.targets import TARGETS, Product, Target
 from bristle.exports.writing import files_for, with_share
 from bristle.files.axis import axis_from
-from bristle.prediction.claims import Claim, level_of
+from bristle.prediction.claims import Claim
 from bristle.simulation.run import simulate_with
 
 FROM_LOG = {"treatment": {"cutoff": 100.0, "delay": 0.0}}
 STIFFNESS = 60.0 * 5000.0
 PUSHING = br.friction.find("viscous+asymmetry")(F_v_pos=0.0, F_v_neg=0.0)
-REACH = level_of(LUGRE, 0.1) / STIFFNESS
+REACH = 40.0 / STIFFNESS  # the level of sliding friction, without break-away and viscous part
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_a_friction_that_drives_the_axis_has_no_reach():
 def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
     known = {"treatment": FROM_LOG["treatment"] | {"stiffness": 2e5}}
     request = export_request(axis=WITHOUT_LOOP, info=known)
-    assert reach_for(request) == pytest.approx(level_of(LUGRE, 0.1) / 2e5)
+    assert reach_for(request) == pytest.approx(40.0 / 2e5)
     product = files_for("c", request)
     assert product.effect.claims == (Claim(pytest.approx(3.0 * reach_for(request)), None, 0.3),)
     assert product.effect.along == ()
@@ -190,22 +190,29 @@ def test_the_promise_of_a_known_axis(of_c, of_table):
     assert c.lines()[0] in header
 
 
-def test_a_promise_counts_cases_of_another_friction(monkeypatch):
-    """The worst case stands in place of the nominal move, and the friction of the axis is not that of the feed."""
-    loop = loop_for(export_request())
+def test_a_case_has_another_friction_the_unexplained_force_and_the_worse_of_two_noises(monkeypatch):
     seen = []
 
-    def without_noise(variant, effort):
-        seen.append(variant.friction.values["F_C"] / LUGRE.values["F_C"])
-        return simulate_with(variant, None)
+    def error(variant, effort, starts):
+        seen.append((variant.friction.values["F_C"], float(np.mean(variant.disturbance))))
+        return float(len(seen))
 
-    monkeypatch.setattr("bristle.exports.cases.simulate_with", without_noise)
+    monkeypatch.setattr("bristle.exports.cases._error", error)
     monkeypatch.setattr("bristle.exports.cases.cases_over", lambda reach: cases_over(reach)[2:7:2])
-    within = InLoop(loop, Limits(0.1, 1.6), REACH, 0.0, 1e-5)
-    tried = within.tried(lambda x, dt: np.zeros(x.size))
-    assert sorted(set(seen)) == pytest.approx([1.0, 1.13])
-    effect = within.promised(Effect((moved(REACH, 1.0, 0.1),), "translational", REACH, (), 1, 0.0), tried)
-    assert effect.moves[0].ratio == pytest.approx(max(each.ratio for each in tried if not each.case.lasting), rel=1e-6)
+    loop = replace(loop_for(export_request()), disturbance=np.full(50, 7.0))
+    tried = InLoop(loop, Limits(0.1, 1.6), REACH, 0.0, 1e-5).tried(lambda x, dt: np.zeros(x.size))
+    assert seen[:6] == [(pytest.approx(40.0 * level), pytest.approx(7.0, abs=0.1)) for level in (1.13, 1.13, 1.13, 1.13, 1.0, 1.0)]
+    assert [(trial.without, trial.with_it) for trial in tried] == [(2.0, 7.0), (4.0, 8.0), (6.0, 9.0)]
+
+
+def test_the_share_with_the_smallest_error_is_taken(monkeypatch):
+    scores = iter([0.5, 0.2, 0.9])
+    monkeypatch.setattr(effects, "score_of", lambda tried, reach: next(scores))
+    monkeypatch.setattr(effects, "claims_of", lambda tried, reach: ((QUICK,), False))
+    monkeypatch.setattr(InLoop, "tried", lambda within, drive: [])
+    monkeypatch.setattr(InLoop, "promised", lambda within, effect, tried: effect)
+    request = replace(with_share(TARGETS["c"], export_request(info=FROM_LOG)), rest="held")
+    assert effects.with_best_rule(request)[0].rule == Rule(0.9, 0.0, 0.5, 0.0, 200.0)
 
 
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
@@ -280,6 +287,7 @@ MOVES = (BETTER, moved(3e-5, 1.0, 0.5), moved(3e-4, 1.0, 0.1))
         (effect_along(BETTER), 0, "^bristle promises nothing for moves from rest to rest up to 300 um"),
         (effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational"), 1, f"^{SIZES}10.0 urad -> diverges in moves of 200 urad"),
         (effect_along(BETTER, hunts=True), -1, "^the axis hunts with rests of 1 s"),
+        (replace(effect_along(BETTER), assumed=1e-5), -1, "^the pre-sliding distance is unknown, and bristle assumes 10.0 um: write"),
         (
             effect_along(BETTER, Along("log", 0.0, 0.5, 0.1, not_ahead=0.3)),
             2,

@@ -26,8 +26,7 @@ def test_the_self_test_of_c_holds_the_feed(tmp_path, options):
         (tmp_path / name).write_text(text)
     assert built(tmp_path, "axis_x_selftest.c").returncode == 0
     (tmp_path / "axis_x.h").write_text(files["axis_x.h"].replace("#define AXIS_X_GAIN 0.9", "#define AXIS_X_GAIN 0.8"))
-    changed = built(tmp_path, "axis_x_selftest.c")
-    assert ("the feed differs" in changed.stdout) == (not options.get("single"))
+    assert ("the feed differs" in built(tmp_path, "axis_x_selftest.c").stdout) == (not options.get("single"))
 
 
 @needs_compiler
@@ -37,8 +36,7 @@ def test_structured_text_feeds_the_same_share(tmp_path):
     texts = [str(files[f"axis_x{end}.st"]) for end in ("", "_selftest")]
     block = in_structured_text({"axis_x": texts}, tmp_path / "feed", outputs={"axis_x": "feed"})
     x = 1e-6 * np.repeat(np.cumsum(np.tile([1.0, 3.0, -2.0, -5.0, 8.0], 40)), 3)
-    share = {"gain": 0.9, "return_distance": 8e-6, "fade_time": 0.05}
-    feed, flags = block.run("axis_x", x, 1e-3, **share)
+    feed, flags = block.run("axis_x", x, 1e-3, gain=0.9, return_distance=8e-6, fade_time=0.05)
     forces = br.response(REQUEST.model, x, 1e-3, rest="held")
     expected = fed(x, forces.tolist(), 1e-3, RULE)
     assert not flags.any()

@@ -333,8 +333,10 @@ def test_the_movement_per_radian_is_known_for_rotational_axes_and_with_a_lead():
 
 
 def test_the_cycle_of_a_controller_is_read_and_written():
-    text = b'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\nposition = { column = "q", unit = "m" }\n'
-    text += b'effort = { column = "u", unit = "N" }\n[controller]\nmodel = "cascade"\nk_p = "60 1/s"\nk_v = "500 N*s/m"\n'
+    text = (
+        b'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\nposition = { column = "q", unit = "m" }\n'
+        b'effort = { column = "u", unit = "N" }\n[controller]\nmodel = "cascade"\nk_p = "60 1/s"\nk_v = "500 N*s/m"\n'
+    )
     assert read_axis(text).cycle is None
     axis = read_axis(text + b'cycle = "0.25 ms"\n')
     assert (axis.cycle, axis.controller.values["k_p"]) == (pytest.approx(2.5e-4), 60.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants, references, sensors
+from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
@@ -125,9 +126,10 @@ def loop_of(injected=None):
 def test_a_known_input_of_a_loop_is_replayed():
     log, plant = log_of(), plants.inertia(M=3.0)
     options = {"has_axis_file": True, "loop": loop_of()}
-    alone = NextExperiment.beside_model(plant, Axis(), log, Path(), **options)
+    alone = NextExperiment.beside_model(plant, Axis(), log, Path(), **options, rule=Rule(0.9, 5e-6))
     pushed = NextExperiment.beside_model(plant, Axis(), log, Path(), **options | {"loop": loop_of(np.ones(500))})
     assert "injected" not in tomllib.loads(alone.text)
+    assert 'gain = 0.9, scaled = "contact", return_distance = "5e-06 m", fade_time = "0.5 s" }' in alone.text
     assert tomllib.loads(pushed.text)["injected"] == {"file": "loop.csv"}
 
 

@@ -38,9 +38,8 @@ def log_of_a_loop(**law):
     k_p, k_v, k_i, k_ff = (law.get(name, usual) for name, usual in (("k_p", 60.0), ("k_v", 5000.0), ("k_i", 0.0), ("k_ff", 0.0)))
     t = dt * np.arange(12_000)
     reference = 0.02 * np.sin(3.0 * t) + 0.004 * np.sin(17.0 * t)
-    x = v = integral = 0.0
+    x = v = integral = before = desired = 0.0
     positions, efforts = [], []
-    before, desired = 0.0, 0.0
     for r in reference.tolist():
         error = k_p * (r - x) + k_ff * (r - desired) / dt - (x - before) / dt
         integral += k_i * error * dt
@@ -52,8 +51,7 @@ def log_of_a_loop(**law):
             free = v + 1e-4 * effort / mass
             v = np.sign(free) * max(abs(free) - 1e-4 * level / mass, 0.0)
             x += 1e-4 * v
-    columns = {"time": t, "position": np.array(positions), "reference": reference, "effort": np.array(efforts)}
-    return br.Log.from_columns(columns)
+    return br.Log.from_columns({"time": t, "position": np.array(positions), "reference": reference, "effort": np.array(efforts)})
 
 
 @pytest.mark.parametrize(("law", "low", "high"), [({}, 2.9e5, 3.1e5), ({"k_ff": 1.0}, 2.9e5, 3.1e5), ({"k_i": 2e5}, 2.9e5, 5.2e5)])
@@ -67,16 +65,14 @@ def test_a_log_without_reference_or_of_another_effort_has_no_stiffness():
     log = log_of_a_loop()
     assert stiffness_in(replace(log, reference=None)) is None
     assert stiffness_in(replace(log, effort=None)) is None
-    noise = np.random.default_rng(1).normal(0.0, 100.0, len(log))
-    assert stiffness_in(replace(log, effort=replace(log.effort, values=noise))) is None
+    assert stiffness_in(replace(log, effort=replace(log.effort, values=np.random.default_rng(1).normal(0.0, 100.0, len(log))))) is None
 
 
 def test_the_stiffness_of_the_demonstration(tmp_path):
     axis_simulated.write_log(tmp_path / "log.csv", 1)
     axis = axis_simulated.axis()
-    known = stiffness_of(axis.controller).value
-    assert known == pytest.approx(4.04e5, rel=1e-3)
-    assert stiffness_in(br.read_log(tmp_path / "log.csv", axis)).value == pytest.approx(known, rel=0.2)
+    assert stiffness_of(axis.controller).value == pytest.approx(4.04e5, rel=1e-3)
+    assert stiffness_in(br.read_log(tmp_path / "log.csv", axis)).value == pytest.approx(4.04e5, rel=0.2)
 
 
 def test_the_stiffness_of_the_measured_positioning_system():

@@ -192,8 +192,7 @@ def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monke
     put(client, case, b"2", "b.csv", "held_out")
     put(client, case, b"schema = 1\n", "stage.toml", "axis")
     requested = jobs_that_end(monkeypatch)
-    begun_job = client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}})
-    assert begun_job.status_code == 202
+    assert client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}}).status_code == 202
     parts = client.get(case).json()["parts"]
     assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
     (first, request), (second, following) = requested

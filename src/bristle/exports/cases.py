@@ -28,7 +28,7 @@ from bristle.references.legs import legs_through
 from bristle.simulation.run import simulate_with
 
 Fed = Callable[[Variant, float], np.ndarray]
-"""``fed(loop, late)``: the effort [N or N*m] at trial sample of a loop that acts later than expected by a time [s]."""
+"""``fed(loop, late)``: the effort [N or N*m] at each sample of a loop that acts later than expected by a time [s]."""
 
 QUICK, SHORT, LONG = 0.0, 0.1, 1.0  # durations of a move [s]; QUICK is as quick as the limits allow
 RARE = 1.0  # the longest rest [s]
@@ -156,7 +156,7 @@ def _unfed(case: Case, loop: Variant, limits: Limits, force: float) -> Unfed:
     reference = recorded(kind=loop.plant.kind, position=x, sample_time=dt)
     friction = scaled(loop.friction, case.level)
     noise = [_noise(loop, x.size, force, seed) for seed in SEEDS]
-    noisy = [replace(loop, friction=friction, reference=reference, run=run, disturbance=force) for force in noise]
+    noisy = [replace(loop, friction=friction, reference=reference, run=run, disturbance=unseen) for unseen in noise]
     return Unfed(case, noisy[0], starts, max(_error(variant, None, starts) for variant in noisy))
 
 

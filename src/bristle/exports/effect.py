@@ -92,6 +92,8 @@ class Effect:
         Time by which an effort acts after its command [s].
     hunts : bool
         Whether moves with long rests, or slow ones, get worse in many cases.
+    assumed : float
+        Pre-sliding distance that bristle assumes [m or rad]; 0 if model or axis file has one.
     """
 
     along: tuple[Along, ...]
@@ -101,6 +103,7 @@ class Effect:
     ahead: int
     late: float
     hunts: bool = False
+    assumed: float = 0.0
 
     @property
     def moves(self) -> list[Along]:
@@ -136,6 +139,11 @@ class Effect:
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         if self.hunts:
             lines.append("the axis hunts with rests of 1 s: there the compensation can make the error larger")
+        if self.assumed:
+            lines.append(
+                f"the pre-sliding distance is unknown, and bristle assumes {self._length(self.assumed)}: "
+                "write presliding under [plant] of the axis file"
+            )
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
@@ -241,13 +249,14 @@ def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
 
 @dataclass(frozen=True)
 class InLoop:
-    """A loop of an axis without friction fed forward, the limits of its moves, its reach [m or rad], and its lateness [s]."""
+    """A loop of an axis without friction fed forward: the limits of its moves, reach [m or rad], lateness [s], pre-sliding [m or rad]."""
 
     loop: Variant
     limits: Limits
     reach: float
     late: float
     presliding: float
+    is_assumed: bool = False
 
     @property
     def ahead(self) -> int:
@@ -265,7 +274,8 @@ class InLoop:
             results += [compensated(own, 0)] if self.ahead else []
             motion = LOG if own.reference.component is recorded else EXPERIMENT
             along.append(Along(motion, 0.0, *map(_error, results)))
-        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late)
+        assumed = self.presliding if self.is_assumed else 0.0
+        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=assumed)
 
     @cached_property
     def _unfed(self) -> list[Unfed]:
@@ -353,8 +363,8 @@ def _within(request: Request) -> InLoop | None:
     if loop is None or reach is None:
         return None
     limits = _limits_of(request)
-    distance, _ = turning_distance(request.friction, request.axis, limits.velocity)
-    return InLoop(loop, limits, reach, late_of(request), distance)
+    distance, is_assumed = turning_distance(request.friction, request.axis, limits.velocity)
+    return InLoop(loop, limits, reach, late_of(request), distance, is_assumed)
 
 
 def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False, promises: bool = True) -> Effect | None:

@@ -107,7 +107,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
         *((_ahead_text(request),) if feeds else ()),
         *(SAID_OF_REST[rule] for rule in (rest_rule(request.sampled),) if rule),
     )
-    source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.model))
+    source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.friction))
     product = checked_product(target.write(replace(request, source=source)), target)
     if not accept_harm:
         _refuse_useless(product, target.name)
@@ -136,7 +136,11 @@ def _share_text(target: Target, request: Request) -> tuple[str, ...]:
     beside = "the constant and the viscous part whole"
     if not rule.return_distance:
         has_reach = target.reads is not None or reach_for(request) is not None
-        doubt = "" if has_reach else "; the stiffness of the position loop is unknown, so bristle promises nothing"
+        doubt = (
+            ""
+            if has_reach
+            else "; the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
+        )
         fed = "values contain" if target.reads is not None else "feed has"
         return (f"the {fed} {rule.gain:g} of the friction, and {beside}{doubt}",)
     travel = length_text(rule.return_distance, request.model.kind)
