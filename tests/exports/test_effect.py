@@ -58,7 +58,7 @@ def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
     assert reach_for(request) == pytest.approx(40.0 / 2e5)
     product = files_for("c", request)
     assert product.effect.claims == (Claim(pytest.approx(3.0 * reach_for(request)), None, 0.3),)
-    assert product.effect.along == ()
+    assert (product.effect.along, "#define AXIS_X_GAIN 0.8" in product.files["axis_x.h"]) == ((), True)
 
 
 @pytest.mark.parametrize(

@@ -339,13 +339,16 @@ def _limits_of(request: Request) -> Limits:
 def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
     """Return the request of a compensator with the rule that lowers the error most, among those that promise enough, and its effect.
 
-    A share that fades suits long rests. A constant share suits random moves with short rests.
+    A share that fades suits long rests. A constant share suits random moves with short rests: without a loop to simulate, it
+    is the share that the promise is for.
     """
     within = _within(request)
-    if within is None or not request.share.return_distance:
+    if not request.share.return_distance:
         return request, effect_of_files(request, None)
-    tried = {}
     constant = rule_for(request.friction, None)
+    if within is None:
+        return replace(request, rule=constant), effect_of_files(request, None)
+    tried = {}
     for rule in (request.share, constant._replace(gain=request.share.gain), constant):
         drive = drive_of(request.sampled, Shape(**rule._asdict()))
         tried[rule] = drive, within.tried(drive)

@@ -136,11 +136,8 @@ def _share_text(target: Target, request: Request) -> tuple[str, ...]:
     beside = "the constant and the viscous part whole"
     if not rule.return_distance:
         has_reach = target.reads is not None or reach_for(request) is not None
-        doubt = (
-            ""
-            if has_reach
-            else "; the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
-        )
+        doubt = "; the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
+        doubt = "" if has_reach else doubt
         fed = "values contain" if target.reads is not None else "feed has"
         return (f"the {fed} {rule.gain:g} of the friction, and {beside}{doubt}",)
     travel = length_text(rule.return_distance, request.model.kind)
