@@ -270,7 +270,7 @@ def climb(
     parts, expected = tuple(_parts(logs, alignment, dt)), _expected(problem, values, speed, levels)
     if not parts:
         return ()
-    stiffest, least, rungs = min(FIRST, HIGHEST / dt), math.inf, list[Rung]()
+    stiffest, least, rungs, begun = min(FIRST, HIGHEST / dt), math.inf, list[Rung](), values
     errors = PredictionErrors(problem, parts, stiffest, expected, lag=effort_lag(alignment))
     errors = errors.of_size(errors.size_at(values))
     for number in range(RUNGS):
@@ -279,14 +279,21 @@ def climb(
         rung = climbed(errors, values, context)
         if number == 0:
             ends = [rung, *(climbed(errors, further, context, FEW) for further in _starts(values, problem, speed))]
-            best = min(ends, key=lambda end: end.error if math.isfinite(end.error) else math.inf)
+            best = min(ends, key=_error_of)
             rung = rung if best is rung else climbed(errors, {**values, **best.solution.values}, context)
+        elif isinstance(parameters.component, SpreadModel):
+            # From elements without force the search does not find each minimum.
+            rung = min(rung, climbed(errors, begun, context), key=_error_of)
         if not (math.isfinite(rung.error) and rung.error <= DRIFTS * least):
             break
         rungs.append(rung)
         values, least = {**values, **rung.solution.values}, min(least, rung.error)
         errors = errors.of_size(rung.error)
     return tuple(rungs)
+
+
+def _error_of(rung: Rung) -> float:
+    return rung.error if math.isfinite(rung.error) else math.inf
 
 
 def effort_lag(alignment: Alignment) -> float:
