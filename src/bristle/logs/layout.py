@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -139,21 +140,34 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     return rows
 
 
+class _Columns(NamedTuple):
+    """The columns in which a row has a number, and those in which it has another word."""
+
+    numbers: frozenset[int]
+    words: frozenset[int]
+
+
+def _columns_of(cells: Sequence[str], decimal_comma: bool) -> _Columns:
+    filled = frozenset(column for column, cell in enumerate(cells) if cell)
+    numbers = frozenset(column for column in filled if is_number(cells[column], decimal_comma))
+    return _Columns(numbers, filled - numbers)
+
+
 def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
     """Return the layout with the first line after which rows have numbers in the same columns."""
     # The last line may be cut short: the rows are checked when they are read.
     complete = rows[:-1] if len(rows) > 2 else rows
-    kinds: list[tuple[np.ndarray, np.ndarray]] = []
+    columns: list[_Columns] = []
     for start in range(len(complete) - 1 + (len(rows) > 2)):
         end = min(start + SAMPLE_ROWS, len(complete))
         if len({len(complete[row][1]) for row in range(start, end)}) != 1:
             continue
-        for _, cells in complete[len(kinds) : end]:
-            kinds.append((np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not cell for cell in cells])))
-        numbers, blanks = (np.array(flags) for flags in zip(*kinds[start:end], strict=True))
-        numeric: np.ndarray = np.any(numbers, axis=0)
-        if numeric.any() and np.all(numbers | blanks | ~numeric):
-            return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(is_numeric) for is_numeric in numeric))
+        for _, cells in complete[len(columns) : end]:
+            columns.append(_columns_of(cells, decimal_comma))
+        numeric = frozenset().union(*(row.numbers for row in columns[start:end]))
+        if numeric and not any(numeric & row.words for row in columns[start:end]):
+            width = len(rows[start][1])
+            return Layout(delimiter, decimal_comma, rows[start][0], tuple(column in numeric for column in range(width)))
     return None
 
 
