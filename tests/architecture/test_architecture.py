@@ -79,6 +79,7 @@ def test_names_that_are_loaded_when_asked_for_are_completed(package):
     assert set(module.__all__) <= set(dir(module))
 
 
+@pytest.mark.slow
 def test_every_kernel_stays_in_the_exportable_subset():
     for name in MODULES:
         importlib.import_module(name)
@@ -169,6 +170,7 @@ def modules():
     return [(path, *read(path)) for path in ROOT.rglob("*.py")]
 
 
+@pytest.mark.slow
 def test_modules_and_functions_are_short(modules):
     lengths = {}
     for path, text, module in modules:
@@ -180,6 +182,7 @@ def test_modules_and_functions_are_short(modules):
     assert max(lengths.values()) <= 800, max(lengths, key=lengths.get)
 
 
+@pytest.mark.slow
 def test_no_function_takes_more_than_a_few_arguments_by_their_place(modules):
     for path, _, module in modules:
         for function in functions(module):
@@ -187,6 +190,7 @@ def test_no_function_takes_more_than_a_few_arguments_by_their_place(modules):
             assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
 
 
+@pytest.mark.slow
 def test_exceptions_are_not_swallowed_and_no_todo_remains(modules):
     for path, text, module in modules:
         for node in ast.walk(module):

@@ -43,6 +43,7 @@ def test_a_row_counts(name):
     assert {column: row[column] for column in expected} == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("table", "row"), ceilings.rows(), ids=map(".".join, ceilings.rows()))
 def test_no_value_is_above_its_ceiling(table, row):
     values = {table: {row: ceilings.rows()[table, row]()}}

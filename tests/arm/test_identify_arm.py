@@ -57,6 +57,7 @@ def arm(identified):
     return identified()
 
 
+@pytest.mark.slow
 def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
     axes = arm.write(tmp_path / "arm")
     assert [axis.name for axis in axes] == ["hinge"]
@@ -101,6 +102,7 @@ def test_a_known_column_does_not_bend_the_bodies(identified):
     assert gravity_of(arm) == pytest.approx(GRAVITY, rel=0.02)
 
 
+@pytest.mark.slow
 def test_an_arm_needs_neither_kind_nor_times_in_its_log(identified, tmp_path):
     joints = JOINTS.replace('kind = "rotational"\n', "").replace('time = "t"\n', "")
     arm = identified(joints=f"{joints}timing = {{ sample_time = {DT} }}\n")
@@ -110,6 +112,7 @@ def test_an_arm_needs_neither_kind_nor_times_in_its_log(identified, tmp_path):
     assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("begin", "span"), [(1.7e9, ""), (7.0, '[log]\nspan = ["9 s", "29 s"]\n')])
 def test_an_arm_is_identified_on_any_stretch_of_time(identified, tmp_path, begin, span):
     arm = identified(joints=JOINTS.replace("[[joint]]", f"{span}[[joint]]"), begin=begin, seconds=30.0)

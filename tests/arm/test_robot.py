@@ -81,6 +81,7 @@ def test_an_identified_urdf_has_the_bodies(pin):
     np.testing.assert_allclose(again.prior, BODIES, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_scene_has_a_motor_and_friction_for_each_joint(chain):
     frictions = {"turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0), "lift": friction.dahl(F_C=3.0, sigma_0=1e3)}
     text, errors = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)

@@ -39,6 +39,7 @@ def moving(position):
     return np.abs(np.gradient(position, DT)) > 0.02
 
 
+@pytest.mark.slow
 def test_the_regressor_gives_the_result_of_identify(log, fitted):
     X, y = log
     same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, "coulomb_viscous", cutoff=60.0, draws=0)
@@ -67,6 +68,7 @@ def test_the_weight_of_a_row_counts_in_the_score(log, fitted):
     assert fitted.score(X, spoilt) < 0.9 < 0.98 < fitted.score(X, spoilt, sample_weight=weight)
 
 
+@pytest.mark.slow
 def test_a_delayed_effort_is_predicted_with_its_delay(log):
     X, y = log
     late = np.concatenate((np.full(50, y[0]), y[:-50]))
@@ -97,6 +99,7 @@ def test_missing_rows_split_a_log(log, fitted):
         fitted.predict(X[np.concatenate((np.arange(1500), np.arange(2000, 2050)))])
 
 
+@pytest.mark.slow
 def test_named_columns_are_used_by_name_and_a_third_one_is_a_velocity(log):
     pandas = pytest.importorskip("pandas")
     X, y = log

@@ -63,6 +63,7 @@ def test_calls_in_any_order_give_the_same_results(name):
         np.testing.assert_array_equal(handed, states[k])
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "name",
     [*(name for name in ODES if name not in INTEGRATED_LATER), *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER)],
@@ -79,6 +80,7 @@ def test_an_integrated_differential_equation_agrees_with_the_engine(name):
     np.testing.assert_allclose(result.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
 
 
+@pytest.mark.slow
 def test_friction_can_be_connected_to_a_user_mechanism():
     lugre = example_of(br.friction.lugre)
     mass = ct.nlsys(

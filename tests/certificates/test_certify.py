@@ -60,6 +60,7 @@ def test_units_are_those_of_the_kind_of_axis():
     assert (result["drift"].unit, result["passive"].unit, result["well_posed"].unit) == ("m", "N*s/m", "m")
 
 
+@pytest.mark.slow
 def test_forces_and_positions_may_be_text_with_units():
     bare = check(lugre(), force_ripple=(0.04, 0.08), loop=(3.77e-3, 1.885e-3))
     message = check(lugre(), force_ripple=("40 mN*m", "80 mN*m"), loop=("3.77 mrad", "1.885 mrad"))

@@ -28,6 +28,7 @@ def models(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_that_drifts_fails_with_advice(bristle, models):
     shown = bristle("check", "lugre.toml", code=1, shown="30 mN·m·s/rad")
@@ -35,6 +36,7 @@ def test_a_model_that_drifts_fails_with_advice(bristle, models):
     assert shown.out.count("FAILED") == 3
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
     Path("short.toml").write_text(COMPOSITE.replace("156 mN*m", "120 mN*m"))
@@ -44,12 +46,14 @@ def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
     assert "raise f_p to at least 136.5 mN·m" in answer["advice"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_broken_condition_without_a_certificate_is_bad_input(bristle, models):
     Path("reversed.toml").write_text(COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190"))
     bristle("check", "reversed.toml", code=2, said="F_S >= F_C")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     options = ("--force-ripple", "40 mN*m,80 mN*m", "--loop", "3.77 mrad, 1.885 mrad")
@@ -73,6 +77,7 @@ def test_a_sound_model_of_a_users_own_passes(bristle, place):
     assert all(set(item) >= KEYS for item in result.data["certificates"].values())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_that_pushes_fails_with_advice(bristle, place):
     Path("own.py").write_text(Path("own.py").read_text().replace("return p.F_0 *", "return -p.F_0 *"))
@@ -85,6 +90,7 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
     bristle("check", "own.py", code=1, shown="NOT MET")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
     Path("mine.toml").write_text('schema = 1\n[friction]\nfile = "own.py"\nF_0 = "3 N"\n')

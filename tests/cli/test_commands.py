@@ -358,6 +358,7 @@ def test_a_diverging_loop_exits_with_1(bristle, place):
     assert ended.data["metrics"]["force_error_percent"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_prediction_of_the_fitted_log_itself_causes_a_note(bristle, place):
     table = np.loadtxt("log.csv", delimiter=",", skiprows=1)
@@ -387,6 +388,7 @@ def test_one_figure_with_its_report(bristle):
     assert summary["provenance"]["command"] == "bristle paper --figure 4 --out results"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_results_go_to_their_usual_place_and_named_results_are_kept_without_force(bristle):
     for _ in range(2):  # the second time it replaces what it wrote unasked
@@ -396,6 +398,7 @@ def test_results_go_to_their_usual_place_and_named_results_are_kept_without_forc
     bristle("paper", "--figure", "4", "--out", "results", code=2, said="--force")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_experiments_are_written_changed_and_run(bristle):
     assert bristle("paper", "--write", "mine").code == 0
@@ -550,6 +553,7 @@ def test_the_best_variant_is_named_last(bristle, place):
         assert less in words
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_compensator_identified_on_another_rig_is_reported(bristle, tmp_path):
     assert bristle("paper", "--write", tmp_path / "mine").code == 0

@@ -216,6 +216,7 @@ def test_a_signal_that_is_sent_again_ends_no_later_command():
         time.sleep(0.05)
 
 
+@pytest.mark.fast_cases(1)
 @needs_main_thread
 @pytest.mark.parametrize(("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)])
 def test_a_lock_does_not_block_a_terminated_process(name, patience, code):

@@ -40,6 +40,7 @@ def test_an_operator_keeps_its_constant(bristle, place):
     assert bristle("export", "operator.toml", "--to", "wasm", "--out", "other").code == 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_law_of_a_variant_is_exported_as_c(bristle, place):
     line = ("export", "--law", "experiment.toml", "--variant", "base", "--to", "c", "--out", "law")
@@ -53,6 +54,7 @@ def test_the_law_of_a_variant_is_exported_as_c(bristle, place):
     assert "place_ahead" not in Path("bare/axis_x.h").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_and_a_law_are_exported_as_structured_text(bristle, place):
     law = bristle("export", "--law", "experiment.toml", "--variant", "base", "--to", "st", "--out", "law_st", "--json", code=0)
@@ -121,6 +123,7 @@ def test_each_command_tests_the_friction_of_its_model(bristle, place, monkeypatc
     assert not Path("written").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_the_summary_of_a_scene_states_its_force_error(bristle, place):
     Path("dahl.toml").write_text('schema = 1\nkind = "translational"\n\n[friction]\nmodel = "dahl"\nF_C = 20.0\nsigma_0 = 5e6\n')
@@ -146,6 +149,7 @@ def loops(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_operators_are_identified_checked_and_predict(bristle, loops, undrawn):
     log, axis, model = loops / "loops.csv", loops / "axis.toml", loops / "out" / "model.toml"
     result = bristle("identify", log, "--model", "prandtl_ishlinskii,preisach", "--axis", axis, "--out", loops / "out", "--json", code=0)
@@ -192,6 +196,7 @@ def test_fits_before_an_interruption_are_written_and_marked(bristle, loops, monk
     assert not (loops / "none").exists()
 
 
+@pytest.mark.slow
 def test_readable_output_of_operators(bristle, loops):
     bristle(
         "identify",

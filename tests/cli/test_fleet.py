@@ -89,6 +89,7 @@ def test_a_fleet_without_a_fitted_log_exits_with_1(bristle, at):
     bristle(*EACH, "--out", "none", code=1, shown="0 of 1 logs were identified, 1 failed.")
 
 
+@pytest.mark.slow
 def test_a_broken_link_does_not_end_a_fleet(bristle, at):
     (at / "logs/left/left_2026-03-02.csv").symlink_to(at / "nowhere.csv")
     bristle(*EACH, "--out", "links", code=0, shown="1 of 3 logs were identified, 2 failed.")
@@ -125,6 +126,7 @@ def friction_of(q, v):
     return np.stack([along(model, dt=DT, v=v, x=x) for model, v, x in zip(FRICTIONS, *signals, strict=True)], axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristle):
     monkeypatch.chdir(tmp_path)
@@ -260,6 +262,7 @@ def test_the_numbers_are_those_of_the_run_that_is_repeated(bristle, bench, undra
     assert (bench.folder / "again" / "log.csv").is_file()
 
 
+@pytest.mark.slow
 def test_a_report_of_a_grid_and_of_indices(bristle, bench, undrawn):
     grid = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]')
     bench.write(grid, name="grid.toml")

@@ -21,6 +21,7 @@ TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
 IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)
 
 
+@pytest.mark.slow
 def test_the_parameters_of_a_simulated_axis_are_identified(bristle, place):
     result = bristle(*IDENTIFY, "--json", code=0)
     assert result.err == ""

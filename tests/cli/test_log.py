@@ -119,6 +119,7 @@ def nameless(tmp_path, monkeypatch):
     np.savetxt("arm.txt", np.column_stack([t, *angles, *efforts]), fmt="%.7f")
 
 
+@pytest.mark.slow
 def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_every_joint(bristle, nameless):
     shown = bristle("log", "arm.txt", "--write", "axis.toml", code=0, shown="Proposed roles")
     assert [f"{role} {joint}" in shown.out for role in ("position", "effort") for joint in (1, 2)] == [True] * 4
@@ -181,6 +182,7 @@ def test_an_identification_without_an_axis_file_writes_files_that_can_be_read(br
     assert json.loads(Path("results/summary.json").read_bytes())["provenance"]["log"] == f"{SHOWN}.csv"
 
 
+@pytest.mark.slow
 def test_a_fleet_continues_with_such_logs(bristle, odd):
     command = ("identify", ODD, "--each", "--draws", "0", "--workers", "1", "--out", "fleet")
     assert_can_be_written(bristle(*command))
@@ -258,6 +260,7 @@ def test_results_name_no_folder(folder, command, capsys):
     assert [path.name for path in written if TELLING.encode() in path.read_bytes()] == []
 
 
+@pytest.mark.slow
 def test_results_of_checks_name_no_folder(folder, capsys):
     for name in ("model.toml", "own.py", "operator.toml"):
         assert main(["check", str(folder / name), "--json"]) in (0, 1)

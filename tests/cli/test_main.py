@@ -88,6 +88,7 @@ sys.exit(main(["identify"]))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize(
     ("numbers", "code", "said"),
@@ -110,6 +111,7 @@ def test_native_code_that_never_returns_is_ended_without_files(tmp_path, numbers
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_signals_that_arrive_together_are_seen_as_one():
     # While the first is handled, the others wait: they must not count as signals that nobody sees.
     def work():
@@ -156,6 +158,7 @@ def test_changes_for_signals_are_restored():
     assert not before or len(os.listdir("/proc/self/fd")) == before
 
 
+@pytest.mark.slow
 def test_a_signal_with_another_purpose_does_not_end_the_program():
     # Were it watched, nobody would see it, and the process would end after two seconds.
     received = []

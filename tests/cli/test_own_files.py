@@ -58,6 +58,7 @@ def test_from_the_log_to_the_prediction(bristle, here, monkeypatch):
     assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_it_is_shown_with_its_channel(bristle, here):
     Path("oiled.py").write_text(SLOT)
@@ -339,6 +340,7 @@ def test_every_command_with_a_report_accepts_formats(name):
     assert "--format" in options
 
 
+@pytest.mark.slow
 def test_formats_captions_and_numbers_are_in_the_folder_of_the_report(bristle, place):
     bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "SVG", "--format", "csv", code=0)
     names = {name.name for name in Path("run/figures").iterdir()}
@@ -380,6 +382,7 @@ def test_a_log_with_problems_has_no_figures(bristle, place):
     assert not Path("run/figures").exists()
 
 
+@pytest.mark.slow
 def test_figures_of_the_paper_by_their_numbers(bristle, here):
     bristle("paper", "--figure", "4", "--format", "svg", "--format", "csv", "--out", "run", code=0)
     names = {item.name for item in Path("run/figures").iterdir()}

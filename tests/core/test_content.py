@@ -128,6 +128,7 @@ def test_of_an_open_file_no_more_is_read_than_the_limit():
     assert endless.tell() == 1001
 
 
+@pytest.mark.slow
 def test_a_pipe_is_read_to_its_end_however_slowly_it_speaks(tmp_path, impatient):
     path = tmp_path / "pipe"
     os.mkfifo(path)

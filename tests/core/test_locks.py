@@ -91,6 +91,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.slow
 def test_all_locks_are_free_in_a_fork():
     done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr

@@ -82,6 +82,7 @@ def test_a_step_of_effort_is_met_at_its_instant():
     assert trace.steps < 60
 
 
+@pytest.mark.slow
 def test_rejected_steps_do_not_change_the_memory(in_plain_python):
     effort = 160.0 * np.sin(20.0 * np.pi * np.arange(0.0, 0.04, 2e-3))
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, **SLIDING)

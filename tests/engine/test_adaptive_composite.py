@@ -53,6 +53,7 @@ def model_and_reference(name, effort):
     return friction.preisach_lugre(**CONTACT, transition=name), Composite(J=J, **CONTACT, rho=rho, effort=effort)
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("name", "motion"),
     [

@@ -43,6 +43,7 @@ def positions(case, transition, h, times):
     return np.interp(times, trace.time, trace.position)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("transition", "case"),
     [pytest.param(transition, case, marks=pytest.mark.slow if case == LONGEST else ()) for transition in TRANSITIONS for case in CASES],

@@ -57,6 +57,7 @@ def open_loops(model, count):
     return slope[:, 0], [(further - back) / (2.0 * step) for step, further, back in runs if further.size == back.size == count]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "name", [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in (*MODELS, "stribeck+transmitted") if name not in FAST)]
 )
@@ -140,6 +141,7 @@ def closed_loops(model, x=0.02, v=0.05, count=90):
     return slope[:, 0], [(run(step) - run(-step)) / (2.0 * step) for step in STEPS]
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", ["stribeck", "lugre", pytest.param("preisach_lugre", marks=pytest.mark.slow)])
 def test_closed_loop_derivatives_agree_with_differences_of_runs(name):
     with interpreted():
@@ -159,6 +161,7 @@ def test_each_block_of_directions_begins_with_the_given_memory():
     assert np.array_equal(slopes[:, 0], slopes[:, -1])
 
 
+@pytest.mark.slow
 def test_compiled_loop_derivatives_agree_with_plain_python():
     model = lugre(F_C=8.0, F_S=10.0, v_S=0.02, sigma_0=1e5, sigma_1=100.0, sigma_2=20.0)
     for loops in (lambda: open_loops(model, 200), lambda: closed_loops(model, count=45)):

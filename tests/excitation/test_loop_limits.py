@@ -103,6 +103,7 @@ def test_without_a_controller_the_motion_stays_and_its_effort_decides():
     assert (ruling.level, ruling.words, ruling.reasons[0]) == ("no", "Do not run it", "the effort exceeds the limit of the drive")
 
 
+@pytest.mark.slow
 def test_a_motion_planned_again_for_its_loops_is_slower_too():
     stiff = replace(AXIS, controller=cascade(k_p=150.0, k_v=1e4, k_i=2e6), following_error_limit=0.9e-3)
     slower = rehearsed(stiff, purposes="presliding,stribeck", duration="22 s")

@@ -31,6 +31,7 @@ def test_the_prior_is_identified_within_the_scatter(result):
     assert values["F_S"] == pytest.approx(80.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_without_slow_loops_stiffness_is_not_found():
     lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
     status = {estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates}

@@ -284,6 +284,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not builds(str(COMPILER), WATCHED), reason="needs a compiler with its sanitizers")
 def test_no_saved_bytes_cause_access_outside_the_memory(written):
     (written / "preisach_contact" / "forged.c").write_text(FORGED)

@@ -193,6 +193,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 def test_a_refused_input_repeats_force_and_derivatives(tmp_path):
     br.export(example("dahl", ()), "c", tmp_path / "out", derivatives=True)
     (tmp_path / "out" / "refused.c").write_text(REFUSED)
@@ -206,6 +207,7 @@ def test_a_refused_input_repeats_force_and_derivatives(tmp_path):
     assert alone == ["1"]
 
 
+@pytest.mark.slow
 def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
     model, x = example("maxwell_slip", ()), walk(200, seed=4)
     library = Library({"varied": model}, tmp_path, "axis.parameters.F_C = 17.0; axis.parameters.k_i[1] = 2e6;", tunable=True)

@@ -617,6 +617,7 @@ def test_c_and_structured_text_command_in_the_units_of_the_drive(tmp_path):
     assert "axis_x_command" not in without
 
 
+@pytest.mark.slow
 def test_the_command_line_prints_and_writes_the_effect(tmp_path, capsys):
     from bristle.files.model import write_model
 

@@ -215,6 +215,7 @@ def test_the_share_with_the_smallest_error_is_taken(monkeypatch):
     assert effects.with_best_rule(request)[0].rule == Rule(0.9, 0.0, 0.5, 0.0, 200.0)
 
 
+@pytest.mark.slow
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
     loop = replace(loop_for(export_request()), friction=LUGRE.with_values(F_C=10.0, F_S=12.0))  # the axis has a quarter of that friction
     with pytest.raises(br.core.InputError, match=r"makes the error larger .the compensation can harm moves up to .*--accept-harm"):

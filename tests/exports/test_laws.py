@@ -179,6 +179,7 @@ def test_structured_text_replays_a_log_exactly(blocks, controller, fed):
     assert blocks.selftest(name) == (True, True)
 
 
+@pytest.mark.slow
 def test_structured_text_includes_the_past_of_a_compensator(tmp_path):
     law = law_of(replace(variant_of("cascade", "desired"), feedforward=replace(PAPER, conditioning=2e-6)))
     assert np.any(law.memory)
@@ -533,6 +534,7 @@ def test_parameters_of_both_sides_can_change():
     assert (units["feedforward_k"], units["feedforward_arm"], units["feedforward_clear"]) == ("N/m", "m/rad", "N")
 
 
+@pytest.mark.slow
 def test_single_precision_stays_close(tmp_path):
     single = law_of(screwed_variant("both"), single=True, tunable=True)
     inputs, efforts = screwed_record("both")

@@ -239,6 +239,7 @@ def test_a_load_below_dry_friction_moves_the_joint_at_no_speed(levels, load):
     assert data.qvel[0] == pytest.approx(0.1 * side, rel=1e-3)
 
 
+@pytest.mark.slow
 @needs_mujoco
 def test_elements_hold_a_load_without_creep():
     mj_step, model, data = simulated(br.friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6, 1e6], nu_i=[0.3, 0.4, 0.3], sigma_2=200.0))

@@ -79,6 +79,7 @@ def test_models_with_a_unique_force_at_rest_have_no_rule():
     )
 
 
+@pytest.mark.fast_cases(1)
 @needs_compiler
 @pytest.mark.parametrize("rule", RESTS)
 def test_other_languages_follow_the_rule_at_rest_without_minus_zero(tmp_path, rule):

@@ -81,6 +81,7 @@ def test_the_self_test_completes_and_passes(blocks, name):
     assert blocks.selftest(name) == (True, True)
 
 
+@pytest.mark.slow
 def test_a_controller_that_truncates_on_conversion_gives_identical_forces(written, tmp_path):
     names = ("sided_lugre", "sided_maxwell_stribeck")
     cutting = StructuredText({name: written[name] for name in names}, tmp_path, rounded="trunc")

@@ -69,6 +69,7 @@ def test_a_figure_is_as_wide_as_two_columns_of_a_journal(margins, pdf):
     assert 6.8 < float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72.0 < TWO_COLUMNS
 
 
+@pytest.mark.slow
 def test_png_has_300_dots_an_inch_on_white(margins):
     png = figure_file(margins, "png", "")
     wide, high = struct.unpack(">II", png[16:24])

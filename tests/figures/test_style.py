@@ -291,6 +291,7 @@ def test_extremes_and_ends_are_kept_exactly(y, columns):
     assert (y[kept].min(), y[kept].max()) == (y.min(), y.max())
 
 
+@pytest.mark.slow
 @given(y=SIGNALS, columns=st.integers(1, 40))
 def test_each_sample_lies_between_kept_samples_nearby(y, columns):
     kept = style.envelope(y, columns)

@@ -109,6 +109,7 @@ def test_conflicting_keys_are_refused(tmp_path, old, new, message):
         read(tmp_path, OPEN.replace(old, new))
 
 
+@pytest.mark.slow
 def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", str(write(tmp_path, OPEN)), "--out", str(out), "--log"]) == 0

@@ -70,6 +70,7 @@ def test_a_user_model_works_with_a_user_slot(oiled, bench):
         assert read_model("both.toml", allow_code=True).friction == model
 
 
+@pytest.mark.slow
 def test_in_a_loop_the_channel_has_its_usual_value(bench):
     tables = {
         "schema": 1,
@@ -92,6 +93,7 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
     assert result == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_the_force_is_that_of_the_equation(oiled):
     plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
     model = with_slots(coulomb_viscous, [oiled])(F_C=8.0, F_v=30.0, a=3e-6)
@@ -102,6 +104,7 @@ def test_the_force_is_that_of_the_equation(oiled):
         force_along(model, V, DT, presure=PRESSURE)
 
 
+@pytest.mark.slow
 def test_before_sliding_the_limits_are_those_of_the_channel(oiled):
     model = with_slots(coulomb_viscous, [oiled])(F_C=8.0, F_v=0.0, a=3e-6)
     v = np.full(400, 1e-3)

@@ -24,6 +24,7 @@ def each(logs, out, **options):
     return br.fleet.identify_each([logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options)
 
 
+@pytest.mark.slow
 def test_every_log_is_a_row_and_a_failed_log_has_its_reason(logs, tmp_path):
     assert each(logs, tmp_path / "out").is_whole
     data = br.read_study(tmp_path / "out")
@@ -55,6 +56,7 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
     assert (row["scatter"], row["scatter.lower"], row["scatter.upper"]) == tuple(scatter)
 
 
+@pytest.mark.slow
 def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path, monkeypatch):
     each(logs, tmp_path / "out")
     (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
@@ -71,6 +73,7 @@ def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path,
     assert runs_in(tmp_path / "out").count == 4
 
 
+@pytest.mark.slow
 def test_a_changed_log_and_another_model_are_refused(logs, tmp_path):
     each(logs, tmp_path / "out")
     before = content(tmp_path / "out")

@@ -44,6 +44,7 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
         assert piece.distance == pytest.approx(distance(), rel=0.08)
 
 
+@pytest.mark.slow
 def test_intervals_contain_the_truth_for_scattering_friction(motion):
     intervals = np.array([item.force_interval for seed in range(12) for item in found(pulled(motion, seed))])
     assert len(intervals) >= 24
@@ -65,6 +66,7 @@ def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
     assert np.max(high / low) < 1.05
 
 
+@pytest.mark.slow
 def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
     identification = identify(log, "coulomb", axis=replace(PULLED, seeks_delay=False), mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)

@@ -114,6 +114,7 @@ def test_frequencies_of_an_elastic_load_are_left_out(log, sweep):
     assert below.mass_half_width > sweep.mass_half_width
 
 
+@pytest.mark.slow
 def test_a_response_of_two_masses_is_refused():
     position, _, _ = chirps((0.1e-6, 0.2e-6, 0.4e-6, 0.8e-6))
     hertz = np.fft.rfftfreq(position.size, DT)

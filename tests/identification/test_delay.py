@@ -71,6 +71,7 @@ def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.005 * TRUTH["M"]
 
 
+@pytest.mark.slow
 def test_encoder_steps_do_not_bias_the_inertia():
     log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 8}
     mass = identify(log, "coulomb_viscous", blocks=0, draws=0, **rows).best.parameters["M"]
@@ -130,6 +131,7 @@ def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monk
         identify(log, "coulomb_viscous", blocks=0, draws=0)
 
 
+@pytest.mark.slow
 def test_a_late_effort_biases_no_parameter_and_is_reported():
     log = late(3.0 * DT)
     fit = identify(log, "coulomb_viscous", blocks=0, draws=0)
@@ -155,6 +157,7 @@ def test_a_log_that_does_not_show_the_delay_is_accepted():
     assert any("hardly determines the delay of the effort" in diagnostic for diagnostic in warnings_of(fit))
 
 
+@pytest.mark.slow
 def test_presliding_is_not_taken_for_a_delay():
     fine = sines(12.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)

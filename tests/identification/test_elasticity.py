@@ -42,6 +42,7 @@ def behind_lag(signal, lag=4e-3):
     return np.fft.irfft(np.fft.rfft(signal) / (1.0 + 2j * np.pi * np.fft.rfftfreq(signal.size, DT) * lag), signal.size)
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("frequency", "share"), [(17.0, 0.4), (80.0, 0.7), pytest.param(43.0, 0.2, marks=pytest.mark.slow)])
 def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency, share):
     coupling, ratio = coupling_of(frequency, share, measured=lambda effort: np.roll(effort, 2)), share / (1.0 - share)
@@ -129,6 +130,7 @@ def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identif
     assert not stated.best.diagnostics[0].numbers["one_mass"]
 
 
+@pytest.mark.slow
 def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
     motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
     effort = sliding_effort(motion, noise=0.1)

@@ -72,6 +72,7 @@ def test_a_model_file_with_elements_predicts_another_log(identified, tmp_path):
     assert text.metrics["force_unit"] == "N"
 
 
+@pytest.mark.slow
 def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", duration=8.0, **truth)
@@ -142,6 +143,7 @@ def test_at_one_speed_viscous_friction_is_not_a_number():
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
     motion, friction = to_and_fro(12.0, 16e-6)
     log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, friction.size))

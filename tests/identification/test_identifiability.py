@@ -19,6 +19,7 @@ from bristle.prediction import predict
 from bristle.report.messages import note_of, warnings_of
 
 
+@pytest.mark.slow
 def test_a_rich_log_identifies_every_parameter():
     motion = sines(4.0)
     fit = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
@@ -62,6 +63,7 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
     assert "one speed only, 62.8 mm/s" in warning_about("F_v", fit)
 
 
+@pytest.mark.slow
 def test_few_fast_reversals_do_not_show_presliding():
     stiff = friction.find("lugre")(F_C=8.0, F_S=8.5, v_S=4e-3, sigma_0=2e7, sigma_1=100.0, sigma_2=30.0)
     log = slow_log(stiff, duration=8.0, step=2e-8)
@@ -71,6 +73,7 @@ def test_few_fast_reversals_do_not_show_presliding():
     assert fit.parameters["F_C"].status == "identified"
 
 
+@pytest.mark.slow
 def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     estimate = identify(slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0)), "stribeck", axis=STATED, draws=0).best.parameters["v_S"]
     assert estimate.status in ("unidentifiable", "at_edge")

@@ -73,6 +73,7 @@ def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
     assert np.isfinite(part.best.parameters["M"].std)
 
 
+@pytest.mark.slow
 def test_finished_models_come_first_and_missing_models_are_named(interrupted_after):
     motion = sines()
     interrupted_after(50)
@@ -143,6 +144,7 @@ def test_progress_reports_the_best_error_so_far(log):
     assert best == sorted(best, reverse=True)
 
 
+@pytest.mark.slow
 def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sliding):
     told = []
     identify(sliding, "coulomb_viscous,viscous", axis=STATED, blocks=0, draws=20, progress=lambda *message: told.append(message))

@@ -53,6 +53,7 @@ def test_an_encoder_forty_decibels_coarser_hides_the_stiffness(identified):
     assert found["sigma_0"].identified < found["F_C"].identified == 2
 
 
+@pytest.mark.slow
 def test_the_truth_is_that_of_the_models_not_of_the_log(identified, monkeypatch):
     monkeypatch.setattr(known_truth, "identify", lambda logs, **asked: identify(logs, **asked | {"draws": 0}))
     best = identified.best

@@ -260,11 +260,13 @@ def compare(problem, values):
         assert np.linalg.norm(column - (low - high) / (2.0 * step)) < 1e-4 * np.linalg.norm(column), name
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", ["stribeck", "lugre"])
 def test_derivatives_of_the_effort_of_a_loop_are_those_of_its_simulation(stretches, name):
     compare(problem_of(Effort, stretches, replace(AXIS, seeks_lag=True, presliding=5e-6), find(name), plants.inertia), VALUES)
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_settled_position_are_those_of_its_simulation():
     log = recorded()
     problem = problem_of(Position, log, RINGING, find("bouc_wen_classic"), plants.oscillator)

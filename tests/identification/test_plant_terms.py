@@ -100,6 +100,7 @@ def test_cogging_is_found_with_its_harmonics():
     assert best.friction.values["F_C"] == pytest.approx(15.0, rel=0.01)
 
 
+@pytest.mark.slow
 def test_absent_cogging_is_not_found():
     with pytest.raises(InputError, match="no part of the effort in this log repeats with the motor"):
         identified(screw(0.0, 0.0, 5.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
@@ -307,6 +308,7 @@ def test_the_same_force_over_a_short_stroke_may_be_a_stuck_axis(force):
     assert ("never_slides" in codes) == (force == "strong spring")
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("force", "line", "expected"),
     [
@@ -325,6 +327,7 @@ def test_a_force_of_the_position_is_proposed_and_identified(force, line, expecte
     assert found["F_C"] == pytest.approx(F_C, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_stated_spring_or_cable_is_identified_in_the_first_pass():
     found = values(forced(joint(FORCES["spring"]), spring="linear", blocks=0))
     assert found["spring_1"] == pytest.approx(5.0, rel=0.01)
@@ -333,6 +336,7 @@ def test_a_stated_spring_or_cable_is_identified_in_the_first_pass():
     assert (found["spring_2"], found["spring_3"]) == (pytest.approx(1.5, rel=0.03), pytest.approx(0.8, rel=0.03))
 
 
+@pytest.mark.slow
 def test_friction_that_varies_with_the_position_is_no_spring():
     t = np.arange(0.0, 14.0, DT)
     q = 0.9 * np.sin(0.7 * t) + 0.5 * np.sin(1.9 * t + 1.0)

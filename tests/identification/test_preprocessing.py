@@ -178,6 +178,7 @@ def test_a_sample_affects_rows_within_the_reach_of_the_filters(decimation):
     assert (last - first) / 2 <= dataset.reach <= 2 * (last - first) + 10
 
 
+@pytest.mark.slow
 def test_a_motion_too_slow_to_distinguish_from_rest_is_fitted_whole_with_a_remark():
     time = 1e-3 * np.arange(40_000)
     phase = 2.0 * np.pi * 0.025 * time

@@ -211,6 +211,7 @@ def problem_of(model: str) -> InverseDynamics:
     return InverseDynamics(rows, parameters_of(friction.find(model), PriorKnowledge(), rows))
 
 
+@pytest.mark.slow
 def test_a_difference_away_from_reversals_widens_the_interval_of_its_parameter_alone(monkeypatch):
     problem = problem_of("coulomb_viscous")
     wide = bootstrap(problem, linear(problem), 6, linear=True)

@@ -283,6 +283,7 @@ def test_each_element_that_slips_has_its_price():
     assert int({row[0]: row[2] for row in comparison_table(identification).rows}["maxwell_slip"]) == elements + 2
 
 
+@pytest.mark.slow
 def test_a_model_that_ignores_its_parameters_identifies_none_of_them(tmp_path):
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))

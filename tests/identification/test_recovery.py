@@ -259,6 +259,7 @@ def test_a_stated_decimation_is_kept():
 LOGS = [sliding_log(seed) for seed in (1, 2)]
 
 
+@pytest.mark.slow
 def test_logs_are_fitted_together_and_each_is_held_out_in_turn():
     logs = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
     alone = identify(logs[0], "coulomb_viscous", axis=STATED, blocks=0, draws=0).best

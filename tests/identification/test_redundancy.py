@@ -176,6 +176,7 @@ def notes_of(identification, *ranked):
     return [note for note in replace(identification, fits=tuple(fits[name] for name in ranked)).notes if "offset" in note]
 
 
+@pytest.mark.slow
 def test_a_constant_force_is_compared_with_the_level_not_with_break_away():
     """It is reported from a quarter of the level: 2.2 N of 6 N, for any break-away force."""
     log = slow_log(find("stribeck")(F_C=6.0, F_S=12.0, v_S=2e-3, F_v=30.0, offset=2.2), duration=6.0)

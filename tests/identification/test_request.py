@@ -133,6 +133,7 @@ def files(tmp_path, stage):
     return tmp_path / "log.csv", str(tmp_path / "axis.toml")
 
 
+@pytest.mark.slow
 def test_files_replace_objects(files, stage):
     log, axis = files
     read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
@@ -146,6 +147,7 @@ def test_files_replace_objects_of_a_prediction(files, stage):
     assert error == pytest.approx(predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_text_with_units_is_the_number_in_si(stage):
     as_text = identify(stage.log, "coulomb_viscous", blocks=0, mass="12000 g", offset="0.002 kN", cutoff="0.05 kHz", decimation=4, draws=0)
     as_number = identify(stage.log, "coulomb_viscous", blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0)

@@ -428,6 +428,7 @@ def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
     assert fit.parameters["offset"].reason.code == "held_levels"
 
 
+@pytest.mark.slow
 def test_a_static_model_fixes_a_constant_that_keeps_levels_positive():
     truth = find("stribeck_free")(F_C=8.0, F_0=1.0, v_S=5e-3, F_v=30.0, offset=3.0)
     fits = identify(slow_log(truth, duration=3.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits

@@ -163,6 +163,7 @@ def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypat
     assert (result.second_pass, result.best.resampling) == (None, None)
 
 
+@pytest.mark.slow
 def test_gravity_of_a_link_is_taken():
     motion = swinging(6.0)
     effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4)

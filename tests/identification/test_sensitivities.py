@@ -94,6 +94,7 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
     assert columns[:, problem.parameters.free.index("M")] == pytest.approx(rows.acceleration)
 
 
+@pytest.mark.slow
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
     monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
@@ -226,6 +227,7 @@ def test_an_interrupted_search_of_a_long_log_returns_its_best_on_the_whole_log(m
     assert len(sizes) - ended[0] <= 2
 
 
+@pytest.mark.slow
 def test_a_search_of_a_long_log_starts_on_an_excerpt_and_ends_on_the_whole(monkeypatch):
     usual = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     sizes, linearised = [], InverseDynamics.linearised

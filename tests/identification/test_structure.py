@@ -219,6 +219,7 @@ def around_reversals(motion):
     return -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
 
 
+@pytest.mark.fast_cases(5)
 @pytest.mark.parametrize(
     ("force", "changes", "causes"),
     [
@@ -264,6 +265,7 @@ def test_thresholds_decide_the_diagnostics(motion, cause):
     assert causes_in(fit_of(motion, forces(motion, cause), missing_evidence=0.5)) == ()
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("refused", [False, True])
 def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(monkeypatch, refused):
     motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))

@@ -143,6 +143,7 @@ def test_friction_of_an_unknown_nut_is_taken_for_a_larger_load():
     assert masses_of(records, drive.step).values[1] > 1.04 * drive.load
 
 
+@pytest.mark.slow
 def test_friction_of_a_known_nut_is_not_taken_for_a_larger_load():
     drive, records = records_of(904, 40.0, nut=0.15)
     known = masses_of(records, drive.step, prior=Prior(nut=0.15, nut_error=0.02))

@@ -261,6 +261,7 @@ def stepped(model, mass, controller, sensor, desired, message):
     return np.array(x), np.array(read)
 
 
+@pytest.mark.fast_cases(1)
 @needs_node
 @pytest.mark.parametrize(
     ("name", "law_name", "feeds"),
@@ -306,6 +307,7 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     assert np.max(np.abs(trace.position - x)) < 0.02 * np.ptp(x)
 
 
+@pytest.mark.slow
 @needs_node
 def test_the_rig_of_the_paper_has_the_same_error_on_the_page(tmp_path):
     variants = {variant.name: variant for variant in paper_experiment().variants}
@@ -375,6 +377,7 @@ def test_no_point_is_further_from_the_line_than_a_fifth_of_a_pixel(name, tmp_pat
     assert np.max(off(line, points[:1].repeat(2, axis=0) if len(points) == 1 else points)) <= 1e-9
 
 
+@pytest.mark.slow
 @needs_node
 def test_a_loop_of_20_000_samples_has_few_corners(tmp_path):
     assert len(corners(LINES["a loop"], tmp_path)) < 250

@@ -590,6 +590,7 @@ def test_verdicts_and_numbers_are_those_of_the_certificates(name, tmp_path):
     compared(name, (), 5, tmp_path)
 
 
+@pytest.mark.slow
 def test_variation_along_the_axis_is_judged_in_its_middle(tmp_path):
     compared("lugre", SLOTS, 2, tmp_path)
 
@@ -603,6 +604,7 @@ def test_verdicts_of_every_model_are_those_of_the_certificates(name, slots, tmp_
         assert verdicts[0] == verdicts[1] == {True, False}
 
 
+@pytest.mark.slow
 def test_words_name_failed_and_inapplicable_certificates(tmp_path):
     script = """
     const texts = [];

@@ -73,6 +73,7 @@ def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
     json.dumps(widget.get_state()["_described"], allow_nan=False)
 
 
+@pytest.mark.slow
 def test_an_identification_shows_its_model_with_its_intervals():
     identification = br.identify(columns(), "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()

@@ -170,6 +170,7 @@ def test_unusable_columns_are_refused_by_name(given, said):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_no_library_is_imported_for_a_dictionary():
     code = (
         "import sys, numpy as np, bristle as br\n"

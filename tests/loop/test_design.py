@@ -56,6 +56,7 @@ def test_an_unstated_lag_does_not_count_as_zero(name):
     assert tuned(short, name).bandwidth > 1.1 * tuned(unstated, name).bandwidth
 
 
+@pytest.mark.slow
 def test_a_boundary_layer_that_a_person_set_is_not_made_thinner():
     variant = rig(1)
     custom = tuned(variant, "sliding_mode").law.values["phi"]
@@ -119,6 +120,7 @@ def test_friction_makes_a_circle_bulge_where_an_axis_reverses_and_compensation_f
 # --- the whole ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_proposals_keep_margins_and_reduce_the_error():
     soft = controllers.cascade(k_p=40.0, k_v=2000.0, k_ff=1.0)
     present, *rest = proposals_for(loop(controller=soft, run=Run(1.5, 1e-3, delay=1, settle=0.5)))

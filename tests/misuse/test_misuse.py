@@ -353,6 +353,7 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
     }
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("beyond", [0.0, 1.0])
 @pytest.mark.parametrize("name", entry_points())
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")

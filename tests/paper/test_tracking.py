@@ -75,6 +75,7 @@ def test_the_numbers_are_means_over_runs_with_their_spread(set_a):
     assert message["effort"]["rms_spread"] > 0.0
 
 
+@pytest.mark.slow
 def test_set_c_the_faster_the_motion_the_more_the_model_is_worth():
     whole = read_experiment(EXPERIMENTS / "set_c_faster.toml")
     observed = (replace(each, run=replace(each.run, seeds=1)) for each in whole.variants if each.name.startswith("observer"))

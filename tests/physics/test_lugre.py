@@ -54,6 +54,7 @@ def test_bristle_deflection_stays_bounded():
     assert np.max(np.abs(force_along(free, v, 1e-3))) <= 1.5 * (1 + 1e-15)
 
 
+@pytest.mark.slow
 def test_driven_mass_converges_to_the_differential_equation_with_order_two():
     # Solved for by an implicit multistep code on the smooth equations of `rate`.
     plant = inertia(M=1.0)

@@ -281,6 +281,7 @@ def test_a_force_that_hardens_without_bound_has_no_steady_curve(curved):
         steady_force(hardening.friction, 0.1)
 
 
+@pytest.mark.slow
 def test_draws_that_harden_without_bound_widen_the_band_of_the_curve(curved):
     bounded, delta = replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))), 0.3 * np.linspace(0.8, 1.2, 6)
     with warnings.catch_warnings(action="error"):

@@ -64,6 +64,7 @@ def test_closed_loop_bands_cover_after_a_fit_by_inverse_dynamics(jitter, seed):
     assert not jitter or without.position_inside_percent < 50.0
 
 
+@pytest.mark.slow
 def test_a_loop_that_cannot_be_simulated_has_the_band_of_position_noise():
     log = foreign_axis.recorded(SLIDE, swings(1.5), jitter=3e-6)
     unknown = identify(log, "coulomb_viscous", axis=replace(LOOP, controller=None), blocks=0, draws=20).best.resampling.bands

@@ -149,11 +149,13 @@ def test_a_loop_agrees_if_both_errors_differ_by_less_than_allowed():
     assert not trial.agrees(Suspect("k_p", 1.0, 0.0), 0.1)
 
 
+@pytest.mark.slow
 def test_the_wrong_number_explains_the_error_best():
     first, *_ = explanations(loop(), error_of(CHANGES["delay"](loop(), 4.0)), 0.1)
     assert (first.name, first.value) == ("delay", 4.0)
 
 
+@pytest.mark.slow
 def test_a_loop_that_follows_as_measured_needs_no_explanation():
     assert explanations(loop(), error_of(loop()) + 1e-5 * np.sin(0.9 * np.arange(COUNT)), 0.1) == ()
 

@@ -378,6 +378,7 @@ def test_level_above_the_effort_of_the_log_is_not_identified(log, never_slid):
     assert "f_p" in message.numbers["names"]
 
 
+@pytest.mark.slow
 def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
     best = never_slid.best
     assert (level_values(best), drive_table(best), model_tables.values_to_enter(best, None).rows) == (None, [], [])
@@ -409,6 +410,7 @@ def test_level_within_the_effort_has_the_warning(never_slid):
     assert len(message) == len(plain) + 1
 
 
+@pytest.mark.slow
 def test_pre_sliding_is_named_before_position_dependence(log):
     fit = br.identify(log, "coulomb_viscous", draws=0, blocks=0).best
     named = [diagnostic for diagnostic in fit.diagnostics if diagnostic.code.startswith("missing_")]
@@ -416,6 +418,7 @@ def test_pre_sliding_is_named_before_position_dependence(log):
     assert named[0].numbers["model"] == "preisach_contact"
 
 
+@pytest.mark.slow
 def test_compared_models_are_not_suggested(log):
     fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
     static = next(fit for fit in fits if fit.name == "coulomb_viscous")

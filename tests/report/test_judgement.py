@@ -131,6 +131,7 @@ def test_contradicted_loop_asks_for_care(actual):
     assert judged(doubted(actual.best), USUAL, following).level == "with_care"
 
 
+@pytest.mark.slow
 def test_levels_are_by_direction_without_the_weight():
     motion = sines(20.0, 2e-3, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0

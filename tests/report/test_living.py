@@ -88,6 +88,7 @@ def test_residual_of_the_page_equals_that_of_the_report(workbench, tmp_path):
     assert velocity == pytest.approx(fit.traces.velocity, abs=0.01 * np.max(np.abs(fit.traces.velocity)))
 
 
+@pytest.mark.slow
 @needs_node
 def test_thinned_log_keeps_reversals_and_number_of_rows(stage, tmp_path, monkeypatch):
     fit, log = stage.identified.best, stage.log
@@ -112,6 +113,7 @@ say([led([1e-4, 2e-4, 2e-4, 2e-4]), led([-1e-4, -2e-4, -2e-4, -2e-4])]);
 """
 
 
+@pytest.mark.slow
 @needs_node
 def test_rest_keeps_the_force_of_its_approach(stage, tmp_path):
     values = stage.identified.best.friction.values
@@ -148,6 +150,7 @@ def run_as(bench, **changes):
     return simulate(replace(experiment, variants=variants))
 
 
+@pytest.mark.fast_cases(1)
 @needs_node
 @pytest.mark.parametrize(("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)])
 def test_loop_of_the_page_equals_the_simulation(changes, share, stage, tmp_path):

@@ -198,6 +198,7 @@ def test_first_page_of_a_log_lists_corrections():
     assert "no reference" not in front.facts
 
 
+@pytest.mark.slow
 def test_page_is_written_only_for_a_readable_log(tmp_path):
     written = {}
     folder = Some(write=lambda name, text: written.update({name: text}))

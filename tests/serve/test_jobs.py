@@ -64,6 +64,7 @@ def is_gone(process):
     return True
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_reported_and_the_next_one_works(server, client, case, work):
     work(SLEEPS)
     os.kill(started(server, client, case).pid, signal.SIGKILL)
@@ -106,6 +107,7 @@ def test_after_its_time_a_job_is_asked_to_end_and_then_killed(server, client, ca
     assert (job["state"], "stopped after 6 s" in job["message"]) == ("failed", True)
 
 
+@pytest.mark.slow
 def test_the_memory_of_a_job_is_limited(client, case, work):
     for size, state, words in ((2**31, "failed", "there is not enough memory for this job. Use a shorter log"), (2**28, "done", "")):
         work(f"bytearray({size})\nreturn {{}}, {{}}")
@@ -118,6 +120,7 @@ def test_a_library_with_endless_output_does_no_harm(client, case, work):
     assert ended(client, case, "look")["job"]["message"] == "the process of this job ended with code 3. the end"
 
 
+@pytest.mark.slow
 def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(server, client, case, work):
     work("time.sleep(0.5)\nreturn {'axis_text': 'schema = 1', 'ready': True}, {}")
     assert client.post(f"{case}/jobs", json={"task": "look"}).status_code == 202
@@ -173,6 +176,7 @@ def moving(server, client, case):
     return process, opened.folder.parent.parent / "restored"
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("end", [{}, {"at_once": True}])
 def test_a_stopped_run_restores_its_machine(temporary, work, end):
     work(RESTORES)
@@ -185,6 +189,7 @@ def test_a_stopped_run_restores_its_machine(temporary, work, end):
         assert file.exists()
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("closes", "grace"), [(True, 3.0), (False, 3.0), (False, 0.05)])
 def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes, grace):
     work(RESTORES)

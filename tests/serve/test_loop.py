@@ -89,6 +89,7 @@ def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified,
     assert times in archive["report.html"].decode()
 
 
+@pytest.mark.slow
 def test_an_export_simulates_the_loop_of_the_controller(identified, compensated):
     exported = tasks.export(replace(identified[0], axis_text=compensated[0]["axis_text"]))[1]
     assert not [note for note in exported["notes"] if "did not simulate" in note]
@@ -123,6 +124,7 @@ def test_a_field_that_changes_the_log_needs_another_identification(identified, r
         loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.constant": "20 N/A"}}))
 
 
+@pytest.mark.slow
 def test_a_field_of_the_loop_needs_no_other_identification(identified, recorded):
     errand, _ = identified
     loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.limit": "500 A", "effort.lag": "0.1 ms"}}))

@@ -39,6 +39,7 @@ def closed_after(connection):
         text += piece
 
 
+@pytest.mark.slow
 def test_an_endless_head_is_cut_off(server):
     with server.raw(b"GET / HTTP/1.1\r\n") as connection:
         begin = time.monotonic()
@@ -56,6 +57,7 @@ def test_a_silent_connection_is_closed(server):
     assert seconds < 10 * SILENCE
 
 
+@pytest.mark.slow
 def test_a_stalled_body_is_cut_off(server):
     with server.client() as client:
         case = begun(client)
@@ -67,6 +69,7 @@ def test_a_stalled_body_is_cut_off(server):
         assert client.get(case).json()["files"] == []
 
 
+@pytest.mark.slow
 def test_an_unread_answer_is_dropped(server):
     with server.client() as client:
         case = begun(client)
@@ -142,6 +145,7 @@ def longest_wait(patient, requests, pause=0.0):
     return max(waits)
 
 
+@pytest.mark.slow
 def test_the_owner_is_answered_while_strangers_occupy_all_connections(patient):
     with strangers(patient, 40) as rest, patient.client() as client:
         assert longest_wait(patient, 8, pause=0.05) < 60.0

@@ -59,6 +59,7 @@ def test_a_loop_follows_better_by_it_along_either_motion(along):
     assert 1.5 * with_it < without < followed()
 
 
+@pytest.mark.slow
 def test_transmitted_effort_along_measured_motion_is_that_of_the_named_plant():
     with_it = followed(friction=GEARED, along="measured", carries=ARM)
     assert with_it == pytest.approx(followed(friction=GEARED, along="measured"), rel=1e-6)

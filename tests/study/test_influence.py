@@ -57,6 +57,7 @@ def test_rank_correlations_are_those_of_scipy():
     assert result["y"]["interval"][1] < 0.0
 
 
+@pytest.mark.slow
 def test_intervals_of_rank_correlations_hold_the_true_one():
     true = 6.0 / np.pi * np.arcsin(0.5 / 2.0)  # of two normal numbers whose correlation is a half
     fixed = 0

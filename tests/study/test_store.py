@@ -251,6 +251,7 @@ with opened(Path(sys.argv[2]), read_study_file(sys.argv[1]), {}):
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="locks of POSIX")
 def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
     study, out = bench.study(), bench.folder / "out"

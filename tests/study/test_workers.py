@@ -365,6 +365,7 @@ def worker():
     process.stdout.close()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 def test_a_worker_answers_each_block_in_turn(worker):
     process, hand = worker

@@ -45,6 +45,7 @@ def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
         admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 
+@pytest.mark.slow
 def test_the_text_read_first_is_tested_even_if_its_file_changes(tmp_path):
     text = EXAMPLE.read_text(encoding="utf-8") + "# one of many copies\n"
     file = tmp_path / "own.py"
@@ -69,6 +70,7 @@ def test_friction_that_creates_energy_causes_a_warning(tmp_path):
         admit(model(F_C=20.0, F_q=125.0))
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("new", "said"), [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")]
 )

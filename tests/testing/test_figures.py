@@ -42,6 +42,7 @@ def unmet(figure):
     return [(check.name, check.detail) for check in check_figure(figure) if not check.passed]
 
 
+@pytest.mark.slow
 def test_a_figure_is_tried_with_the_results_that_it_may_take():
     taken = []
 
@@ -53,6 +54,7 @@ def test_a_figure_is_tried_with_the_results_that_it_may_take():
     assert None not in taken
 
 
+@pytest.mark.slow
 def test_the_example_meets_the_contract():
     assert unmet(load_figure_file(EXAMPLE)) == []
 
@@ -99,6 +101,7 @@ def test_each_fault_is_reported(figure, demand, said):
     assert said in missed[0][1]
 
 
+@pytest.mark.slow
 def test_changes_of_results_by_a_figure_are_discarded():
     fit = example_facts("translational", ("identification",))["identification"].best
     before = fit.traces.measured.copy()

@@ -93,6 +93,7 @@ def armed(kind):
     return machine
 
 
+@pytest.mark.slow
 def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed] == []
 
@@ -118,6 +119,7 @@ def test_lost_rows_are_refused_with_their_number(armed, controller):
     assert controller.plc.value("rows") == 6100
 
 
+@pytest.mark.slow
 def test_the_feedforward_is_added_in_a_ramp_and_fades(armed, controller):
     armed.load(FrictionFeedforward(Path(), "bristle_x", inertia(M=1.0), coulomb(F_C=10.0), 0.0))
     recordings = []
@@ -243,6 +245,7 @@ def test_the_program_clears_a_trip_of_a_kept_feedforward_only(kind, controller, 
     plc.put("reset", b"\0")
 
 
+@pytest.mark.slow
 def test_a_stopped_controller_is_named(kind, controller):
     machine = kind.example()
     controller.plc.runs = False

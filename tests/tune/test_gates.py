@@ -98,6 +98,7 @@ def test_an_effort_that_does_negative_work_is_refused(prepared):
     assert refused.value.code == "wrong_sign"
 
 
+@pytest.mark.slow
 def test_an_axis_that_hunts_without_feedforward_is_refused(prepared):
     with pytest.raises(MachineRefusedError) as refused:
         steps.before(prepared(noise=lambda _: 6.0))
@@ -112,6 +113,7 @@ def test_a_single_slip_at_rest_is_not_hunting(prepared):
     assert run.facts["stages"]["gain"] == 1.0
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("usable", "refined", "noise", "used"),
     [(True, 0.5, 0.01, "refined"), (True, 1.5, 0.01, "results"), (False, 0.5, 0.01, "results"), (True, 0.5, 1.0, "results")],
@@ -140,6 +142,7 @@ def compared(run):
     return run.facts["comparison"]
 
 
+@pytest.mark.slow
 def test_records_alternate_so_that_a_drift_cancels(prepared):
     run, gains = prepared(), []
     record = run.machine.record
@@ -175,6 +178,7 @@ def test_the_noise_at_rest_of_both_sides_is_compared_above_a_share_of_the_effort
     assert found["interval"] == pytest.approx([expected, expected], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("uncompared")
 def test_the_noise_of_an_encoder_count_does_not_count(prepared):
     def toggling(counts):

@@ -143,6 +143,7 @@ def test_the_machine_meets_the_contract(kind):
     assert [(check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed] == []
 
 
+@pytest.mark.slow
 def test_each_row_is_that_of_the_axis(armed, server):
     recording = armed.record(stroke(2000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(2000), atol=1e-15)

@@ -197,6 +197,7 @@ def test_a_record_that_was_changed_is_refused_before_anything_moves(finished, tm
     assert machine.records == []
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("step", "change"), [("excitation", Path.unlink), ("identification", changed_byte)])
 def test_a_file_that_was_changed_is_not_used_by_a_run_that_goes_on(finished, tmp_path, step, change):
     make, folder = begun(finished[1], tmp_path, step)

@@ -107,6 +107,7 @@ def test_a_folder_without_a_journal_has_no_run(tmp_path):
     assert run_status(tmp_path, "translational") is None
 
 
+@pytest.mark.slow
 def test_a_refused_step_states_its_reason_and_a_later_run_begins_again(identified):
     make, folder = identified
     file, out = folder / "machine.toml", folder / "out"
@@ -188,6 +189,7 @@ def test_two_runs_on_a_machine_are_refused_wherever_they_were_started(machine, m
         served.plan(errand(folder))
 
 
+@pytest.mark.slow
 def test_a_run_from_a_terminal_can_be_undone_in_another_folder(identified, tmp_path_factory, monkeypatch):
     make, folder = identified
     monkeypatch.chdir(folder)

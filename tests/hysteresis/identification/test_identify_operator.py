@@ -38,6 +38,7 @@ def test_all_operators_are_identified_by_default(friction):
     assert {fit.name for fit in fits[0]} == {"prandtl_ishlinskii", "preisach", "preisach_grid"}
 
 
+@pytest.mark.slow
 def test_curves_are_left_out_by_turns():
     curves = reversal_curves(MASING)
     result = br.identify_operator(Curves(curves, start="saturated"), "reversal_table,preisach_grid", cells=6)

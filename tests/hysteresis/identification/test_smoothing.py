@@ -47,6 +47,7 @@ def test_falling_and_rising_curves_are_smoothed_equally(clean):
     assert falling.window == rising.window
 
 
+@pytest.mark.slow
 def test_smoothed_curves_predict_held_out_curves_better(clean, monkeypatch):
     recorded = with_noise(clean, np.random.default_rng(7))
     best = identify_operator(recorded, "reversal_table", folds=2).best
