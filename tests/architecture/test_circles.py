@@ -10,6 +10,7 @@ import pytest
 
 import bristle
 
+pytestmark = pytest.mark.slow
 ROOT = Path(bristle.__file__).parent
 ALLOWED: dict[frozenset[str], str] = {}
 """Files of a circle -> why it stays."""

@@ -11,6 +11,7 @@ import pytest
 
 import bristle
 
+pytestmark = pytest.mark.slow
 ROOT = Path(bristle.__file__).parent
 WORDS = """
 one ones other others another it its itself they them their theirs this that these those what which who whom whose
