@@ -15,6 +15,7 @@ from tests.report.known import estimate
 from tests.report.pages import Page, plain
 from tests.report.test_pages import identification_page
 
+from bristle.controllers.feedforward import Rule
 from bristle.core import Diagnostic, symbolic
 from bristle.files import read_axis
 from bristle.friction import MODELS, find
@@ -22,6 +23,7 @@ from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
 from bristle.logs import Log, read_log
 from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
+from bristle.prediction.claims import Compensation, claims_for
 from bristle.report import messages, model_tables, page
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
@@ -281,7 +283,8 @@ def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({}, "safe to try at gain 0.25"),
+        ({}, "safe to try at gain 0.9; it helps quick moves of 3\u00a0mm or more with rests up to 0.3 s"),
+        ({"claims": ()}, "safe to try at gain 0.25"),
         ({"friction_alone_error_percent": 63.0}, "do not try it: the model error is 63 % of the friction"),
         ({"diagnostics": (Diagnostic("sign_reversed", severity="error"),)}, f"do not try it: {SENTENCES['sign_reversed'].means}"),
         ({"diagnostics": (Diagnostic("one_direction"),)}, f"do not try it: {SENTENCES['one_direction'].means}"),
@@ -290,7 +293,9 @@ def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
 )
 def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(changes, text):
     facts = {"diagnostics": (Diagnostic("structure"),), "friction_alone_error_percent": 20.0, "position_rmse": None, "estimates": ()}
-    assert feedforward_text(SimpleNamespace(**(facts | changes))) == text
+    facts |= {"friction": SimpleNamespace(kind="translational"), "claims": claims_for(1e-3)} | changes
+    compensation = Compensation(Rule(0.9, 5e-5), 1e-3, facts["claims"])
+    assert feedforward_text(SimpleNamespace(**facts), compensation) == text
 
 
 def test_a_log_to_measure_again_may_give_a_feedforward(actual):
@@ -298,7 +303,7 @@ def test_a_log_to_measure_again_may_give_a_feedforward(actual):
     again = replace(actual, fits=(fit,))
     assert judged(fit, USUAL).level == "measure_again"
     line = next(line for line in brief(again, None, None) if line.label == "Feedforward")
-    assert line.text == feedforward_text(fit) == "safe to try at gain 0.25"
+    assert line.text == feedforward_of(again) == "safe to try at gain 0.25"
 
 
 def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
@@ -324,9 +329,10 @@ def test_a_contradicted_loop_asks_for_care_with_two_encoders(actual):
 
 
 def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
-    text = feedforward_text(actual.best)
+    text = feedforward_of(actual)
     for masses, expected in ((None, text), (SimpleNamespace(), f"of one mass: {text}")):
-        assert feedforward_of(SimpleNamespace(best=actual.best, two_masses=masses)) == expected
+        facts = {"best": actual.best, "two_masses": masses, "treatment": actual.treatment}
+        assert feedforward_of(SimpleNamespace(**facts)) == expected
 
 
 # --- The report of an identification

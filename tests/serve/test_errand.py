@@ -447,7 +447,7 @@ def test_findings_are_those_of_the_best_fit(errand, monkeypatch, level):
     judgement = SimpleNamespace(level=level, as_data=lambda: {"level": level})
     monkeypatch.setattr("bristle.report.judgement.ruling_of", lambda *passed: judgement)
     monkeypatch.setattr("bristle.report.judgement.misfit", lambda fit: ["model error 1 %"])
-    monkeypatch.setattr("bristle.report.judgement.feedforward_text", lambda fit: f"try {fit.name}")
+    monkeypatch.setattr("bristle.report.judgement.feedforward_of", lambda identified: f"try {identified.best.name}")
     monkeypatch.setattr(loop, "_loop_view", lambda *passed, usable: {"usable": usable, "simulated": passed[-1].simulation})
     best = SimpleNamespace(name="lugre")
     identified = SimpleNamespace(best=best, settings=None, axis=None, unfinished="")

@@ -180,8 +180,7 @@ class Effect:
         return "exact model" if self.claims is None else "worst case"
 
     def _promise(self, claim: Claim) -> str:
-        pace = "quick moves" if claim.slowest_move is None else f"moves of up to {claim.slowest_move:g} s"
-        return f"{pace} of {self._length(claim.least_distance)} or more with rests up to {claim.longest_rest:g} s"
+        return claim.text(self._length(claim.least_distance))
 
     def _ends(self) -> list[Along]:
         """Return the shortest promised move and the longest one, or the worst."""

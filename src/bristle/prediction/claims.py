@@ -40,6 +40,11 @@ class Claim(NamedTuple):
     slowest_move: float | None
     longest_rest: float
 
+    def text(self, length: str) -> str:
+        """Return the moves in words, with the least distance as text."""
+        pace = "quick moves" if self.slowest_move is None else f"moves of up to {self.slowest_move:g} s"
+        return f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
+
 
 def sliding_level(model: Model, fastest: float) -> float:
     """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""

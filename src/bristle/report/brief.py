@@ -8,7 +8,7 @@ from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.cards import Line, labelled, no_gain
 from bristle.report.compensation import gain_of
-from bristle.report.judgement import DOUBTS, feedforward_of, is_one_sided, promise_of, ruling_of
+from bristle.report.judgement import DOUBTS, feedforward_of, is_one_sided, ruling_of
 from bristle.report.messages import advice_of, second_pass_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
@@ -37,7 +37,7 @@ def brief(
         lines = [*masses, *labelled("One mass", [f"{fit.name}: model error {percent_text(fit.error_percent)}"])]
     if ruling.level != "measure_again":
         lines += [*_to_type_in(fit, axis), *_gain(simulation, following, axis)]
-    return [*lines, Line("Feedforward", f"{feedforward_of(identification)}{promise_of(identification)}"), verdict(ruling)]
+    return [*lines, Line("Feedforward", feedforward_of(identification)), verdict(ruling)]
 
 
 def advice_to_record(fit: Fit) -> str:

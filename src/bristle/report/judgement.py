@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
-from bristle.prediction import compensation_of, first_gain, level_values
+from bristle.prediction import compensation_of, first_gain, is_safe, level_values
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -13,6 +13,7 @@ from bristle.report.table import fixed, length_text, percent_text
 if TYPE_CHECKING:
     from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Following
+    from bristle.prediction.claims import Compensation
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
@@ -140,12 +141,14 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     return Ruling(level, LEVELS[level], tuple(dict.fromkeys((*grave, *doubts, *remarks))))
 
 
-def feedforward_text(fit: Fit) -> str:
-    """Return whether a feedforward of the model is safe to try, even if parameters are open."""
+def feedforward_text(fit: Fit, compensation: Compensation) -> str:
+    """Return whether a feedforward of the model is safe to try, even if parameters are open, and which moves it improves."""
     if fit.position_rmse is not None:
         return "not judged, because the model was fitted to the position"
-    if gain := first_gain(fit):
-        return f"safe to try at gain {gain:g}"
+    if is_safe(fit):
+        helped = [claim.text(length_text(claim.least_distance, fit.friction.kind)) for claim in compensation.claims]
+        safe = f"safe to try at gain {first_gain(fit, compensation):g}"
+        return "; ".join([safe, *(f"it helps {moves}" for moves in helped)])
     faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
     error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
@@ -154,17 +157,9 @@ def feedforward_text(fit: Fit) -> str:
 def feedforward_of(identification: Identification) -> str:
     """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
     of_one = getattr(identification, "two_masses", None) is not None  # saved results contain one mass only
-    return "of one mass: " * of_one + feedforward_text(identification.best)
-
-
-def promise_of(identification: Identification) -> str:
-    """Return the moves that files of the best model improve, for a model that is safe to try; empty if bristle promises none."""
     fit = identification.best
-    claims = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment).claims
-    if not claims or fit.position_rmse is not None or not first_gain(fit):
-        return ""
-    length = length_text(claims[0].least_distance, fit.friction.kind)
-    return f"; exports help quick moves of {length} or more with rests up to {claims[0].longest_rest:g} s"
+    compensation = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment)
+    return "of one mass: " * of_one + feedforward_text(fit, compensation)
 
 
 def is_one_sided(fit: Fit) -> bool:

@@ -47,7 +47,7 @@ def identification_summary(
         "kind": kind,
         "verdict": {"level": ruling.level, "reasons": ruling.reasons},
         "feedforward": {
-            "first_gain": first_gain(best),
+            "first_gain": first_gain(best, compensation),
             "error_percent": best.friction_alone_error_percent,
             "reach": compensation.reach,
             "claims": [claim._asdict() for claim in compensation.claims],
