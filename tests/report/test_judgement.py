@@ -15,7 +15,6 @@ from tests.report.known import estimate
 from tests.report.pages import Page, plain
 from tests.report.test_pages import identification_page
 
-from bristle.controllers.feedforward import Rule
 from bristle.core import Diagnostic, symbolic
 from bristle.files import read_axis
 from bristle.friction import MODELS, find
@@ -23,8 +22,8 @@ from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
 from bristle.logs import Log, read_log
 from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
-from bristle.prediction.claims import Compensation, claims_for
-from bristle.report import messages, model_tables, page
+from bristle.prediction.claims import claims_for
+from bristle.report import judgement, messages, model_tables, page
 from bristle.report.brief import brief
 from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
 from bristle.report.judgement import (
@@ -34,7 +33,6 @@ from bristle.report.judgement import (
     WRITTEN_BY,
     _error,
     feedforward_of,
-    feedforward_text,
     judged,
     misfit,
     next_measurements,
@@ -291,11 +289,11 @@ def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
         ({"position_rmse": 1e-6}, "not judged, because the model was fitted to the position"),
     ],
 )
-def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(changes, text):
+def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(changes, text, monkeypatch):
     facts = {"diagnostics": (Diagnostic("structure"),), "friction_alone_error_percent": 20.0, "position_rmse": None, "estimates": ()}
     facts |= {"friction": SimpleNamespace(kind="translational"), "claims": claims_for(1e-3)} | changes
-    compensation = Compensation(Rule(0.9, 5e-5), 1e-3, facts["claims"])
-    assert feedforward_text(SimpleNamespace(**facts), compensation) == text
+    monkeypatch.setattr(judgement, "compensation_of", lambda *_: SimpleNamespace(rule=SimpleNamespace(gain=0.9), claims=facts["claims"]))
+    assert feedforward_of(SimpleNamespace(best=SimpleNamespace(**facts), treatment={})) == text
 
 
 def test_a_log_to_measure_again_may_give_a_feedforward(actual):

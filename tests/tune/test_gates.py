@@ -12,7 +12,7 @@ from tests.tune.machine import BenchMachine, written
 from bristle.core.diagnostic import Diagnostic
 from bristle.files import growing_folder, read_machine
 from bristle.identification.result import Identification
-from bristle.prediction import is_safe
+from bristle.prediction import first_gain
 from bristle.tune import MachineRefusedError, Recording, steps
 from bristle.tune.journal import Journal
 from bristle.tune.run import Options, Run
@@ -290,15 +290,15 @@ def fit(*diagnostics, error=10.0):
     return SimpleNamespace(diagnostics=diagnostics, friction_alone_error_percent=error, plant=SimpleNamespace(values={"k": 1.0}))
 
 
-@pytest.mark.parametrize(("error", "safe"), [(49.0, True), (51.0, False)])
-def test_a_feedforward_needs_a_model_that_explains_half_of_the_friction(error, safe):
-    assert is_safe(fit(error=error)) is safe
-    assert is_safe(fit(Diagnostic("one_speed"), error=error)) is safe
+@pytest.mark.parametrize(("error", "gain"), [(49.0, 0.25), (51.0, 0.0)])
+def test_the_first_gain_needs_a_model_that_explains_half_of_the_friction(error, gain):
+    assert first_gain(fit(error=error)) == gain
+    assert first_gain(fit(Diagnostic("one_speed"), error=error)) == gain
 
 
 @pytest.mark.parametrize("fault", [Diagnostic("sign_reversed", severity="error"), Diagnostic("one_direction")])
-def test_a_faulty_log_gives_no_feedforward(fault):
-    assert not is_safe(fit(fault, error=1.0))
+def test_a_faulty_log_has_no_first_gain(fault):
+    assert first_gain(fit(fault, error=1.0)) == 0.0
 
 
 class Pushed(Scripted):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
     from bristle.prediction.predict import effort_of_motion, fit_at_samples, unexplained_force
-    from bristle.prediction.proposals import first_gain, is_safe, proposals_of
+    from bristle.prediction.proposals import first_gain, proposals_of
 
 __getattr__ = loaded_from(__name__)
 

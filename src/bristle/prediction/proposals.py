@@ -25,21 +25,15 @@ def proposals_of(fit: Fit, axis: Axis, tried: SecondPass | None = None) -> list[
     return proposals + [line._asdict() | {"taken": False, "error_without": None, "error_with": None} for line in further]
 
 
-def is_safe(fit: Fit) -> bool:
-    """Return whether a feedforward of the model may be tried: the model explains half of the friction, and the log is sound.
+def first_gain(fit: Fit, compensation: Compensation | None = None) -> float:
+    """Return the gain at which a feedforward of the model is safe to try; 0 if the model explains less than half of the friction.
+
+    It is also 0 if the log is faulty, or moves in one direction only. It is small if bristle does not promise an improvement.
 
     A feedforward at gain :math:`g` leaves :math:`(1 - g) F + g e` of the friction force :math:`F`, with the model error
     :math:`e`. Parameters need not be identified for that.
     """
     faulty = any(diagnostic.severity == "error" or diagnostic.code == "one_direction" for diagnostic in fit.diagnostics)
-    return fit.friction_alone_error_percent < SAFE_ERROR and not faulty
-
-
-def first_gain(fit: Fit, compensation: Compensation) -> float:
-    """Return the gain at which a feedforward of the model is safe to try; 0 if it is not.
-
-    It is the gain of the share that bristle promises an improvement for, and small in a loop of unknown stiffness.
-    """
-    if not is_safe(fit):
+    if faulty or fit.friction_alone_error_percent >= SAFE_ERROR:
         return 0.0
-    return compensation.rule.gain if compensation.claims else FIRST_GAIN
+    return compensation.rule.gain if compensation and compensation.claims else FIRST_GAIN

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
-from bristle.prediction import compensation_of, first_gain, is_safe, level_values
+from bristle.prediction import compensation_of, first_gain, level_values
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -13,7 +13,6 @@ from bristle.report.table import fixed, length_text, percent_text
 if TYPE_CHECKING:
     from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Following
-    from bristle.prediction.claims import Compensation
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
@@ -141,25 +140,25 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     return Ruling(level, LEVELS[level], tuple(dict.fromkeys((*grave, *doubts, *remarks))))
 
 
-def feedforward_text(fit: Fit, compensation: Compensation) -> str:
-    """Return whether a feedforward of the model is safe to try, even if parameters are open, and which moves it improves."""
-    if fit.position_rmse is not None:
-        return "not judged, because the model was fitted to the position"
-    if is_safe(fit):
-        helped = [claim.text(length_text(claim.least_distance, fit.friction.kind)) for claim in compensation.claims]
-        safe = f"safe to try at gain {first_gain(fit, compensation):g}"
-        return "; ".join([safe, *(f"it helps {moves}" for moves in helped)])
-    faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
-    error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
-    return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
-
-
 def feedforward_of(identification: Identification) -> str:
     """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
     of_one = getattr(identification, "two_masses", None) is not None  # saved results contain one mass only
+    return "of one mass: " * of_one + _feedforward_text(identification)
+
+
+def _feedforward_text(identification: Identification) -> str:
+    """Return whether a feedforward is safe to try, even if parameters are open, and which moves it improves."""
     fit = identification.best
+    if fit.position_rmse is not None:
+        return "not judged, because the model was fitted to the position"
     compensation = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment)
-    return "of one mass: " * of_one + feedforward_text(fit, compensation)
+    if gain := first_gain(fit, compensation):
+        lengths = [length_text(claim.least_distance, fit.friction.kind) for claim in compensation.claims]
+        helped = [f"; it helps {claim.text(length)}" for claim, length in zip(compensation.claims, lengths, strict=True)]
+        return "".join([f"safe to try at gain {gain:g}", *helped])
+    faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
+    error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
+    return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
 
 
 def is_one_sided(fit: Fit) -> bool:

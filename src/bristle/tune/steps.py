@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.excitation import excite
 from bristle.logs import Log
-from bristle.prediction import is_safe
+from bristle.prediction import first_gain
 from bristle.report.compared import compare
 from bristle.report.identified import identify
 from bristle.report.judgement import ruling_of
@@ -188,7 +188,7 @@ def _identified(run: Run, record: str, folder: str) -> dict[str, Any]:
         "error_percent": result.best.friction_alone_error_percent,
         "lead": max(0.0, -float(result.treatment.get("delay", 0.0))),
         "proposals": [line._asdict() for line in second.lines] if second is not None and second.taken else [],
-        "usable": is_safe(result.best),
+        "usable": bool(first_gain(result.best)),
         "results": folder,
     }
 
