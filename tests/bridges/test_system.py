@@ -152,10 +152,10 @@ ROTARY = br.friction.viscous(kind="rotational", F_v=1e-3)
 @pytest.mark.parametrize(
     ("friction", "plant", "options", "words"),
     [
-        (example_of(br.friction.lugre), br.plants.inertia(M="1 kg*m^2"), {}, "plant: is for another kind"),
+        (example_of(br.friction.lugre), br.plants.inertia(M="1 kg*m^2"), {}, "plant: is not of the kind of friction"),
         (example_of(br.friction.lugre), PLANT, {"steps": 2}, "steps: needs a sampled axis"),
         (example_of(br.friction.lugre), PLANT, {"dt": 0.0}, "dt: must be positive"),
-        (ROTARY, br.plants.ball_screw(J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm"), {"dt": DT}, "has a screw"),
+        (ROTARY, br.plants.ball_screw(kind="rotational", J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm"), {"dt": DT}, "has a screw"),
     ],
 )
 def test_invalid_arguments_are_refused(friction, plant, options, words):

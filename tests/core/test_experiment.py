@@ -22,8 +22,9 @@ def variant(**changes):
         "reference": references.recorded(position=np.zeros(100), sample_time=1e-3),
         "feedforward": Feedforward(),
         "run": Run(0.1, 1e-3),
-    }
-    return Variant(**parts | changes)
+    } | changes
+    of_axis = {part: replace(parts[part], kind=parts["plant"].kind) for part in ("friction", "controller", "sensor", "reference")}
+    return Variant(**parts | of_axis)
 
 
 PLAIN = {"settle": 0.0, "delay": 0, "current_lag": 0.0, "seeds": 1, "tolerance": 0.0, "effort_limit": math.inf}
@@ -60,6 +61,10 @@ SCREW = plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")
         (lambda: variant(run=LOOSE, effort=EFFORT, plant=SCREW), r"run\.tolerance: needs a plant with one mass, but ball_screw"),
         (lambda: Experiment("e", "translational", (variant(), variant())), "has two variants with the same name"),
         (lambda: Run(1.001e4, 1e-3), "up to 10000000 samples"),
+        (lambda: Run(0.9e-3, 1e-3), "is shorter than a sample"),
+        (lambda: Run(0.1, 1e-3, settle=0.1), "leaves nothing of the run"),
+        (lambda: replace(variant(), plant=SCREW), "friction: is not of the kind of plant; found 'coulomb, translational'"),
+        (lambda: Experiment("e", "rotational", (variant(),)), "kind: is not the kind of the variant loop"),
     ],
 )
 def test_what_does_not_go_together_is_refused(call, words):

@@ -16,17 +16,17 @@ COMPENSATOR = friction.lugre(F_C=18.0, F_S=22.0, sigma_2=80.0, **SLIDING)
 
 
 def loop(name="fed", compensator=COMPENSATOR, **changed):
-    variant = Variant(
-        name=name,
-        plant=plants.inertia(M=20.0),
-        friction=TRUTH,
-        controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=1.0),
-        sensor=sensors.encoder(resolution=1e-6),
-        reference=references.sine(amplitude=5e-3, frequency=0.5),
-        feedforward=Feedforward(mass=20.0, friction=compensator),
-        run=Run(4.0, 1e-3, delay=1, settle=1.0),
-    )
-    return replace(variant, **changed)
+    parts = {
+        "plant": plants.inertia(M=20.0),
+        "friction": TRUTH,
+        "controller": controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=1.0),
+        "sensor": sensors.encoder(resolution=1e-6),
+        "reference": references.sine(amplitude=5e-3, frequency=0.5),
+        "feedforward": Feedforward(mass=20.0, friction=compensator),
+        "run": Run(4.0, 1e-3, delay=1, settle=1.0),
+    } | changed
+    of_axis = {part: replace(parts[part], kind=parts["plant"].kind) for part in ("friction", "controller", "sensor", "reference")}
+    return Variant(name=name, **(parts | of_axis))
 
 
 @pytest.fixture(scope="session")

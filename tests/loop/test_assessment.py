@@ -8,7 +8,7 @@ import pytest
 from scipy import signal
 from tests.loop.laws import rig
 
-from bristle import controllers, friction, plants
+from bristle import controllers, friction, plants, references
 from bristle.core.experiment import Experiment, Run
 from bristle.engine import interpreted, run_closed_loop
 from bristle.engine.contact import steady_force
@@ -17,6 +17,12 @@ from bristle.loop.assessment import Friction, Motions
 from bristle.loop.linear_system import LinearSystem, SampledLoop, margins_of, slope_in_sliding, stiffness_at_rest
 from bristle.report.messages import message
 from bristle.sensors import encoder
+
+
+def travelling(**parts):
+    """The loop of an axis that travels."""
+    reference = references.sine(amplitude=1e-3, frequency=0.25)
+    return replace(rig(0), **({"friction": friction.coulomb(F_C=1.0), "sensor": encoder(), "reference": reference} | parts))
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -82,13 +88,8 @@ def by_transfer_functions(k_p, k_v, mass, dt, delay):
 @pytest.mark.parametrize(("k_v", "delay"), [(3000.0, 0), (3000.0, 2), (9000.0, 1)])
 def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
     dt, mass, k_p = 1e-3, 30.0, 40.0
-    variant = replace(
-        rig(0),
-        plant=plants.inertia(M=mass),
-        friction=friction.coulomb(F_C=1.0),
-        controller=controllers.cascade(k_p=k_p, k_v=k_v),
-        run=Run(8.0, dt, delay=delay),
-    )
+    law = controllers.cascade(k_p=k_p, k_v=k_v)
+    variant = travelling(plant=plants.inertia(M=mass), controller=law, run=Run(8.0, dt, delay=delay))
     result = assess(variant).bare[0]
     over, under = by_transfer_functions(k_p, k_v, mass, dt, delay)
     expected = np.roots(np.polyadd(under, over))
@@ -125,7 +126,7 @@ def positions_of(loop, body, count):
 def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     law, mass, moved = controllers.cascade(k_p=40.0, k_v=k_v, k_i=k_i), plants.inertia(M=30.0), 1e-3
     film = friction.viscous(F_v=50.0)
-    variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
+    variant = travelling(plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
     assert positions_of(loop, np.eye(loop.plant.B.size)[0] * moved, 120) == pytest.approx(trace.position, rel=1e-6, abs=1e-6 * moved)
@@ -171,7 +172,7 @@ def test_an_unexcited_mode_is_no_pole_of_the_loop():
     # are: poles at 1 that say nothing of the loop.
     law = controllers.cascade(k_p=40.0, k_v=3000.0)
     pulled = plants.pulled_inertia(M=30.0, k=0.0, v_e=1e-3)
-    variants = [replace(rig(0), plant=variant, controller=law, run=Run(1.0, 1e-3)) for variant in (plants.inertia(M=30.0), pulled)]
+    variants = [travelling(plant=variant, controller=law, run=Run(1.0, 1e-3)) for variant in (plants.inertia(M=30.0), pulled)]
     radii = [assess(variant).bare[0].loop.spectral_radius for variant in variants]
     assert radii[1] == pytest.approx(radii[0], rel=1e-6)
     assert radii[0] < 0.99

@@ -43,7 +43,7 @@ class Gain(NamedTuple):
     gain: Annotated[float, Variable("1", "measured over moved")] = 1.0
 
 
-UNCOUNTED = Sensor(name="exact", description="no counts", Parameters=Gain, State=Gain, step=lambda state, x, dt, p: (x, state))()
+UNCOUNTED = Sensor(name="exact", description="no counts", Parameters=Gain, State=Gain, step=lambda state, x, dt, p: (x, state))(kind="rotational")
 LAYER = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "phi": 0.0, "cutoff": 400.0}
 SHARE = 1.0 - math.exp(-2.0 * math.pi * 400.0 * 5e-4)  # of a count in a sample that a low-pass lets through
 WIDTH = 0.125 * RADIAN * (300.0 + SHARE / 5e-4)
@@ -71,7 +71,7 @@ def test_gains_follow_from_the_bandwidth(name, bandwidth, law, variant, expected
 
 
 def test_a_sensor_without_counts_calls_up_no_effort():
-    assert tuning.count_response(replace(loop(), sensor=UNCOUNTED)) == 0.0
+    assert tuning.count_response(replace(rig(1), sensor=UNCOUNTED)) == 0.0
 
 
 @pytest.mark.parametrize(("stated", "tried"), [(0.0, {2e-4, 1e-3}), (7e-4, {7e-4, 1.2e-3})])

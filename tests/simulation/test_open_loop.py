@@ -101,7 +101,7 @@ def test_an_open_loop_has_no_poles_no_gains_and_no_law_to_design(pulled):
         ({"effort": None}, "is only for open loops"),
         ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, delay=1)}, "run.delay: .*tolerance"),
         ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, current_lag=1e-3)}, "run.current_lag: .*tol"),
-        ({"plant": plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")}, "ball_screw has a table"),
+        ({"plant": plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8)}, "ball_screw has a table"),
     ],
 )
 def test_cases_without_support_for_a_tolerance_are_refused(pulled, change, message):

@@ -33,7 +33,7 @@ def test_without_a_plant_the_feedforward_is_transmitted():
 
 
 def test_a_plant_without_an_inverse_is_refused():
-    screw = br.plants.ball_screw(**br.plants.ball_screw.example)
+    screw = br.plants.ball_screw(**br.plants.ball_screw.example, kind=GEARED.kind)
     with pytest.raises(br.core.InputError, match=r"without inverse dynamics.*the transmitted effort is the effort of the feedforward"):
         feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
 

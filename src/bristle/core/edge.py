@@ -77,16 +77,29 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         # The kind of axis of a call is the kind of its first model, or the argument `kind`.
         kind = handed.get("kind", usual)
         kind = kind if isinstance(kind, str) and kind in KINDS else None
-        for argument in handed.values():
-            if isinstance(argument, Model):
-                kind = argument.kind
-                break
+        models = {name: argument for name, argument in handed.items() if isinstance(argument, Model)}
+        kind = next((argument.kind for argument in models.values()), kind)
         for name, converter in arguments.items():
             if name in handed:
                 handed[name] = looked_at(converter, handed[name], name, kind)
+        _refuse_two_kinds(models)
         return function(**handed)
 
     return convert_first
+
+
+OF_A_SCREW = ("table",)  # arguments that act on the other side of a screw
+
+
+def _refuse_two_kinds(models: Mapping[str, Model]) -> None:
+    """Refuse models of both kinds of axis in one call."""
+    of_axis = [(name, argument) for name, argument in models.items() if name not in OF_A_SCREW]
+    for name, argument in of_axis[1:]:
+        first, before = of_axis[0]
+        if argument.kind != before.kind:
+            found = f"{argument.name}, {argument.kind}"
+            mend = f"Write kind={before.kind!r}, or give {first} of the other kind"
+            raise InputError(f"is not of the kind of {first}", path=name, value=found, allowed=f"{before.kind} models", mend=mend)
 
 
 SMALLEST = 1e-300  # a quotient by smaller numbers may overflow

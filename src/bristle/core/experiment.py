@@ -74,6 +74,11 @@ class Run:
             raise InputError(message, path="substeps", value=self.substeps, mend="Remove substeps or tolerance")
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
+        if self.duration < self.sample_time * (1.0 - OF_A_SAMPLE):
+            allowed, mend = f">= {self.sample_time:g} s, the sample time", "Check the units"
+            raise InputError("is shorter than a sample", path="duration", value=self.duration, allowed=allowed, mend=mend)
+        if self.settle and self.settle >= self.duration:
+            raise InputError("leaves nothing of the run", path="settle", value=self.settle, allowed=f"< {self.duration:g} s, the duration")
         if self.duration / self.sample_time > SAMPLES_MAX:
             message, allowed = f"gives {self.duration / self.sample_time:.3g} samples at this sample time", f"up to {SAMPLES_MAX} samples"
             raise InputError(message, path="duration", value=self.duration, allowed=allowed)
@@ -380,3 +385,6 @@ class Experiment:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError("has two variants with the same name", path="variants", value=twice, mend="Give each variant a unique name")
+        other = next((variant for variant in self.variants if variant.plant.kind != self.kind), None)
+        if other is not None:
+            raise InputError(f"is not the kind of the variant {other.name}", path="kind", value=self.kind, allowed=other.plant.kind)

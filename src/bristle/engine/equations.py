@@ -140,8 +140,6 @@ def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: s
     """
     if plant is not None:
         refuse_screw(plant, asked_by)
-        if plant.kind != friction.kind:
-            raise InputError("is for another kind of axis than the friction", path="plant", value=plant.kind, allowed=friction.kind)
     if steps != 1 and (dt is None or plant is None):
         raise InputError("needs a sampled axis", path="steps", value=steps, mend="Give dt and a plant, or omit steps")
     if plant is None:
