@@ -94,8 +94,13 @@ def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
     ):
         with pytest.raises(InputError, match=message):
             each(names, tmp_path / "out")
-    with pytest.raises(InputError, match="takes one model"):
-        each(logs, tmp_path / "out", model="coulomb,stribeck")
+    several = {"model": "coulomb,stribeck"}, "takes one model"
+    misspelt = {"cutof": 5}, "cutof: is no argument of identify. Did you mean 'cutoff'"
+    negative = {"mass": -1.0}, "mass: out of range"
+    unknown = {"settings": {"no_such": 1}}, "no_such: is not a threshold"
+    for options, message in (several, misspelt, negative, unknown, ({"cutoff": -1.0}, "cutoff: must be positive")):
+        with pytest.raises(InputError, match=message):
+            each(logs, tmp_path / "out", **options)
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="holds no log"):
         each(tmp_path / "empty", tmp_path / "out")

@@ -43,7 +43,9 @@ class Gain(NamedTuple):
     gain: Annotated[float, Variable("1", "measured over moved")] = 1.0
 
 
-UNCOUNTED = Sensor(name="exact", description="no counts", Parameters=Gain, State=Gain, step=lambda state, x, dt, p: (x, state))(kind="rotational")
+UNCOUNTED = Sensor(name="exact", description="no counts", Parameters=Gain, State=Gain, step=lambda state, x, dt, p: (x, state))(
+    kind="rotational"
+)
 LAYER = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "phi": 0.0, "cutoff": 400.0}
 SHARE = 1.0 - math.exp(-2.0 * math.pi * 400.0 * 5e-4)  # of a count in a sample that a low-pass lets through
 WIDTH = 0.125 * RADIAN * (300.0 + SHARE / 5e-4)

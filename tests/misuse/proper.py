@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 import bristle as br
-from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
+from bristle import controllers, engine, friction, hysteresis, logs, loop, plants, prediction, references, sensors, tune
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
+from bristle.plants import with_terms
+from bristle.references.legs import legs_through
 
 MASS = 12.0
 
@@ -99,6 +101,18 @@ def calls() -> dict[str, Call]:
     around = {"load": 1.0, "temperature": 293.0}
     result = {
         "response": Call(br.response, {"model": p["friction"], "x": X, "dt": 0.1, "history": ()}),
+        "Contact": Call(engine.Contact, {"model": p["friction"]}),
+        "move": Call(engine.Contact(p["friction"]).move, {"distance": 1e-3, "speed": 1e-3, "count": 2}),
+        "force": Call(engine.Contact(p["friction"]).force, {"v": 1e-3}),
+        "legs_through": Call(legs_through, {"points": [0.1], "velocity": 1.0, "acceleration": 1.0, "jerk": 100.0}),
+        "with_terms": Call(
+            with_terms, {"plant": plants.inertia, "gravity": True, "cogging": {"motor": {1}}, "columns": ("a",), "spring": "linear"}
+        ),
+        "without_presliding": Call(friction.without_presliding, {"friction": p["friction"]}),
+        "Limits": Call(tune.Limits, {"following_error": 1e-3, "effort": 10.0, "travel": (-1.0, 1.0)}),
+        "Options": Call(tune.Options, {"models": "coulomb", "duration": 20.0, "draws": 0}),
+        "assess": Call(loop.assess, {"variant": variant()}),
+        "run_circles": Call(loop.run_circles, {"variants": [variant()], "radius": 1e-3, "feed": 0.1, "progress": None}),
         "response of an operator": Call(br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}),
         "check": Call(br.check, {"model": p["friction"], "force_ripple": (2.0, 4.0), "loop": (1e-6, 0.0)}),
         "design": Call(br.design, {"experiment": experiment(), "variant": "base", "bandwidth": None, "progress": None}),

@@ -13,7 +13,7 @@ from tests.report.known import UNSTABLE, assessed, errors, point
 from tests.report.pages import Page, plain, seen_by, without_plots
 from tests.report.test_pages import ALL, COMMON, assert_harmless
 
-from bristle import controllers
+from bristle import controllers, plants
 from bristle.core import Axis, Experiment, Feedforward, Run
 from bristle.files.components import controller_from
 from bristle.loop import Assessment, Circle, Delays, Design, Proposal, design
@@ -39,7 +39,7 @@ def test_page_of_a_design_is_self_contained():
     ],
 )
 def test_law_is_written_as_in_an_experiment_file(law):
-    variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
+    variant = loop(plant=plants.inertia(kind=law.kind, M=20.0), controller=law, feedforward=Feedforward(mass=20.0))
     table = tomllib.loads(controller_text(variant))["controller"]
     assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
     assert controller_from(table, kind=law.kind, path="controller") == law

@@ -21,6 +21,7 @@ import functools
 import inspect
 import math
 import numbers
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, field
 from typing import Any, TypeVar, cast
@@ -69,6 +70,13 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     if unknown:
         raise TypeError(f"{function.__qualname__} has no arguments {', '.join(sorted(unknown))}")
 
+    def checked(**keywords: Any) -> dict[str, Any]:
+        """Return arguments as the function takes them; refuse unknown ones."""
+        for name in keywords.keys() - parameters.keys():
+            raise InputError(f"is no argument of {function.__name__}", path=name, mend=did_you_mean(name, parameters))
+        known = {name: arguments[name] for name in keywords if name in arguments}
+        return keywords | {name: looked_at(converter, keywords[name], name, None) for name, converter in known.items()}
+
     @functools.wraps(function)
     def convert_first(*args: Any, **keywords: Any) -> Any:
         if len(args) > len(names) or not keywords.keys().isdisjoint(names[: len(args)]):
@@ -78,13 +86,16 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         kind = handed.get("kind", usual)
         kind = kind if isinstance(kind, str) and kind in KINDS else None
         models = {name: argument for name, argument in handed.items() if isinstance(argument, Model)}
-        kind = next((argument.kind for argument in models.values()), kind)
+        for argument in models.values():
+            kind = argument.kind
+            break
         for name, converter in arguments.items():
             if name in handed:
                 handed[name] = looked_at(converter, handed[name], name, kind)
         _refuse_two_kinds(models)
         return function(**handed)
 
+    vars(convert_first)["checked"] = checked
     return convert_first
 
 
@@ -295,6 +306,7 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
+PATH: Converter = instance((str, os.PathLike), "a path")
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]  # Function that receives the completed share of the work and the stage in words

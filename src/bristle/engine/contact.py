@@ -10,10 +10,15 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model, Motion
+from bristle.core.edge import amount, guarded, model as of_family, whole
+from bristle.core.variable import Variable
 from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
 from bristle.engine.motion import along, follow
 from bristle.friction import unvaried
+
+DISTANCE, SPEED = Variable("length", "distance of a move"), Variable("length/time", "speed of a move", min=0.0)
+VELOCITY = Variable("length/time", "velocity")
 
 
 class Contact:
@@ -25,6 +30,7 @@ class Contact:
         A friction model with parameters; it starts virgin, at position 0.
     """
 
+    @guarded(model=of_family("friction"))
     def __init__(self, model: Model) -> None:
         self.model = model
         self.x = 0.0
@@ -43,6 +49,7 @@ class Contact:
         copied._part.state, copied._memory = self._part.state.copy(), self._memory.copy()
         return copied
 
+    @guarded(distance=amount(DISTANCE), speed=amount(SPEED, exclusive=True), count=whole(1))
     def move(self, distance: float, speed: float, count: int = 1) -> np.ndarray:
         """Move in equal steps at constant speed.
 
@@ -66,6 +73,7 @@ class Contact:
         self.x += distance
         return force
 
+    @guarded(v=amount(VELOCITY))
     def force(self, v: float) -> float:
         """Return the friction force [N or N*m] at velocity `v` [m/s or rad/s] in the present state, without a motion."""
         still = self.copy()

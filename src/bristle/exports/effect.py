@@ -25,7 +25,7 @@ from bristle.engine import conditioned
 from bristle.engine.motion import compensation_along
 from bristle.exports.cases import Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
-from bristle.exports.moves import FASTEST, TIMES, Limits, limits_within, moves_over, turning_distance
+from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moves_over, turning_distance
 from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.friction.level import rises_with_effort
@@ -132,7 +132,8 @@ class Effect:
         lines = self._verdict()
         if self.moves:
             sizes = [f"{self._change(path)} in moves of {self._length(path.distance)}" for path in self._ends()]
-            lines.append(f"simulated following error, peak to peak, without -> with compensation, {self._case}: {'; '.join(sizes)}")
+            case = "exact model" if self.claims is None else "worst case"
+            lines.append(f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}")
         lines += [f"also {self._promise(claim)}" for claim in (self.claims or ())[1:]]
         for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
@@ -173,11 +174,6 @@ class Effect:
         if self.claims is None:
             return []
         return [f"bristle promises nothing for moves from rest to rest up to {farthest}: some do not clearly improve in simulated cases"]
-
-    @property
-    def _case(self) -> str:
-        """The conditions of the simulated moves."""
-        return "exact model" if self.claims is None else "worst case"
 
     def _promise(self, claim: Claim) -> str:
         return claim.text(self._length(claim.least_distance))
@@ -328,7 +324,7 @@ def _error(outcome: VariantResult) -> float:
 def _limits_of(request: Request) -> Limits:
     """Return the limits of the moves of an axis."""
     axis = request.axis
-    limits = limits_within(request.friction, request.plant, request.speed or (axis and axis.velocity_limit) or FASTEST)
+    limits = limits_within(request.friction, request.plant, fastest_of(request))
     if axis is None:
         return limits
     velocity, acceleration = axis.velocity_limit or math.inf, axis.acceleration_limit or math.inf

@@ -15,13 +15,15 @@ from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
-from bristle.exports.targets import NAME, Product, Request, Target
-from bristle.exports.writing import files_for, law_for, load_target_file, name_for
+from bristle.exports.moves import moved_by
+from bristle.exports.targets import NAME, TARGETS, Product, Request, Target
+from bristle.exports.writing import files_for, law_for, load_target_file, name_for, target_named
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 from bristle.logs.log import Log
 
 STEP, POINTS = 5e-4, 20  # [s], and of a table
+USERS = {"mass": ("mjcf",), "points": ("table", "tf5200"), "table": ("fmu2", "fmu3")}  # the targets of options
 
 
 @dataclass(frozen=True)
@@ -150,25 +152,34 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
+    given = {"mass": mass, "table": table, "points": points != POINTS}
+    of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "speed": speed, "info": info, "derivatives": derivatives}
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
         to = load_target_file(to)
     target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            if derivatives:
-                raise InputError("applies to a model only", path="derivatives", mend="Omit derivatives")
+            _refuse_given("applies to a model only", given | of_model)
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            moved = mass if mass is not None or plant is None else plant.values.get("M")
-            others |= {"derivatives": derivatives, "mass": 1.0 if moved is None else float(moved)}
+            used = target_named(target).name
+            _refuse_given(f"has no effect on {used}", {name: given[name] for name in USERS if used in TARGETS and used not in USERS[name]})
+            others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)
+
+
+def _refuse_given(reason: str, options: Mapping[str, Any]) -> None:
+    """Refuse options that would have no effect."""
+    name = next((name for name, value in options.items() if value), "")
+    if name:
+        raise InputError(reason, path=name, mend=f"Omit {name}")
 
 
 def files_from_text(

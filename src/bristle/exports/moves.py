@@ -78,9 +78,16 @@ def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[f
     return (distance, False) if distance else (ASSUMED[model.kind], True)
 
 
+def moved_by(plant: Model | None) -> float:
+    """Return the mass or inertia of a plant, at the motor of a screw [kg or kg*m^2]; 0 without a plant."""
+    if plant is None:
+        return 0.0
+    if plant.component.screw is not None:
+        return whole_inertia(plant, plant.component.screw(plant.parameters), SHORTEST)
+    return plant.values.get("M", 0.0)
+
+
 def limits_within(friction: Model, plant: Model | None, fastest: float) -> Limits:
     """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
-    mass = 0.0 if plant is None else plant.values.get("M", 0.0)
-    if plant is not None and plant.component.screw is not None:
-        mass = whole_inertia(plant, plant.component.screw(plant.parameters), SHORTEST)
+    mass = moved_by(plant)
     return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)

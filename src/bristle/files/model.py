@@ -1,6 +1,7 @@
 """Model files: a plant and a friction model with their values, uncertainties and provenance."""
 
 import inspect
+import math
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
@@ -11,7 +12,7 @@ import numpy as np
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.edge import array, guarded, model, optional
+from bristle.core.edge import PATH, array, guarded, instance, mapping, model, optional
 from bristle.core.errors import InputError, located
 from bristle.core.experiment import COUPLING
 from bristle.core.slot import Slot
@@ -76,7 +77,24 @@ class ModelFile(NamedTuple):
     info: dict[str, Any]
 
 
-@guarded(plant=optional(model("plant")), friction=model("friction"))
+def _treatment(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
+    """Return the numbers of a treatment, which must be finite; a frequency is positive."""
+    numbers = mapping(lambda entry, place, _: entry)(value, path, kind)
+    for name, number in numbers.items():
+        if isinstance(number, float | int) and not math.isfinite(number):
+            raise InputError("must be finite", path=f"{path}.{name}", value=number)
+    if numbers.get("cutoff", 1.0) <= 0.0:
+        raise InputError("must be positive", path=f"{path}.cutoff", value=numbers["cutoff"])
+    return numbers
+
+
+@guarded(
+    path=PATH,
+    plant=optional(model("plant")),
+    friction=model("friction"),
+    provenance=optional(instance(Mapping, "a dictionary")),
+    treatment=optional(_treatment),
+)
 def write_model(
     path: str | os.PathLike[str],
     plant: Model | None,

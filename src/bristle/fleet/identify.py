@@ -16,7 +16,7 @@ import numpy as np
 from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, error_text
 from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, provenance, write_model
 from bristle.fleet.plan import Fleet
-from bristle.identification import Estimate, Identification, Settings, identify, models_of
+from bristle.identification import Estimate, Identification, Settings, identify, models_of, refuse_options
 from bristle.logs import LogFile, listed_logs, read_log, reading
 from bristle.study.block import RAISED, REASON, REFUSED
 from bristle.study.plan import Block
@@ -186,7 +186,9 @@ def fleet_of(
         with suppress(InputError):
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
     numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
-    fleet = Fleet(name, numbered, tuple(described), kinds.pop(), chosen, dict(options or {}), tuple(readers), size_limit, {})
+    kind = kinds.pop()
+    refuse_options(options or {}, chosen, kind)
+    fleet = Fleet(name, numbered, tuple(described), kind, chosen, dict(options or {}), tuple(readers), size_limit, {})
     texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
     identity = {
         "fleet": {"model": fleet.model.name} | plain(fleet.options),

@@ -137,6 +137,7 @@ def with_presliding(friction: Model, distance: Amount) -> Model:
     return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)
 
 
+@guarded(friction=of_family("friction"))
 def without_presliding(friction: Model) -> Model:
     """Return the static model inside a model with a pre-sliding distance; return any other model unchanged."""
     if not isinstance(friction.component, PreslidingModel):

@@ -179,7 +179,7 @@ def identify(
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
         **(dataset.alignment.as_data() if dataset.alignment else {}),
         **({"lag": best.lag} if best.lag is not None else {}),
-        **_stiffness_of(*pairs[0]),
+        **_stiffness_of(first_log),
         **(better.context.coupling.facts if better.context.coupling is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
@@ -190,10 +190,8 @@ def identify(
     return with_two_masses(result, of_load, again, total, better.context.coupling) if of_load and not unfinished else result
 
 
-def _stiffness_of(log: Log, axis: Axis | None) -> dict[str, float]:
-    """Return the stiffness of the position loop of a log for its treatment; empty if the axis file has a control law."""
-    if axis is not None and axis.controller is not None:
-        return {}
+def _stiffness_of(log: Log) -> dict[str, float]:
+    """Return the stiffness of the position loop of a log for its treatment; empty if the log does not show it."""
     stiffness = stiffness_in(log)
     return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
 

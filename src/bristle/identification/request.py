@@ -9,7 +9,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.edge import whole
+from bristle.core.edge import amount, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
@@ -26,7 +26,7 @@ from bristle.plants.terms import TURNS
 
 ALL = "all"
 METHODS = ("prediction_error", "inverse_dynamics", "output_error")
-CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
+CUTOFF = Variable("frequency", "cut-off of the zero-phase filter", min=0.0)
 MASS = Variable("mass", "moving mass or inertia")
 
 
@@ -187,7 +187,18 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     return PriorKnowledge(force, values, plant, axis.pitch, has_bodies=has_bodies)
 
 
+def refuse_options(options: Mapping[str, Any], model: FrictionModel, kind: Kind) -> None:
+    """Refuse options of `identify` that are wrong for every log."""
+    from bristle.identification.identify import identify
+
+    options = vars(identify)["checked"](**options)
+    prior_knowledge_of(None, options.get("mass"), options.get("offset"), kind)
+    treatment_of(options.get("cutoff"), options.get("decimation"), kind)
+    settings_of(None, options.get("settings"))
+    freed(options.get("free", ()), (model,))
+
+
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
     """Return the requested cut-off [Hz] and decimation, or None."""
     rows = None if decimation is None else whole(1, 10_000)(decimation, "decimation", kind)
-    return None if cutoff is None else quantity(cutoff, CUTOFF, kind, path="cutoff"), rows
+    return None if cutoff is None else amount(CUTOFF, exclusive=True)(cutoff, "cutoff", kind), rows

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from bristle import __version__
-from bristle.core import Experiment, Model
+from bristle.core import TEXT, Experiment, Model, Variable, amount, guarded, optional
+from bristle.engine import FRICTION
 from bristle.exports import as_json, lab_described, tracking_described
 from bristle.files import read_experiment
 from bristle.palette import colour_variables
@@ -43,6 +44,12 @@ SCRIPTS = (
 STYLES = ("lab.css", "controls.css")
 
 
+@guarded(
+    model=optional(FRICTION),
+    mass=optional(amount(Variable("mass", "moved mass", min=0.0), exclusive=True)),
+    fastest=amount(Variable("length/time", "largest speed", min=0.0)),
+    source=TEXT,
+)
 def lab_page(
     model: Model | None = None,
     *,

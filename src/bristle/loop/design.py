@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, guarded, optional
+from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, guarded, instance, many, optional
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
@@ -232,6 +232,12 @@ def circle_of(variant: Variant) -> tuple[float, float]:
     return 0.5 * float(np.ptp(motion_of(variant)[0][:-1])), top_speed(variant)
 
 
+@guarded(
+    variants=many(instance(Variant, "an object of class Variant"), least=1),
+    radius=amount(Variable("length", "radius of a circle", min=0.0), exclusive=True),
+    feed=amount(Variable("length/time", "velocity along a circle", min=0.0), exclusive=True),
+    progress=PROGRESS,
+)
 def run_circles(
     variants: tuple[Variant, ...], radius: float, feed: float, progress: Callable[[float, str], None] | None = None
 ) -> tuple[Circle, ...]:

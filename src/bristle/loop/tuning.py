@@ -26,9 +26,11 @@ import numpy as np
 
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, make_model
+from bristle.core.edge import FLAG, PROGRESS, amount, guarded, instance, optional
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
+from bristle.core.variable import Variable
 from bristle.loop.assessment import Assessment, Verdict, assess, law_stiffness
 from bristle.loop.linear_system import (
     GAIN_ENOUGH,
@@ -197,6 +199,7 @@ class Delays(NamedTuple):
         return sum(self)
 
 
+@guarded(variant=instance(Variant, "an object of class Variant"))
 def delays_of(variant: Variant) -> Delays:
     r"""Return the parts of the delay of a loop.
 
@@ -267,6 +270,12 @@ class Proposal:
         return math.inf if self.following_error is None else self.following_error.peak_to_peak
 
 
+@guarded(
+    variant=instance(Variant, "an object of class Variant"),
+    bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)),
+    simulated=FLAG,
+    progress=PROGRESS,
+)
 def proposals_for(
     variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
 ) -> tuple[Proposal, ...]:

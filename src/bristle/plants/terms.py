@@ -26,11 +26,12 @@ import numpy as np
 from bristle.core.contracts import Model, Plant
 from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
 from bristle.core.documented import Enclosing
+from bristle.core.edge import FLAG, TEXT, among, component, guarded, many, mapping, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
-from bristle.core.variable import Variable
+from bristle.core.variable import Kind, Variable
 
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, SPRING, COLUMNS = "gravity", "cogging", "spring", "known"
@@ -200,6 +201,14 @@ class TermedPlant(Enclosing, Plant):
         return values | {f"known_{name}": k for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)}
 
 
+def _orders(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
+    """Return orders of cogging for each cause."""
+    for turner, orders in mapping(lambda orders, *_: tuple(orders))(value, path, kind).items():
+        many(whole(1))(orders, f"{path}.{among(*TURNS)(turner, path, kind)}", kind)
+    return dict(value)
+
+
+@guarded(plant=component("plant"), gravity=FLAG, cogging=optional(_orders), columns=many(TEXT), spring=optional(among(*SPRINGS)))
 def with_terms(
     plant: Plant,
     *,

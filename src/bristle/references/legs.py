@@ -11,6 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.edge import amount, guarded, many
+from bristle.core.variable import Variable
+
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
@@ -38,6 +41,12 @@ class Legs(NamedTuple):
         )
 
 
+@guarded(
+    points=many(amount(Variable("length", "end of a leg"))),
+    velocity=amount(Variable("length/time", "largest velocity", min=0.0), exclusive=True, endless=True),
+    acceleration=amount(Variable("length/time^2", "largest acceleration", min=0.0), exclusive=True, endless=True),
+    jerk=amount(Variable("length/time^3", "largest jerk", min=0.0), exclusive=True, endless=True),
+)
 def legs_through(points: Iterable[float], velocity: float, acceleration: float, jerk: float = math.inf) -> Legs:
     """Return the motion from 0 through these points [m or rad], each of them a turning point or a stop.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, library
+from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, library, whole
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import fit_of
@@ -133,6 +133,7 @@ class ModelInHand(WithCard):
         from bristle.identification import Determined
         from bristle.report.known_truth import KnownTruth
 
+        draws = whole(1, 1000)(draws, "draws", None)
         best, (logs, axes, settings) = self.best, self._recorded(log)
         parameters = Determined.by_simulated_logs(logs, axes, best, self.treatment, settings, count=draws, progress=progress)
         return KnownTruth(best.name, {parameter.name: parameter for parameter in parameters}, draws)
@@ -258,6 +259,10 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
         If a file is missing or invalid.
     """
     place = Path(folder)
+    if not (place / SUMMARY).is_file():
+        raise InputError(
+            "there is no such file", path=str(place / SUMMARY), mend="Name a folder written by `save` or `bristle identify --out`"
+        )
     try:
         summary = json.loads(content_of(place / SUMMARY).data)
     except ValueError as error:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import InputError, Progress, core_count
+from bristle.core import InputError, Progress, core_count, optional, whole
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
@@ -101,8 +101,12 @@ def run_within(
     return Ran(len(present), tuple(crew.lost))
 
 
+WORKERS = optional(whole(1))
+
+
 def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
     """Return the simulator of the missing blocks."""
+    workers = WORKERS(workers, "workers", None)
     if scheduler is not None and workers is not None:
         raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove workers or scheduler")
     if scheduler is not None and missing:

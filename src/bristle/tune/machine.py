@@ -7,7 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from bristle.core import BristleError, Feedforward, Model
+from bristle.core import BristleError, Feedforward, InputError, Kind, Model, Variable, amount, array, guarded
 from bristle.simulation import feedforward_effort
 
 STOPS = ("following_error", "effort", "travel", "dead_man", "feedforward", "lost_samples", "operator")
@@ -44,6 +44,19 @@ class MachineRefusedError(BristleError):
         self.code = code
 
 
+def _travel(value: object, path: str, kind: Kind | None) -> tuple[float, ...]:
+    """Return the ends of the travel, the smaller one first."""
+    ends = array(least=2)(value, path, kind).tolist()
+    if len(ends) > 2 or not ends[0] < ends[1]:
+        raise InputError("must be a smaller position, then a larger one", path=path, value=ends)
+    return tuple(ends)
+
+
+@guarded(
+    travel=_travel,
+    following_error=amount(Variable("length", "largest following error", min=0.0), exclusive=True),
+    effort=amount(Variable("force", "largest effort", min=0.0), exclusive=True),
+)
 @dataclass(frozen=True)
 class Limits:
     """Limits that the guard of a machine enforces during a run, in SI units of the axis.
@@ -85,6 +98,7 @@ class Recording:
         return self.reference - self.position
 
 
+@guarded(lead=amount(Variable("time", "lead", min=0.0)), limit=amount(Variable("force", "limit", min=0.0), endless=True))
 @dataclass(frozen=True)
 class FrictionFeedforward:
     """The feedforward that a run loads into a machine: friction, offset, gravity and cogging along the reference.
