@@ -74,8 +74,8 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         """Return arguments as the function takes them; refuse unknown ones."""
         for name in keywords.keys() - parameters.keys():
             raise InputError(f"is no argument of {function.__name__}", path=name, mend=did_you_mean(name, parameters))
-        known = {name: arguments[name] for name in keywords if name in arguments}
-        return keywords | {name: looked_at(converter, keywords[name], name, None) for name, converter in known.items()}
+        converters = {name: arguments[name] for name in keywords if name in arguments}
+        return keywords | {name: looked_at(converter, keywords[name], name, None) for name, converter in converters.items()}
 
     @functools.wraps(function)
     def convert_first(*args: Any, **keywords: Any) -> Any:

@@ -385,6 +385,6 @@ class Experiment:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError("has two variants with the same name", path="variants", value=twice, mend="Give each variant a unique name")
-        other = next((variant for variant in self.variants if variant.plant.kind != self.kind), None)
-        if other is not None:
-            raise InputError(f"is not the kind of the variant {other.name}", path="kind", value=self.kind, allowed=other.plant.kind)
+        odd = next((variant for variant in self.variants if variant.plant.kind != self.kind), None)
+        if odd is not None:
+            raise InputError(f"is not the kind of the variant {odd.name}", path="kind", value=self.kind, allowed=odd.plant.kind)

@@ -187,7 +187,7 @@ def fleet_of(
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
     numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
     kind = kinds.pop()
-    refuse_options(options or {}, chosen, kind)
+    refuse_options(identify, options or {}, chosen, kind)
     fleet = Fleet(name, numbered, tuple(described), kind, chosen, dict(options or {}), tuple(readers), size_limit, {})
     texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
     identity = {

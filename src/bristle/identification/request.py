@@ -1,7 +1,7 @@
 """The arguments of an identification: models, prior knowledge and thresholds, as numbers or text."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from operator import attrgetter
@@ -187,11 +187,9 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
     return PriorKnowledge(force, values, plant, axis.pitch, has_bodies=has_bodies)
 
 
-def refuse_options(options: Mapping[str, Any], model: FrictionModel, kind: Kind) -> None:
-    """Refuse options of `identify` that are wrong for every log."""
-    from bristle.identification.identify import identify
-
-    options = vars(identify)["checked"](**options)
+def refuse_options(function: Callable[..., Any], options: Mapping[str, Any], model: FrictionModel, kind: Kind) -> None:
+    """Refuse options of `identify`, or of a function in its place, that are wrong for every log."""
+    options = vars(function).get("checked", dict)(**options)
     prior_knowledge_of(None, options.get("mass"), options.get("offset"), kind)
     treatment_of(options.get("cutoff"), options.get("decimation"), kind)
     settings_of(None, options.get("settings"))

@@ -202,8 +202,11 @@ def _prediction(
 
 def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
     """Return the rows of a log, treated as in identification, by the settings in `TREATED`."""
-    channels = [treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")]
-    dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *channels)
+    times = {name: treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")}
+    for name, seconds in times.items():
+        if not abs(seconds) < log.duration:
+            raise InputError("is longer than the log", path=name, value=seconds, allowed=f"< {log.duration:.3g} s")
+    dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *times.values())
     return differentiated(dataset) if treatment.get("slow") else dataset
 
 
