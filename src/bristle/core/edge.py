@@ -108,9 +108,9 @@ def _refuse_two_kinds(models: Mapping[str, Model]) -> None:
     for name, argument in of_axis[1:]:
         first, before = of_axis[0]
         if argument.kind != before.kind:
-            found = f"{argument.name}, {argument.kind}"
+            value = f"{argument.name}, {argument.kind}"
             mend = f"Write kind={before.kind!r}, or give {first} of the other kind"
-            raise InputError(f"is not of the kind of {first}", path=name, value=found, allowed=f"{before.kind} models", mend=mend)
+            raise InputError(f"is not of the kind of {first}", path=name, value=value, allowed=f"{before.kind} models", mend=mend)
 
 
 SMALLEST = 1e-300  # a quotient by smaller numbers may overflow
