@@ -152,7 +152,7 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    given = {"mass": mass, "table": table, "points": points != POINTS}
+    options = {"mass": mass, "table": table, "points": points != POINTS}
     of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "speed": speed, "info": info, "derivatives": derivatives}
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
@@ -160,13 +160,13 @@ def export(
     target = to if isinstance(to, Target) else TEXT(to, "to", None)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
-            _refuse_given("applies to a model only", given | of_model)
+            _refuse_given("applies to a model only", options | of_model)
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
             used = target_named(target).name
-            _refuse_given(f"has no effect on {used}", {name: given[name] for name in USERS if used in TARGETS and used not in USERS[name]})
+            _refuse_given(f"has no effect on {used}", {name: options[name] for name in USERS if used in TARGETS and used not in USERS[name]})
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
