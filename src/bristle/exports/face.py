@@ -166,7 +166,7 @@ def export(
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
             used = target_named(target).name
-            _refuse_given(f"has no effect on {used}", {name: options[name] for name in USERS if used in TARGETS and used not in USERS[name]})
+            _refuse_given(f"has no effect on {used}", {key: options[key] for key in USERS if used in TARGETS and used not in USERS[key]})
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
