@@ -171,8 +171,6 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("Axis", "mass", [0.0, -1.0, math.nan, "5 N", True]),
     ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0), (1.0, -1.0), (1.0, 1.0)]),
     ("Axis", "delay", [1e9, "11 s", math.nan]),
-    ("Axis", "stroke", [(0.0, 1e-8)]),
-    ("identify", "axis", [Axis(kind="rotational")]),
     ("predict", "delay", [9.0]),
     ("Axis", "columns", [{"x": None}, {"position": "q"}, [], None]),
 ]

@@ -315,8 +315,3 @@ class Axis:
     spring: str | None = taken(optional(among("linear", "cubic")), None)
     cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "an object of class Cogging"), single=True), ())
     regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "an object of class KnownColumn"), single=True), ())
-
-    def __post_init__(self) -> None:
-        if self.stroke and self.resolution and self.resolution >= self.stroke[1] - self.stroke[0]:
-            allowed = f"less than {self.stroke[1] - self.stroke[0]:g}, the stroke"
-            raise InputError("is larger than the stroke", path="resolution", value=self.resolution, allowed=allowed, mend="Check the units")

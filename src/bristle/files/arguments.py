@@ -27,10 +27,7 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
     converter = instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
-    recorded = looked_at(converter, log, "log", None)
-    if axis is not None and axis.kind != recorded.kind:
-        raise InputError("is of another kind of axis than the log", path="axis", value=axis.kind, allowed=recorded.kind, mend="Write kind")
-    return recorded, axis
+    return looked_at(converter, log, "log", None), axis
 
 
 def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
