@@ -324,7 +324,7 @@ class Variant:
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""
-        settle = min(self.run.settle, 0.5 * count * self.run.sample_time)
+        settle = min(self.run.settle, (count - 1) * self.run.sample_time)
         run = replace(self.run, duration=count * self.run.sample_time, settle=settle)
         disturbance, injected = (None if signal is None else signal[:count] for signal in (self.disturbance, self.injected))
         return replace(self, run=run, disturbance=disturbance, injected=injected)
