@@ -18,7 +18,7 @@ from bristle import identification
 from bristle.core import Diagnostic, InputError, MissingExtraError
 from bristle.demo import axis_simulated
 from bristle.exports import Request, Source, writing
-from bristle.files import arrays, read_model
+from bristle.files import TREATMENT, arrays, read_model
 from bristle.files.axis import axis_from, axis_text
 from bristle.identification import settings, structure
 from bristle.prediction import kept
@@ -270,6 +270,10 @@ def test_inertia_from_before_the_fit_is_independent_in_the_covariance():
 def test_draws_equal_those_of_the_bands():
     assert in_hand().draws == {}
     assert in_hand(resampling=Some(bands=Some(draws={"a": [1.0, 2.0]}))).draws["a"].tolist() == [1.0, 2.0]
+
+
+def test_a_prediction_takes_each_number_of_a_treatment():
+    assert set(TREATMENT) <= set(inspect.signature(br.predict).parameters)
 
 
 def test_prediction_uses_the_treatment_of_the_fit(monkeypatch):

@@ -68,6 +68,8 @@ def predict(
     lag: Amount | None = None,
     bands: Any = None,
     position_smoothing: Amount | None = None,
+    stiffness: Amount | None = None,
+    stiffness_half_width: Amount | None = None,
 ) -> Prediction:
     """Predict a log with a model.
 
@@ -105,6 +107,8 @@ def predict(
         Uncertainty of the model, or its table in a model file; the prediction then has a 95 % band.
     position_smoothing : float or str, optional
         Time constant of a filter on the position, found by the identification [s], for the inverse mode.
+    stiffness, stiffness_half_width : float or str, optional
+        Further numbers of the treatment of an identification, which do not change a prediction [N/m or N*m/rad].
 
     Returns
     -------
