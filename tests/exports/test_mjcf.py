@@ -270,3 +270,10 @@ def test_stick_slip_converges_to_bristle_with_first_order():
         errors.append(np.max(np.abs(np.array(x) - expected)))
     assert errors[0] < 2e-4
     assert errors[1] == pytest.approx(0.5 * errors[0], rel=0.2)
+
+
+def test_the_inertia_of_a_screw_is_that_at_its_motor(tmp_path):
+    screw = br.plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=2e-3 * np.pi, k=1e8)  # an arm of 1 mm
+    br.export(br.friction.coulomb(kind="rotational", F_C=0.1), "mjcf", tmp_path / "out", plant=screw)
+    found = re.search(r'diaginertia="(\S+) ', (tmp_path / "out" / "axis_x.xml").read_text())
+    assert float(found[1]) == pytest.approx(1e-4 + 20.0 * 1e-6, rel=1e-3)

@@ -21,7 +21,11 @@ from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
 from bristle.core.status import Status
 from bristle.core.variable import Variable
+from bristle.files.operator import write_operator
+from bristle.lab import lab_page
 from bristle.logs.log import Log
+from bristle.report.model_in_hand import ModelInHand
+from bristle.study.run import _crew
 
 CALLS = calls()
 # Where what is right takes its time, only what is wrong is handed in.
@@ -172,8 +176,36 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0), (1.0, -1.0), (1.0, 1.0)]),
     ("Axis", "delay", [1e9, "11 s", math.nan]),
     ("predict", "delay", [9.0]),
+    ("predict", "stiffness", [math.nan, -1.0, "1 N"]),
+    ("compare", "window", [1e9]),
     ("Axis", "columns", [{"x": None}, {"position": "q"}, [], None]),
 ]
+
+
+P, PLAY = parts(), hysteresis.play(r=1e-6)
+REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
+    ("mass: has no effect on c", lambda out: br.export(P["friction"], "c", out, mass=3.0)),
+    ("mass: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0)),
+    ("points: has no effect on c", lambda out: br.export(P["friction"], "c", out, points=7)),
+    ("table: has no effect on c", lambda out: br.export(P["friction"], "c", out, table=P["friction"])),
+    ("plant: applies to a model only", lambda out: br.export(variant(), "c", out, plant=P["plant"])),
+    ("rest: applies to a model only", lambda out: br.export(variant(), "c", out, rest="held")),
+    ("treatment.cutoff: must be finite", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": math.nan})),
+    ("treatment.cutoff: must be positive", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": -5.0})),
+    ("path: must be a path", lambda out: br.write_model(5, P["plant"], P["friction"])),  # type: ignore[arg-type]
+    ("operator: must be a hysteresis operator", lambda out: write_operator(out, P["friction"])),
+    ("offset: must be a finite number", lambda out: write_operator(out, PLAY, math.nan)),
+    ("mass: must be positive", lambda out: lab_page(mass=-1.0)),
+    ("draws: out of range", lambda out: ModelInHand.known_truth(None, draws=0)),  # type: ignore[arg-type]
+    ("workers: out of range", lambda out: _crew(None, 1, 0, None, out)),
+]
+
+
+@pytest.mark.parametrize(("words", "call"), REFUSED, ids=[item[0] for item in REFUSED])
+def test_a_refused_call_writes_no_file(words, call, tmp_path):
+    with pytest.raises(InputError, match=words):
+        call(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{item[0]}.{item[1]}" for item in WRONG])

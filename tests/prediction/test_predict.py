@@ -12,7 +12,7 @@ from bristle.identification.simulated_bands import Bands
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict
-from bristle.prediction.predict import CHANNELS, MODES, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
+from bristle.prediction.predict import MODES, OF_TREATMENT, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
 from bristle.simulation.recorded.closed_loop import START_SAMPLES
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -193,10 +193,10 @@ def test_a_given_lag_overrides_that_of_the_axis():
 @pytest.mark.parametrize("name", ["smoothing", "slow", "position_smoothing"])
 def test_filters_of_a_treatment_are_any_positive_amounts(name):
     unit, supplied = ("Hz", 2.0) if name == "slow" else ("ms", 2e-3)
-    assert CHANNELS[name](f"2 {unit}", name, "translational") == pytest.approx(supplied)
+    assert OF_TREATMENT[name](f"2 {unit}", name, "translational") == pytest.approx(supplied)
     if name != "smoothing":
         with pytest.raises(InputError, match=name):
-            CHANNELS[name](-1.0, name, "translational")
+            OF_TREATMENT[name](-1.0, name, "translational")
 
 
 def test_bands_are_around_the_prediction_stretch_by_stretch(monkeypatch):

@@ -13,14 +13,15 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
 from bristle.core.errors import InputError
 from bristle.core.status import Status
-from bristle.core.variable import Variable, unit_of
+from bristle.core.variable import unit_of
 from bristle.engine.checks import finite
 from bristle.files.arguments import AXIS, LOG, log_and_axis
+from bristle.files.model import TREATMENT
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.preprocessing import differentiated, treat_all
-from bristle.identification.request import CUTOFF, treatment_of
+from bristle.identification.request import treatment_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
 from bristle.logs.check import RECORDED, checked, parted
@@ -35,21 +36,15 @@ MOST_SAMPLES = 200_000  # in traces of every sample
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # settings that repeat the treatment of a log
 SPAN = 20  # samples of a difference for a speed
 
-CHANNELS = {
-    "delay": optional(amount(DELAY)),
-    "smoothing": optional(amount(Variable("time", "filter of the effort"))),
-    "slow": optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0))),
-    "position_smoothing": optional(amount(Variable("time", "filter of the position", min=0.0))),
-}
+OF_TREATMENT = {name: optional(amount(variable)) for name, variable in (TREATMENT | {"delay": DELAY}).items()}
+"""A converter for each number of a treatment."""
 
 
 @guarded(
     plant=model("plant"),
     friction=model("friction"),
     mode=among(*MODES),
-    velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
-    **CHANNELS,
-    lag=optional(amount(Variable("time", "lag of the drive", min=0.0))),
+    **{name: converter for name, converter in OF_TREATMENT.items() if name not in ("cutoff", "decimation")},
     bands=optional(instance(Bands, "an object of class Bands", read=lambda table: Bands(**table) if isinstance(table, dict) else table)),
 )
 def predict(
@@ -234,14 +229,7 @@ def effort_of_motion(
     return predicted
 
 
-@guarded(
-    plant=model("plant"),
-    friction=model("friction"),
-    log=LOG,
-    axis=optional(AXIS),
-    cutoff=optional(amount(CUTOFF, exclusive=True)),
-    **CHANNELS,
-)
+@guarded(plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS), **{name: OF_TREATMENT[name] for name in TREATED})
 def unexplained_force(
     plant: Model,
     friction: Model,
