@@ -5,7 +5,6 @@ import shutil
 import subprocess
 
 import numpy as np
-import pytest
 
 import bristle as br
 from bristle.exports.c import builds
@@ -93,7 +92,6 @@ def selected_cases(request, *keys):
 
 def in_structured_text(texts, folder, **options):
     """Return blocks by their names, each the texts of its files."""
-    pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
     from tests.exports.structured_text import StructuredText
 
     return StructuredText(texts, folder, **options)

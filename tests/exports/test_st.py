@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.exports.native import ALL, COMPILER, Native, differing, example_with, selected_cases, texts_of, walk
+from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
 
 import bristle as br
 from bristle.core.exponent import exponent, mantissa
@@ -33,9 +34,6 @@ from bristle.exports.st_project import NAMESPACE, Judged, Tuned, bounds, set_lin
 from bristle.exports.subject import Walk
 from bristle.exports.tunable import tunable_of
 from bristle.translation.tree import Unit, struct_type
-
-pytest.importorskip("tree_sitter_iec61131_3_st", reason="needs the grammar of Structured Text for tree-sitter")
-from tests.exports.structured_text import StandardError, StructuredText, Translator, parsed
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
 DT = 5e-4

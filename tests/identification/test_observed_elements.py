@@ -91,7 +91,7 @@ def test_intervals_contain_level_and_curve(fits):
     _, fit = fits
     low, high = fit.parameters["F_C"].interval
     assert low < np.sum(LEVELS) < high
-    assert high - low < 0.015 * np.sum(LEVELS)
+    assert high - low < 0.01 * np.sum(LEVELS)
     x, force, low, high = np.array(fit.resampling.curve).T
     assert force == pytest.approx(virgin_curve(fit.friction.values, x), rel=1e-6)
     truth = virgin_curve(TRUTH, x)

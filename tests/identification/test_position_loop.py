@@ -61,6 +61,12 @@ def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
     assert stiffness.half_width < 0.5 * stiffness.value
 
 
+def test_a_treatment_states_the_stiffness_of_its_loop():
+    log = log_of_a_loop()
+    treatment = br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment
+    assert treatment["stiffness"] == stiffness_in(log).value
+
+
 def test_a_log_without_reference_or_of_another_effort_has_no_stiffness():
     log = log_of_a_loop()
     assert stiffness_in(replace(log, reference=None)) is None

@@ -161,7 +161,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("with_terms", "cogging", [{"belt": (1,)}, {"motor": (0,)}, {"motor": (1.5,)}]),
     ("with_terms", "spring", ["cubik"]),
     ("with_terms", "plant", [parts()["plant"]]),
-    ("Limits", "travel", [(1.0, -1.0)]),
+    ("Limits", "travel", [(1.0, -1.0), (0.0, 1.0, 2.0)]),
     ("Limits", "effort", [-10.0, 0.0]),
     ("Limits", "following_error", [math.nan]),
     ("Options", "duration", [-1.0, math.nan]),
@@ -175,9 +175,9 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("Axis", "mass", [0.0, -1.0, math.nan, "5 N", True]),
     ("Axis", "stroke", [(1.0,), 1.0, (0.0, math.nan), ("x", 1.0), (1.0, -1.0), (1.0, 1.0)]),
     ("Axis", "delay", [1e9, "11 s", math.nan]),
-    ("predict", "delay", [9.0]),
+    ("predict", "delay", [9.0, -9.0]),
     ("predict", "stiffness", [math.nan, -1.0, "1 N"]),
-    ("compare", "window", [1e9]),
+    ("compare", "window", [1e9, 0.61]),
     ("Axis", "columns", [{"x": None}, {"position": "q"}, [], None]),
 ]
 

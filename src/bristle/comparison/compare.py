@@ -90,9 +90,9 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     """Return the number of samples in the window after a reversal; None without reversals."""
     cycles = [cycle for side in sides for cycle in side.cycles]
     if window is not None:
-        longest = min(cycle.count * cycle.recording.sample_time for cycle in cycles)
+        longest = min(cycle.recording.motion.size * cycle.recording.sample_time for cycle in cycles)
         if not 0.0 < window <= longest:
-            raise InputError("out of range", path="window", value=window, allowed=f"up to {longest:.3g} s, a cycle")
+            raise InputError("is longer than a log", path="window", value=window, allowed=f"up to {longest:.3g} s")
         return max(round(window / cycles[0].recording.sample_time), 1)
     turns = [turns for turns in {id(cycle.recording): cycle.recording.turns for cycle in cycles}.values() if turns.size]
     between = np.concatenate([np.empty(0), *map(np.diff, turns)])
