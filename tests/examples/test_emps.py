@@ -37,31 +37,11 @@ def identified(bristle, tmp_path):  # noqa: F811
 
 @pytest.mark.measured
 @pytest.mark.parametrize(
-    ("model", "published", "errors", "in_loop"),
-    [
-        (
-            "coulomb_viscous",
-            {"M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402)},
-            (4.0, 4.2),
-            4.5,
-        ),
-        (
-            "coulomb_viscous+asymmetry",
-            {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628},
-            (3.1, 3.25),
-            3.6,
-        ),
-    ],
+    ("model", "errors", "in_loop"), [("coulomb_viscous", (4.0, 4.2), 4.5), ("coulomb_viscous+asymmetry", (3.1, 3.25), 3.6)]
 )
-def test_friction_as_published(bristle, emps, identified, tmp_path, model, published, errors, in_loop):  # noqa: F811
+def test_friction_as_published_predicts_the_loop(bristle, emps, identified, tmp_path, model, errors, in_loop):  # noqa: F811
+    # What is published of the parameters is compared in tests/identification/test_emps.py.
     result = identified(emps, model)
-    for name, number in published.items():
-        value, percent = number if isinstance(number, tuple) else (number, None)
-        item = result["parameters"][name]
-        assert item["value"] == pytest.approx(value, rel=0.005 * percent if percent else 0.01), name
-        if percent:
-            assert 1.0 / 1.5 < item["relative_std_percent"] / percent < 1.5, name
-            assert item["robust_std"] > item["std"]
     assert errors[0] < result["metrics"]["force_error_percent"] < errors[1]
     looped = bristle("predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json")
     assert looped.data["metrics"]["force_error_percent"] <= in_loop
@@ -125,23 +105,26 @@ REFINED = AXIS.with_name("axis_refined.toml")
 
 @pytest.mark.measured
 @pytest.mark.parametrize(
-    ("model", "percent"),
+    ("model", "options", "percent"),
     [
-        pytest.param("stribeck_free+periodic+asymmetry", 2.3, marks=pytest.mark.slow),
-        pytest.param("stribeck_free+position+periodic+asymmetry", 2.0, marks=pytest.mark.slow),
+        ("stribeck_free+periodic+asymmetry", "--free delta_S", 2.3),
+        ("stribeck_free+position+periodic+asymmetry", "--free delta_S", 2.0),
+        ("stribeck_free+asymmetry", "--method output_error --draws 0", 2.6),
     ],
 )
-def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, percent):  # noqa: F811
+def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, options, percent):  # noqa: F811
     halves = []
     for name, span in (("first", '["0 s", "12.42 s"]'), ("second", '["12.42 s", "24.9 s"]')):
         halves.append(tmp_path / f"{name}.toml")
         halves[-1].write_text(REFINED.read_text().replace("[columns]", f"[log]\nspan = {span}\n\n[columns]", 1))
     out = tmp_path / "out"
-    result = data_of(bristle("identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json"))
+    result = data_of(bristle("identify", emps, "--axis", halves[0], "--model", model, *options.split(), "--out", out, "--json"))
     known = result["parameters"]
     assert known["F_0_pos"]["value"] < 0.8 * known["F_C_pos"]["value"]
     assert any("friction rises from" in item for item in result["warnings"])
-    assert math.hypot(known["c_1_pos"]["value"], known["s_1_pos"]["value"]) > 0.8
+    # The ripple of the screw, or the lag of the drive.
+    found = math.hypot(known["c_1_pos"]["value"], known["s_1_pos"]["value"]) if "c_1_pos" in known else known["lag"]["value"]
+    assert found > 0.8 if "c_1_pos" in known else found == pytest.approx(0.28e-3, rel=0.1)
     predicted = bristle("predict", out / "model.toml", emps, "--axis", halves[1], "--mode", "closed-loop", "--json")
     assert predicted.data["metrics"]["force_error_percent"] <= percent
 

@@ -98,10 +98,12 @@ def test_a_table_has_value_unit_range_and_interval_of_each_parameter(model, sour
 
 
 def test_a_table_shows_the_first_eight_numbers_of_an_array():
-    few = br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(8, 0.125), k_i=np.full(8, 1e5))
-    many = br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(10, 0.1), k_i=np.full(10, 1e5))
-    assert "in all" not in parameter_table(few, Source())
-    assert "100000, 100000, 100000, 100000, 100000, 100000, 100000, 100000, ... (10 in all)" in parameter_table(many, Source())
+    few, many = (
+        parameter_table(br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(count, 1 / count), k_i=np.full(count, 1e5)), Source())
+        for count in (8, 10)
+    )
+    assert "in all" not in few
+    assert "100000, 100000, 100000, 100000, 100000, 100000, 100000, 100000, ... (10 in all)" in many
 
 
 def test_a_bounded_range_shows_both_ends_and_a_choice_is_fixed():

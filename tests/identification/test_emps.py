@@ -4,19 +4,14 @@ A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", Worksh
 Benchmarks, 2019.
 """
 
-from dataclasses import replace
-from pathlib import Path
-
 import pytest
 from scipy.io import loadmat
 from tests.examples.data import measured
 from tests.identification import rigid
 
 from bristle.core import Axis
-from bristle.files import read_axis, read_log
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
-from bristle.prediction import predict
 from bristle.report.messages import warnings_of
 
 pytestmark = pytest.mark.measured
@@ -112,16 +107,3 @@ def test_seven_reversals_do_not_show_presliding(emps):
     assert lugre.parameters["sigma_1"].status == "unidentifiable"
     assert lugre.parameters["F_C"].status == "identified"
     assert lugre.parameters["F_C"].value == pytest.approx(20.39, rel=0.02)
-
-
-@pytest.mark.slow
-def test_the_closed_loop_of_the_second_half_is_predicted_from_a_fit_to_the_first(emps):
-    axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis_refined.toml")
-    whole = read_log(measured("emps", "DATA_EMPS.mat"), axis)
-    half = len(whole) // 2
-    first, second = (replace(whole, segments=(part,)) for part in (slice(0, half), slice(half, len(whole))))
-    fit = identify(first, "stribeck_free+asymmetry", axis=axis, method="output_error", draws=0, blocks=0).best
-    unseen = predict(fit.plant, fit.friction, second, axis, "closed-loop", lag=fit.lag)
-    assert fit.lag == pytest.approx(0.28e-3, rel=0.1)
-    assert fit.loop_error_percent < 2.55
-    assert unseen.metrics["force_error_percent"] < 2.6

@@ -115,11 +115,6 @@ def test_position_and_torque_of_a_trace_are_those_of_one_axis(xml, names, expect
     assert not any("u1" in unit for unit in proposal.table.units.values())
 
 
-def test_names_of_signals_with_equal_descriptions_have_an_axis_index():
-    names = propose_axis(trace(dict.fromkeys([*ONE, THREE[0]], POSITION), xml=True)).table.names
-    assert names == ("time", "Lageistwert [u1, 1]", "Moment", "Lageistwert [u1, 3]")
-
-
 @pytest.mark.parametrize("sep", [",", ";", " "])
 def test_an_index_is_no_unit_and_optional_in_the_name_of_a_unique_column(sep):
     names = [POSITION_OF.format(sep, number) for number in (1, 3)]

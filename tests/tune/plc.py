@@ -13,6 +13,7 @@ from tests.exports.native import COMPILER
 from tests.exports.structured_text import FLAGS, HEAD, Translator
 
 import bristle.tune
+from bristle.tune import Limits
 
 # The keyword of the standard, as the head of the file states it for other controllers than TwinCAT.
 TEXT = (Path(bristle.tune.__file__).parent / "FB_BristleTune.st").read_text().replace("VAR PERSISTENT", "VAR RETAIN")
@@ -42,6 +43,7 @@ void cycles(int number)
 """
 SIZES = {"bool": ctypes.c_bool, "dint": ctypes.c_int32, "lint": ctypes.c_int64, "lreal": ctypes.c_double}
 WARNINGS = ("-Wno-unused-function", "-Wno-unused-but-set-variable", "-Wno-clobbered", "-Wno-unused-variable")
+WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
 
 
 def stroke(rows=600, distance=1e-3):

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from tests.exports.native import COMPILER
 from tests.tune.machine import AXIS, MACHINE
-from tests.tune.plc import PERSISTENT, Plc, Task, compiled, examples, stroke
+from tests.tune.plc import PERSISTENT, WIDE, Plc, Task, compiled, examples, stroke
 
 from bristle.friction import coulomb
 from bristle.plants import inertia
-from bristle.tune import FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Options, tune, undo
+from bristle.tune import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Options, tune, undo
 from bristle.tune.ads import Ads
 from bristle.tune.contract import check_machine
 
@@ -22,7 +22,6 @@ pyads = pytest.importorskip("pyads", reason="pyads is not installed")
 testserver = pytest.importorskip("pyads.testserver", reason="pyads has no test server")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
 ADDRESS = f"127.{1 + (os.getpid() >> 16 & 63)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}"  # pyads fixes the port
-WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
 PREFIX = "MAIN.tune."
 ADVANCE = 100  # cycles of the controller at each request
 
@@ -83,14 +82,6 @@ def kind(controller):
 
     with examples(Ads, restart, net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, patience=1e3) as example:
         yield example
-
-
-@pytest.fixture
-def armed(kind):
-    """A machine on the new controller, with wide limits."""
-    machine = kind.example()
-    machine.arm(WIDE)
-    return machine
 
 
 @pytest.mark.slow

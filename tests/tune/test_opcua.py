@@ -11,13 +11,12 @@ import pytest
 from tests.exports.native import COMPILER
 from tests.tune.plc import Plc, compiled, examples, stroke
 
-from bristle.tune import Limits, MachineRefusedError, MachineStoppedError
+from bristle.tune import MachineRefusedError, MachineStoppedError
 from bristle.tune.contract import check_machine, saves
 from bristle.tune.opcua import OpcUa
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
-WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
 PREFIX = "ns=2;s=MAIN.tune."
 WRITTEN = (
     "armed keep clear start save saved max_error max_effort low high gain offset ramp patience alive model rows "
@@ -128,14 +127,6 @@ def kind(server):
     """Return the class of machines on the server, whose controller starts anew."""
     with examples(OpcUa, server.restart, url=server.url, prefix=PREFIX, patience=100.0, clock=5.0, publish=0.05) as example:
         yield example
-
-
-@pytest.fixture
-def armed(kind):
-    """A machine on the new controller, with wide limits."""
-    machine = kind.example()
-    machine.arm(WIDE)
-    return machine
 
 
 @pytest.mark.slow

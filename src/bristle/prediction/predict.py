@@ -35,9 +35,8 @@ MODES = ("inverse", *LOOPS)
 MOST_SAMPLES = 200_000  # in traces of every sample
 TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # settings that repeat the treatment of a log
 SPAN = 20  # samples of a difference for a speed
-
+# A converter for each number of a treatment.
 OF_TREATMENT = {name: optional(amount(variable)) for name, variable in (TREATMENT | {"delay": DELAY}).items()}
-"""A converter for each number of a treatment."""
 
 
 @guarded(
@@ -117,8 +116,8 @@ def predict(
     """
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        message, mend = "is of another kind of axis than the log", "Give the axis file of the identification"
-        raise InputError(message, path="model", value=plant.kind, allowed=log.kind, mend=mend)
+        mend = "Give the axis file of the identification"
+        raise InputError("is of another kind of axis than the log", path="model", value=plant.kind, allowed=log.kind, mend=mend)
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name the column of the effort in the axis file")
     log = parted(log, axis)
