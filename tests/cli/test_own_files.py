@@ -121,10 +121,10 @@ def test_a_failing_target_leaves_no_files_and_reports_its_line(bristle, place):
     ("old", "new", "said"),
     [
         ("TARGET =", "TARGETS =", "defines no target of the export"),
-        ("name='mine'", "name='c'", "an invalid name; found 'c'"),
-        ("name='mine'", "name='My drive'", "an invalid name"),
-        ("description='something'", "description=' '", "TARGET has no description"),
-        ("write=write", "write=None", "TARGET has no function write"),
+        ("name='mine'", "name='c'", "the name of a target of bristle; found 'c'"),
+        ("name='mine'", "name='My drive'", "has no valid name"),
+        ("description='something'", "description=' '", "target mine: has no valid description"),
+        ("write=write", "write=None", "target mine: has no valid write"),
     ],
 )
 def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):

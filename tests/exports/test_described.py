@@ -217,7 +217,7 @@ DEFAULTS |= {"loop": None, "speed": 0.0, "points": 20, "mass": 1.0, "rest": "", 
 def test_default_options_are_fixed_parameters_half_a_millisecond_and_no_harm(requested, tmp_path):
     result = br.export(COULOMB, "c", tmp_path / "out")
     ((target, request, accept_harm),) = requested
-    assert (target, accept_harm) == ("c", False)
+    assert (target.name, accept_harm) == ("c", False)
     assert DEFAULTS.items() <= vars(request).items()
     assert (result.files, result.notes, result.effect) == (("a.txt",), ("a note",), None)
     assert (tmp_path / "out" / "a.txt").read_text() == "a"

@@ -60,12 +60,12 @@ FROZEN = br.friction.find("coulomb+position+temperature")(F_C=2.0, x_0=0.1, x_L=
         ),
         (
             br.friction.coulomb(F_C=0.2),
-            {"mass": 0.5},
+            {"mass": 0.5, "plant": br.plants.oscillator(M=0.5, c=1.0, k=10.0)},
             {
                 "worldbody/body/joint": {"type": "slide", "frictionloss": [0.2], "axis": [1.0, 0.0, 0.0]},
                 "worldbody/body/inertial": {"mass": [0.5], "diaginertia": [1.0, 1.0, 1.0]},
             },
-            ["no error"],
+            ["no error", "without c, k"],
         ),
         # Friction that varies has its nominal value.
         (FROZEN, {}, {"worldbody/body/joint": {"frictionloss": [2.0]}}, ["omits position, temperature"]),

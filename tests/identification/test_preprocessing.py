@@ -200,7 +200,7 @@ def test_the_zero_phase_filter_is_that_of_scipy_to_the_bit(shape):
 
 
 def test_a_signal_shorter_than_the_filter_is_rejected():
-    with pytest.raises(ValueError, match="padlen"):
+    with pytest.raises(InputError, match="too short for the filter"):
         low_passed(np.zeros(15), 35.0, 1e-3)
 
 

@@ -6,24 +6,26 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from tests.misuse.broken import MODEL as BROKEN
 from tests.misuse.proper import Call, axis, calls, experiment, parts, recorded, variant
 from tests.misuse.values import MOSTLY, NEVER, Column, Evasive, Hostile
 
 import bristle as br
-from bristle import engine, friction, hysteresis, plants, prediction
-from bristle.core import Axis, Experiment, Feedforward, InputError, Run
+from bristle import comparison, engine, exports, figures, fleet, friction, hysteresis, logs, plants, prediction, tune
+from bristle.core import Axis, Experiment, Feedforward, InputError, Run, unit_of
 from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
 from bristle.core.status import Status
 from bristle.core.variable import Variable
 from bristle.files.operator import write_operator
-from bristle.lab import lab_page
-from bristle.logs.log import Log
+from bristle.lab import Widget, lab_page
+from bristle.logs.log import Channel, Log
 from bristle.report.model_in_hand import ModelInHand
 from bristle.study.run import _crew
 
@@ -182,7 +184,8 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 ]
 
 
-P, PLAY = parts(), hysteresis.play(r=1e-6)
+P, PLAY, TURNING = parts(), hysteresis.play(r=1e-6), friction.coulomb(F_C="1 N*m")
+FAST = np.full(20, 200.0)
 REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("mass: has no effect on c", lambda out: br.export(P["friction"], "c", out, mass=3.0)),
     ("mass: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0)),
@@ -200,6 +203,44 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("workers: out of range", lambda out: _crew(None, 1, 0, None, out)),
     ("variants: .* the same name; found 'base'", lambda out: Experiment("two", "translational", (variant(), variant()))),
     ("duration: gives", lambda out: Run(duration="1 day", sample_time="1 us")),
+    ("out: must be a path; found 5", lambda out: br.export(P["friction"], "c", 5)),  # type: ignore[arg-type]
+    ("source: must be an object of class Source", lambda out: br.export(P["friction"], "c", out, source=5)),  # type: ignore[arg-type]
+    ("tunable: must be True or False", lambda out: br.export(P["friction"], "c", out, tunable=1)),  # type: ignore[arg-type]
+    ("step: has no effect on mjcf", lambda out: br.export(P["friction"], "mjcf", out, step=1e-3)),
+    ("speed: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, speed=0.1)),
+    ("table: applies to a plant with a screw", lambda out: br.export(P["friction"], "fmu3", out, table=P["friction"])),
+    ("axis: is of another kind than", lambda out: br.export(P["friction"], "c", out, axis=Axis(kind="rotational"))),
+    ("has no valid name", lambda out: exports.Target(name="My target", description="d", write=print)),
+    ("target my: has no valid description", lambda out: exports.Target(name="my", description=" ", write=print)),
+    ("target my: has no valid write", lambda out: exports.Target(name="my", description="d", write=5)),  # type: ignore[arg-type]
+    ("target my: has no valid reads", lambda out: exports.Target(name="my", description="d", write=print, reads=5)),  # type: ignore[arg-type]
+    ("target my: has no valid rest", lambda out: exports.Target(name="my", description="d", write=print, rest="top")),
+    (r"estimates\[0\]: has no std", lambda out: br.write_model(out, P["plant"], P["friction"], estimates=[5])),
+    ("treatment.cutoff: must be a number", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": "a"})),  # type: ignore[dict-item]
+    ("logs: must be a list; found 'log.csv'", lambda out: fleet.identify_each("log.csv", out)),
+    ("logs: has no logs", lambda out: fleet.identify_each([], out)),
+    ("before: has no logs", lambda out: comparison.compare([], [(recorded(), None)])),
+    ("everett: returns no finite number", lambda out: hysteresis.tabulated(lambda a, b: math.nan, 1.0)),
+    ("everett: must return a number", lambda out: hysteresis.tabulated(lambda a, b: "x", 1.0)),  # type: ignore[arg-type,return-value]
+    ("cutoff: is above half the sample rate", lambda out: logs.low_passed(np.zeros(99), 1e6, 1e-3)),
+    ("signal: is too short for the filter", lambda out: logs.low_passed(np.zeros(9), 50.0, 1e-3)),
+    ("kind: is not a valid choice", lambda out: unit_of("force", "linear")),  # type: ignore[arg-type]
+    ("min of 'd': is above max", lambda out: Variable("force", "d", min=2.0, max=1.0)),
+    ("nominal of 'd': must be finite", lambda out: Variable("force", "d", nominal=math.nan)),
+    ("recorded_step: out of range", lambda out: Channel(values=np.zeros(9), unit="m", column="x", recorded_step=-1.0)),
+    ("friction: is of another kind of axis", lambda out: engine.run_batch(P["plant"], [P["friction"], TURNING], FAST, 1e-3)),
+    ("per_cycle: has other names than traces", lambda out: figures.drift({"a": (FAST, FAST)}, {"b": 1.0})),
+    ("traces.a: needs a force for each position", lambda out: figures.drift({"a": (FAST, FAST[1:])}, {"a": 1.0})),
+    ("distance: out of range", lambda out: figures.friction_after_reversals(SimpleNamespace(traces=None, plant=P["plant"]), -1.0)),  # type: ignore[arg-type]
+    ("operator: has no turning points", lambda out: figures.preisach_plane(P["friction"], [1.0])),
+    ("form: is not a valid choice", lambda out: figures.figure_file(Figure(), "svgg", "a")),
+    ("figure: must be a figure", lambda out: figures.figure_file(5, "svg", "a")),  # type: ignore[arg-type]
+    ("position: has more or fewer rows", lambda out: tune.Recording(np.zeros(5), np.zeros(3), np.zeros(5))),
+    ("model: must be a pair", lambda out: br.excite(axis(), model=(P["plant"], P["friction"], P["friction"]))),
+    (r"model\[1\]: must be a friction", lambda out: br.excite(axis(), model=(None, P["plant"]))),
+    ("fastest: out of range", lambda out: Widget(P["friction"], fastest=-1.0)),
+    ("folder: must be a path", lambda out: br.load(5)),  # type: ignore[arg-type]
+    (r"columns\[0\]: is empty", lambda out: plants.with_terms(plants.PLANTS["inertia"], columns=("",))),
 ]
 
 
@@ -338,7 +379,7 @@ def test_units_are_those_of_the_kind_of_axis():
 
 def test_a_guard_keeps_the_errors_of_python():
     @guarded(dt=amount(Variable("time", "time")))
-    def message(first: Any, dt: Any = 1.0, *, last: Any = None) -> Any:
+    def message(first: Any, dt: Any = 1.0, *, last: OnlyForTypeCheckers[int] | None = None) -> Any:  # type: ignore[name-defined]  # noqa: F821
         return first, dt, last
 
     assert message(1, "2 s", last=3) == (1, 2.0, 3)
@@ -381,8 +422,6 @@ def test_of_a_list_without_end_only_the_first_are_shown():
 
 
 # Numbers that are none.
-
-FAST = np.full(20, 200.0)
 
 
 def entry_points() -> dict[str, Callable[[Any], Any]]:

@@ -213,8 +213,8 @@ def test_the_settling_time_is_that_of_all_stops(prepared):
     # The error enters its band of a quarter of 1e-4 after 100 ms and 400 ms.
     away = np.zeros(reference.size)
     away[: 700 + 100] = away[900 + 300 : 1400 + 400] = 1e-4
-    assert steps._settling(run, Recording(reference, reference - away, rest)) == pytest.approx(np.sqrt(0.1 * 0.4), rel=0.02)
-    assert steps._settling(run, Recording(reference, reference, rest)) == pytest.approx(0.05)
+    assert steps._settling(run, Recording(reference, reference - away, away)) == pytest.approx(np.sqrt(0.1 * 0.4), rel=0.02)
+    assert steps._settling(run, Recording(reference, reference, away)) == pytest.approx(0.05)
     assert step == 1e-3
 
 

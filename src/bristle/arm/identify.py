@@ -12,7 +12,7 @@ from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.motion import Motion, motion_of
 from bristle.arm.parameters import Dynamics, identify_dynamics, joints_with_springs
 from bristle.arm.robot import Robot, read_robot
-from bristle.core import SIZE_LIMIT, Axis, Content, InputError, KnownColumn, Model, Readable, cached_property, content_of
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, KnownColumn, Model, Readable, cached_property, content_of, guarded
 from bristle.files import as_toml, axes_in, joints_in, read_axis, write_whole
 from bristle.logs import Channel, Log, read_log
 
@@ -78,6 +78,7 @@ class Arm:
         return [f"{FOLDER}/{name}.toml" for name in self.tables]
 
 
+@guarded()
 def identify_arm(log: Readable, robot: Readable, axis: Readable, *, size_limit: int = SIZE_LIMIT) -> Arm:
     """Identify the dynamics of an arm from one log of all joints.
 
@@ -129,6 +130,7 @@ def read_joints(log: Readable, axes: Mapping[str, Axis], *, size_limit: int = SI
     return logs, motion_of(logs, axes)
 
 
+@guarded()
 def logs_of_joints(folder: Path | str, log: Readable, *, size_limit: int = SIZE_LIMIT) -> dict[str, tuple[Log, Axis]]:
     """Return the log and the axis of each joint of an identified arm, with the effort of its bodies along another log.
 

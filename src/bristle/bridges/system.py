@@ -13,7 +13,7 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 
 import numpy as np
 
-from bristle.core import TEXT, Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, optional, unit_of
+from bristle.core import Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, unit_of
 from bristle.engine import FRICTION, contact_step, response, system_of
 
 try:
@@ -113,7 +113,7 @@ SETTLED = 1e-6  # relative change of the harmonic from cycle to cycle
 FREQUENCY = amount(Variable("frequency", "frequency", min=0.0), exclusive=True)
 
 
-@guarded(friction=FRICTION, frequency=FREQUENCY, unit=optional(TEXT))
+@guarded(friction=FRICTION, frequency=FREQUENCY)
 class DescribingFunction(DescribingFunctionNonlinearity):
     """The describing function of a friction model over the amplitude of its position, memory included.
 

@@ -11,6 +11,7 @@ from bristle.comparison.measures import Measure, SlidingRows, course_of, level_m
 from bristle.comparison.resampling import MANY, Plan, changed, plan_of
 from bristle.comparison.result import ROUNDING, Change, Comparison, Shared
 from bristle.core.diagnostic import Diagnostic, Number, Severity
+from bristle.core.edge import guarded
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.logs.log import Log
@@ -21,10 +22,11 @@ FEW = 6  # cycles of a side
 Sides = tuple[Side, Side]
 
 
+@guarded()
 def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: float | None = None) -> Comparison:
     """Compare two sides of one or several logs, each with its axis file; search `window` [s] after each reversal for its peak error."""
-    logs = [log for log, _ in (*before, *after)]
     _refuse_unlike(before, after)
+    logs = [log for log, _ in (*before, *after)]
     follows = all(log.reference is not None for log in logs)
     tells_effort = all(log.effort is not None for log in logs)
     if not follows and not tells_effort:
@@ -75,6 +77,9 @@ def _in_turn(logs: Sequence[Log]) -> bool:
 
 
 def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) -> None:
+    for name, logs in {"before": before, "after": after}.items():
+        if not len(logs):
+            raise InputError("has no logs", path=name, mend="Name a log from before the change, and another log from after the change")
     kinds = {log.kind for log, _ in (*before, *after)}
     if len(kinds) > 1:
         raise InputError("are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare logs of one axis")

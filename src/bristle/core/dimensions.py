@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 from bristle.core.errors import InputError, did_you_mean
 
@@ -144,6 +144,8 @@ def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
 
 
 def _units(kind: Kind) -> dict[str, str]:
+    if kind not in get_args(Kind):
+        raise InputError("is not a valid choice", path="kind", value=kind, allowed=", ".join(get_args(Kind)))
     return {name: getattr(entry, kind) for name, entry in NAMES.items()}
 
 

@@ -15,15 +15,31 @@ bristle.core.errors.InputError: speed: out of range; found -1.0, allowed >= 0 m/
 
 The arguments of a converter are the value, the name of the argument, and the kind of axis if another argument states it.
 `looked_at` converts errors that foreign objects raise during conversion.
+
+An argument without a converter is compared with its annotation, if this is a path, a text, a truth value, a function, a
+dictionary, one of some names, or a class of bristle:
+
+>>> @guarded()
+... def kept(path: str | PathLike[str], *, force: bool = False):
+...     return path
+>>> kept(5)
+Traceback (most recent call last):
+...
+bristle.core.errors.InputError: path: must be a path; found 5
 """
 
+import builtins
 import functools
 import inspect
 import math
 import numbers
-import os
-from collections.abc import Callable, Mapping
+import types
+import typing
+from collections import ChainMap
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, field
+from os import PathLike
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -89,7 +105,7 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         for argument in models.values():
             kind = argument.kind
             break
-        for name, converter in arguments.items():
+        for name, converter in {**annotated_arguments(function), **arguments}.items():
             if name in handed:
                 handed[name] = looked_at(converter, handed[name], name, kind)
         _refuse_two_kinds(models)
@@ -99,6 +115,65 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     return convert_first
 
 
+class _Unresolved:
+    """A name in an annotation that only a type checker imports, also with arguments in brackets."""
+
+    def __class_getitem__(cls, arguments: Any) -> Any:
+        return cls
+
+
+class _Unknown(dict[str, Any]):
+    def __missing__(self, name: str) -> Any:
+        return _Unresolved
+
+
+@functools.cache
+def annotated_arguments(function: Callable[..., Any]) -> dict[str, Converter]:
+    """Return a converter for each argument of a function whose annotation can be checked."""
+    known = ChainMap(function.__globals__, dict(vars(builtins)), _Unknown())
+    hints = typing.get_type_hints(function, localns=known)
+    found = {name: _of_annotation(hint) for name, hint in hints.items() if name != "return"}
+    return {name: converter for name, converter in found.items() if converter is not None}
+
+
+def _of_annotation(hint: Any) -> Converter | None:
+    """Return the converter for an annotation; None for numbers, arrays, sequences, and what cannot be checked."""
+    if typing.get_origin(hint) is typing.Literal:
+        return among(*typing.get_args(hint))
+    options = typing.get_args(hint) if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union else (hint,)
+    classes = [typing.get_origin(option) or option for option in options]
+    if Sequence in classes and set(classes) <= {Sequence, types.NoneType}:
+        return optional(_listed) if types.NoneType in classes else _listed
+    if not all(cls in _CALLED or _is_own(cls) for cls in classes):
+        return None
+    of_paths = not {PathLike, Path}.isdisjoint(classes)
+    words = [_CALLED.get(cls) or f"an object of class {cls.__name__}" for cls in classes if not (of_paths and cls is str)]
+    converter = instance(tuple(_WIDER.get(cls, cls) for cls in classes if cls is not types.NoneType), " or ".join(filter(None, words)))
+    return optional(converter) if types.NoneType in classes else converter
+
+
+def _listed(value: Any, path: str, kind: Kind | None) -> Any:
+    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+        raise InputError("must be a list", path=path, value=shown(value), mend="Write it in brackets: [...]")
+    return value
+
+
+def _is_own(cls: Any) -> bool:
+    """Return whether it is a class of bristle whose objects can be told from others."""
+    is_class = isinstance(cls, type) and cls is not _Unresolved and not getattr(cls, "_is_protocol", False)
+    return is_class and cls.__module__.startswith("bristle.")
+
+
+_CALLED = {
+    str: "text",
+    bool: "True or False",
+    PathLike: "a path",
+    Path: "a path",
+    Mapping: "a dictionary",
+    Callable: "a function",
+    types.NoneType: "",
+}
+_WIDER: dict[Any, Any] = {bool: (bool, np.bool_), Path: PathLike}
 OF_A_SCREW = ("table",)  # arguments that act on the other side of a screw
 
 
@@ -306,7 +381,7 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
-PATH: Converter = instance((str, os.PathLike), "a path")
+PATH: Converter = instance((str, PathLike), "a path")
 NAMES: Converter = _names  # Names, in a list or separated by commas
 FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]  # Function that receives the completed share of the work and the stage in words

@@ -209,7 +209,7 @@ class Learning:
 LEARNING = variables_in(Learning)
 
 
-@guarded(values=array(least=1), description=TEXT)
+@guarded(values=array(least=1))
 @dataclass(frozen=True, eq=False)
 class Effort:
     """Effort of an open loop: a value per sample, constant until the next sample.

@@ -62,6 +62,10 @@ class Variable:
             raise InputError("lacks the quantity or the description", path=f"Variable({self.quantity!r})", mend=mend)
         with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
+        if not math.isfinite(self.nominal):
+            raise InputError("must be finite", path=f"nominal of {self.description!r}", value=self.nominal)
+        if not self.min <= self.max:
+            raise InputError("is above max", path=f"min of {self.description!r}", value=self.min, allowed=f"<= {self.max:g}")
         if self.excitation not in EXCITATIONS:
             place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty text"
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])

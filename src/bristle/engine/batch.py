@@ -122,6 +122,9 @@ class _Batch:
 
     def __init__(self, plant: Any, friction: Any, effort: Any, x: Any, v: Any) -> None:
         efforts, plants, frictions = np.atleast_2d(effort), plant, friction
+        odd = next((model for model in (*plants, *frictions) if model.kind != plants[0].kind), None)
+        if odd is not None:
+            raise InputError("is of another kind of axis", path="friction", value=f"{odd.name}, {odd.kind}", allowed=plants[0].kind)
         refuse_screw(plants[0], "run_batch")
         numbers = {
             "plants": len(plants),

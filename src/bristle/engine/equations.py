@@ -7,7 +7,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.dispatch import friction_rate, friction_trial, plant_rate
-from bristle.core.edge import TEXT, guarded, model, optional
+from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, unpacker
@@ -132,7 +132,7 @@ class System(NamedTuple):
     dt: float
 
 
-@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS, name=optional(TEXT))
+@guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS)
 def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: str | None, *, asked_by: str) -> System:
     """Return an axis with its friction or friction alone as a differential equation, or as a sampled system if `dt` is given.
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, NAMES, PROGRESS, Amount, Progress, amount, guarded, optional, whole
+from bristle.core.edge import NAMES, Amount, Progress, amount, guarded, model as of_family, optional, whole
 from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
@@ -75,20 +75,17 @@ class Excitation:
         moves, left_out = moves_of(self.motion)
         return moves_table(moves, self.axis), gcode_of(moves, self.axis, left_out)
 
+    @guarded()
     def write(self, path: str | PathLike[str]) -> None:
         """Write the set points of the motion as CSV, with the columns of the axis file."""
         write_motion(path, self.axis, {name: getattr(self.motion, name) for name in ("time", "position", "velocity", "acceleration")})
 
 
-@guarded(
-    axis=AXIS,
-    duration=optional(amount(TIME)),
-    purposes=optional(NAMES),
-    rehearsed=FLAG,
-    draws=whole(20, 100_000, none=True),
-    allow_code=FLAG,
-    progress=PROGRESS,
-)
+PLANT_OR_NONE = optional(of_family("plant"))
+FRICTION_MODEL = of_family("friction")
+
+
+@guarded(axis=AXIS, duration=optional(amount(TIME)), purposes=optional(NAMES), draws=whole(20, 100_000, none=True))
 def excite(
     axis: Any,
     *,
@@ -276,7 +273,10 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     if model is None:
         return None, None
     if isinstance(model, tuple):
-        plant, friction = model
+        if len(model) != 2:
+            raise InputError("must be a pair of plant and friction", path="model", value=model)
+        plant = PLANT_OR_NONE(model[0], "model[0]", axis.kind)
+        friction = FRICTION_MODEL(model[1], "model[1]", axis.kind)
     elif isinstance(model, Model):
         friction = model
     else:

@@ -34,7 +34,8 @@ TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction fac
 def write(request: Request) -> Product:
     """Return the objects with their values: means of both directions, static friction, dynamic factor, spring rate."""
     curves, levels = levels_and_curves(request)
-    axis, kind, effort = request.axis, request.model.kind, table_units(request.axis, request.model.kind).efforts[0]
+    axis, kind = request.axis, request.model.kind
+    effort = table_units(axis, kind).efforts[0]
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
         for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))

@@ -90,17 +90,19 @@ class CFiles:
 
     def facts(self) -> dict[str, Any]:
         """Return the facts of the templates of the header and the source."""
-        subject, request, model = self.subject, self.request, self.subject.model
-        name, scalar, kind = request.name, SCALAR[request.single], model.kind
-        meanings, units = variables_of(subject.motion.cls), None if subject.is_operator else command_units(request.axis, kind)
+        subject, request = self.subject, self.request
+        name, scalar, kind = request.name, SCALAR[request.single], subject.model.kind
+        units = None if subject.is_operator else command_units(request.axis, kind)
         cycles = max(2, round(1.0 / request.dt))  # of the example: one second
-        tuned = tunable_of(model, self.fixed) if request.tunable else None
+        tuned = tunable_of(subject.model, self.fixed) if request.tunable else None
         with_it, feed = with_feed(subject) if self.has_feed else (subject, None)
         printer = self.new_printer(with_it)
         of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
         fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
         used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
-        data = "" if tuned is None and "p" not in used else parameters_text(model.parameters, subject.parameters, printer, name, tuned)
+        data = (
+            "" if tuned is None and "p" not in used else parameters_text(subject.model.parameters, subject.parameters, printer, name, tuned)
+        )
         return (
             model_facts(subject, name, request.source, request.dt, single=request.single, tunable=request.tunable)
             | block_facts(printer, name, fields, subject.memory_size, tuned)
@@ -110,7 +112,7 @@ class CFiles:
             | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * request.dt:g}", "every": max(1, cycles // 10)}
             | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, scalar)}
             | {"signals": [printer.names.variable(name) for name in subject.signals], "step": self._step(printer), "data": data}
-            | {"told_signals": [meaning_of(meanings[name], kind) for name in subject.signals], "steps": self.steps}
+            | {"told_signals": [meaning_of(variables_of(subject.motion.cls)[name], kind) for name in subject.signals], "steps": self.steps}
             | (self.derived.facts(printer, tunable=request.tunable) if self.derived else {"derived": False})
         )
 

@@ -87,12 +87,12 @@ class DerivedStep:
 
     def _call(self, printer: Printer, *, tunable: bool) -> list[str]:
         """Return the lines that call the derived function, as it is left after pruning."""
-        subject, places = self.subject, self.places
+        subject = self.subject
         state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
         usual = {name: printer.names.variable(name) if name in subject.signals else repr(value) for name, value in subject.usual.items()}
 
         def parameter(path: tuple[str, ...], part: Type) -> str:
-            place = f"at->parameters[{places[self.tuned.places[path]]}]"
+            place = f"at->parameters[{self.places[self.tuned.places[path]]}]"
             return f"&{place}" if isinstance(part, Array) else place
 
         handed = {
@@ -126,7 +126,8 @@ class DerivedStep:
         for (name, kind), active in zip(self.subject.state.fields, state, strict=True):
             value = f"step.part_1.part_{int(is_active(force))}.part_{place}" if active else "0.0"
             place += is_active(active)
-            lines += [f"at->state.{printer.names.variable(name)} = {value};"] if kind == REAL else []
+            if kind == REAL:
+                lines.append(f"at->state.{printer.names.variable(name)} = {value};")
         return lines
 
     def selftest_facts(self, x: np.ndarray, dt: float) -> dict[str, Any]:

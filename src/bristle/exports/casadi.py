@@ -18,10 +18,13 @@ class CasadiFiles(CFiles):
     def facts(self) -> dict[str, Any]:
         """Return the facts of the templates."""
         assert self.derived is not None
-        subject, printer = self.subject, self.new_printer()
+        printer = self.new_printer()
         fields = [field | {"at": at} for at, field in enumerate(self.derived.fields(printer), 1)]
-        numbers = [f"parameters.{place_of(name, within, printer)}" for name, within, _ in self.derived.tuned.numbers()]
-        return super().facts() | {"fields": fields, "numbers": numbers, "states": 1 + len(fields) + subject.memory_size}
+        return super().facts() | {
+            "fields": fields,
+            "numbers": [f"parameters.{place_of(name, within, printer)}" for name, within, _ in self.derived.tuned.numbers()],
+            "states": 1 + len(fields) + self.subject.memory_size,
+        }
 
 
 def write(request: Request) -> Product:

@@ -44,21 +44,21 @@ class CudaFiles(CFiles):
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        facts, name = self.lane_facts(), self.request.name
-        files = {file.format(name): rendered(template, facts) for file, template in self.templates.items()}
+        facts = self.lane_facts()
+        files = {file.format(self.request.name): rendered(template, facts) for file, template in self.templates.items()}
         return with_rights(files, self.request.source)
 
     def lane_facts(self) -> dict[str, Any]:
         """Return the facts of the templates, with the layout of a lane."""
-        subject, request, columns = self.subject, self.request, []
-        if request.tunable:
+        subject, columns = self.subject, []
+        if self.request.tunable:
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
         # The layout of a lane in C.
         integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[self.printer(subject.unit).integer]
         lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
-        for name, count in (("memory", subject.memory_size), ("parameters", len(columns))):
-            lane += [(name, ctypes.c_double * count)] if count else []
+        counts = {"memory": subject.memory_size, "parameters": len(columns)}
+        lane += [(name, ctypes.c_double * count) for name, count in counts.items() if count]
         return self.facts() | {
             "device": self.device,
             "inline": self.printer.inline,

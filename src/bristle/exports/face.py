@@ -8,7 +8,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, TEXT, Amount, among, amount, guarded, instance, model, optional, whole
+from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Variable
@@ -20,10 +20,17 @@ from bristle.exports.targets import NAME, TARGETS, Product, Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for, target_named
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
-from bristle.logs.log import Log
 
 STEP, POINTS = 5e-4, 20  # [s], and of a table
-USERS = {"mass": ("mjcf",), "points": ("table", "tf5200"), "table": ("fmu2", "fmu3")}  # the targets of options
+WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}
+WITHOUT_SPEED = {"wasm", "cuda", "warp", "casadi", "mjcf", "fmu2", "fmu3"}
+USERS = {  # the targets of options
+    "mass": {"mjcf"},
+    "points": {"table", "tf5200"},
+    "table": {"fmu2", "fmu3"},
+    "step": TARGETS.keys() - WITHOUT_STEP,
+    "speed": TARGETS.keys() - WITHOUT_SPEED,
+}
 
 
 @dataclass(frozen=True)
@@ -50,13 +57,7 @@ class Exported:
 
 @guarded(
     model=lambda value, path, kind: value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind),
-    name=TEXT,
     step=PERIOD,
-    tunable=FLAG,
-    float32=FLAG,
-    derivatives=FLAG,
-    force=FLAG,
-    accept_harm=FLAG,
     points=whole(2, 1000),
     speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")),
@@ -82,7 +83,7 @@ def export(
     plant: Model | None = None,
     table: Model | None = None,
     source: Source | None = None,
-    log: Log | str | os.PathLike[str] | None = None,
+    log: Any = None,
     info: Mapping[str, Any] | None = None,
     rest: str | None = None,
     accept_harm: bool = False,
@@ -152,22 +153,28 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    options = {"mass": mass, "table": table, "points": points != POINTS}
-    of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "speed": speed, "info": info, "derivatives": derivatives}
+    options = {"mass": mass, "table": table, "points": points != POINTS, "step": step != PERIOD(STEP, "step", None), "speed": speed}
+    of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "info": info, "derivatives": derivatives}
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
         to = load_target_file(to)
-    target = to if isinstance(to, Target) else TEXT(to, "to", None)
+    target = target_named(to)
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
             _refuse_given("applies to a model only", options | of_model)
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
+            if axis is not None and axis.kind != model.kind:
+                raise InputError("is of another kind than the model", path="axis", value=axis.kind, allowed=model.kind)
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            used = target_named(target).name
-            _refuse_given(f"has no effect on {used}", {key: options[key] for key in USERS if used in TARGETS and used not in USERS[key]})
+            unused = (key for key in USERS if target.name in TARGETS and target.name not in USERS[key])
+            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in unused})
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
+            if table is not None and (plant is None or plant.component.screw is None):
+                raise InputError(
+                    "applies to a plant with a screw", path="table", value=table.name, mend="Give plant=plants.ball_screw(...)"
+                )
             request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():

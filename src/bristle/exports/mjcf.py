@@ -12,6 +12,7 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.exports.described import parameter_table, plain, version
 from bristle.exports.maxwell import Deviation, Elements, elements_of
 from bristle.exports.targets import Product, Request
@@ -67,7 +68,15 @@ def write(request: Request) -> Product:
     """Return the scene, with notes on differences of MuJoCo."""
     friction = friction_of_joint(request)
     error = friction.deviation and {name: value for name, value in friction.deviation._asdict().items() if value or name != "reach"}
-    return Product({f"{request.name}.xml": _scene(request, friction)}, friction.notes, error=error)
+    return Product({f"{request.name}.xml": _scene(request, friction)}, (*friction.notes, *_left_out(request.plant)), error=error)
+
+
+def _left_out(plant: Model | None) -> tuple[str, ...]:
+    """Return a note on the forces of a plant that the scene does not contain."""
+    if plant is None:
+        return ()
+    names = [name for name, value in plant.values.items() if name not in ("M", "J", "lead") and np.any(value)]
+    return (f"the scene contains the mass of the plant only, without {', '.join(names)}",) * bool(names)
 
 
 def _scene(request: Request, friction: JointFriction) -> str:

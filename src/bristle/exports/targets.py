@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -208,10 +209,21 @@ class Target:
     needs: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse a target that acts on an axis in an unknown way."""
-        if self.pushes and self.reads is None and not self.rest:
-            from bristle.core.errors import InputError
+        """Refuse a target that cannot be used, or that acts on an axis in an unknown way."""
+        from bristle.core.errors import InputError
 
+        needed = {
+            "name": (isinstance(self.name, str) and re.fullmatch("[a-z][a-z0-9_]{0,40}", self.name), "small letters, digits and _"),
+            "description": (isinstance(self.description, str) and self.description.strip(), "a sentence"),
+            "write": (callable(self.write), "a function of a Request"),
+            "write_law": (self.write_law is None or callable(self.write_law), "a function of a law, a name and a source"),
+            "reads": (self.reads is None or callable(self.reads), "a function of files and a Request"),
+            "rest": (self.rest in ("", "held", "middle"), "held, middle, or empty text"),
+        }
+        for name, (is_valid, allowed) in needed.items():
+            if not is_valid:
+                raise InputError(f"has no valid {name}", path=f"target {self.name}", value=getattr(self, name), allowed=allowed)
+        if self.pushes and self.reads is None and not self.rest:
             mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
             raise InputError("acts on an axis (pushes=True), but bristle cannot compute the effect", path=f"target {self.name}", mend=mend)
 

@@ -49,17 +49,8 @@ def load_target_file(path: Readable) -> Target:
     content = code_at(path)
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
-    if not callable(target.write):
-        raise InputError("TARGET has no function write", path=source, value=target.write, mend=MEND)
-    if not isinstance(target.name, str) or not NAME.fullmatch(target.name) or target.name in TARGETS:
-        raise InputError(
-            "TARGET has an invalid name",
-            path=source,
-            value=target.name,
-            allowed="small letters, digits and _, a letter first, and not the name of a target of bristle",
-        )
-    if not isinstance(target.description, str) or not target.description.strip():
-        raise InputError("TARGET has no description", path=source, mend='Write description="..."')
+    if target.name in TARGETS:
+        raise InputError("TARGET has the name of a target of bristle", path=source, value=target.name, mend="Choose another name")
     return target
 
 

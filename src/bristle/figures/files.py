@@ -15,7 +15,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from bristle.core import InputWarning
+from bristle.core import InputError, InputWarning
 from bristle.figures.drawing import own_settings, printable
 from bristle.palette import LIGHT, notebook_style
 
@@ -51,6 +51,10 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     bytes
         The same bytes for the same figure.
     """
+    if not isinstance(figure, Figure):
+        raise InputError("must be a figure of matplotlib", path="figure", value=figure)
+    if form not in DATELESS:
+        raise InputError("is not a valid choice", path="form", value=form, allowed=", ".join(DATELESS))
     out = io.BytesIO()
     metadata = DATELESS[form] | ({} if form == "png" else {"Title": printable(" ".join(title.split()))})
     with own_settings(), matplotlib.rc_context(TEXT), _one_remark_on_letters():

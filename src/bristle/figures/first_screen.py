@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
+from bristle.core import Variable, amount
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
@@ -26,6 +27,7 @@ WITH: style.Look = {"color": LIGHT["with"], "linewidth": 2.0, "linestyle": "-"}
 THIN: style.Look = WITH | {"linewidth": 1.2}
 PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
 TALL, SIDE, LOW = 4.4, 5.8, 2.5  # inches: height of the large picture, width and height of the small pictures
+DISTANCE = amount(Variable("length", "distance after a reversal", min=0.0))
 MOST_REVERSALS = 12
 CELLS = 100, 50  # of the cloud of measured friction
 WAY, LONG = 4.0, 0.05  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
@@ -232,6 +234,7 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
         Whether it is the large picture of a log without sliding.
     """
     traces, kind = fit.traces, fit.plant.kind
+    distance = DISTANCE(distance, "distance", kind)
     size: style.Look = {"height": TALL} if large else {"height": LOW, "across": SIDE}
     figure, ((axes,),) = style.panels(right=style.room_for(["measured"]), top=0.12, **size)
     motions = reversals_of(traces.time, traces.velocity)

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core import InputError, Kind, Model, Scale
+from bristle.core import InputError, Kind, Model, Scale, array, guarded
 from bristle.engine import after, response
 from bristle.figures import style
 from bristle.figures.small_multiples import loop_units
@@ -20,6 +20,7 @@ NOW = style.MEASURED["color"]
 
 
 @style.styled
+@guarded(history=array())
 def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
     """Return the Preisach plane of an operator after a history, and the loops of that history.
 
@@ -35,7 +36,7 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
     InputError
         If the operator has no turning points, or the history is empty.
     """
-    if operator.component.measure is None:
+    if getattr(operator.component, "measure", None) is None:
         raise InputError("has no turning points", path="operator", value=operator.name)
     if not len(history):
         raise InputError("is empty", path="history", mend="Give the inputs at the turning points")

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bristle.core import Kind, Model, Scale, number, unit_of, with_unit
+from bristle.core import InputError, Kind, Model, Scale, number, unit_of, with_unit
 from bristle.engine import response
 from bristle.figures import style
 from bristle.figures.drawing import LETTERS, label, width
@@ -49,6 +49,17 @@ def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray
     x, force = trace
     units.plot(axes, x[: turn + 1], force[: turn + 1], label=names[0], **style.MEASURED)
     units.plot(axes, x[turn:], force[turn:], label=names[1], **style.PREDICTED)
+
+
+def _refuse_unlike(traces: Traces, name: str, numbers: Mapping[str, float]) -> None:
+    """Refuse traces that are no curves, and numbers that are not those of the traces."""
+    if not traces:
+        raise InputError("is empty", path="traces", mend="Give a pair of positions and forces for each model")
+    for model, (x, force) in traces.items():
+        if len(x) != len(force):
+            raise InputError("needs a force for each position", path=f"traces.{model}", value=f"{len(x)} positions, {len(force)} forces")
+    if numbers.keys() != traces.keys():
+        raise InputError("has other names than traces", path=name, value=", ".join(numbers), allowed=", ".join(traces))
 
 
 def _panels(
@@ -109,6 +120,7 @@ def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translat
     kind : {"translational", "rotational"}
         The kind of axis.
     """
+    _refuse_unlike(traces, "per_cycle", per_cycle)
     widest = max(float(np.ptp(x)) for x, _ in traces.values())
     unit = unit_of("length", kind)
     titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'no drift'}" for name, step in per_cycle.items()}
@@ -133,6 +145,7 @@ def closure(traces: Traces, missing: Mapping[str, float], kind: Kind = "translat
     kind : {"translational", "rotational"}
         The kind of axis.
     """
+    _refuse_unlike(traces, "missing", missing)
     percents = {name: f"{number(100.0 * share, resolution=1.0)} %" if abs(share) >= 5e-5 else "closes" for name, share in missing.items()}
     figure, panels, units = _panels(traces, {name: f"{name}: {percent}" for name, percent in percents.items()}, kind)
     for name, axes in panels.items():

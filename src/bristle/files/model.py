@@ -12,10 +12,11 @@ import numpy as np
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.edge import PATH, array, guarded, instance, mapping, model, optional
+from bristle.core.edge import array, guarded, instance, many, mapping, model, optional
 from bristle.core.errors import InputError, located
 from bristle.core.experiment import COUPLING
 from bristle.core.slot import Slot
+from bristle.core.values import Converter
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
 from bristle.files.operator import OperatorRead, described, operator_beside, with_operator
@@ -81,6 +82,8 @@ def _treatment(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
     """Return the numbers of a treatment, which must be finite; a frequency is positive."""
     numbers = mapping(lambda entry, place, _: entry)(value, path, kind)
     for name, number in numbers.items():
+        if name in TREATMENT and not isinstance(number, float | int):
+            raise InputError("must be a number", path=f"{path}.{name}", value=number)
         if isinstance(number, float | int) and not math.isfinite(number):
             raise InputError("must be finite", path=f"{path}.{name}", value=number)
     if numbers.get("cutoff", 1.0) <= 0.0:
@@ -88,12 +91,24 @@ def _treatment(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
     return numbers
 
 
+def _with(*names: str) -> Converter:
+    """Return a converter for an object with these attributes."""
+
+    def convert(value: Any, path: str, kind: Kind | None) -> Any:
+        if not all(hasattr(value, name) for name in names):
+            raise InputError("has no " + " or no ".join(names), path=path, value=value)
+        return value
+
+    return convert
+
+
 @guarded(
-    path=PATH,
     plant=optional(model("plant")),
     friction=model("friction"),
     provenance=optional(instance(Mapping, "a dictionary")),
     treatment=optional(_treatment),
+    estimates=many(_with("std", "status", "interval")),
+    bands=optional(_with("draws", "scatter", "noise")),
 )
 def write_model(
     path: str | os.PathLike[str],

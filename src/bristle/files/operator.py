@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import Model
-from bristle.core.edge import PATH, amount, guarded, model
+from bristle.core.edge import amount, guarded, model
 from bristle.core.errors import InputError, located
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, number_at, table_at
@@ -27,7 +27,7 @@ class OperatorFile(NamedTuple):
     provenance: dict[str, Any]
 
 
-@guarded(path=PATH, operator=model("hysteresis"), offset=amount(OFFSET))
+@guarded(operator=model("hysteresis"), offset=amount(OFFSET))
 def write_operator(
     path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
 ) -> None:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, error_text
+from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, error_text, guarded
 from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, provenance, write_model
 from bristle.fleet.plan import Fleet
 from bristle.identification import Estimate, Identification, Settings, identify, models_of, refuse_options
@@ -157,6 +157,8 @@ def fleet_of(
 ) -> Fleet:
     """Return many logs as a fleet, with the data that distinguish it from others; identification starts later."""
     listed = listed_logs(logs, size_limit=size_limit)
+    if not listed:
+        raise InputError("has no logs", path="logs", mend="Name the logs, or a folder of logs")
     chosen, *further = models_of(model)
     if further:
         raise InputError(
@@ -201,6 +203,7 @@ def fleet_of(
     return replace(fleet, described=identity)
 
 
+@guarded()
 def identify_each(
     logs: Sequence[str | Path],
     folder: str | PathLike[str],

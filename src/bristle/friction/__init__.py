@@ -109,7 +109,7 @@ def _slots(value: Any, path: str, kind: Any) -> tuple[str | Slot, ...]:
     return (value,) if isinstance(value, Slot) else NAMES(value, path, kind)
 
 
-@guarded(model=component("friction"), slots=_slots, path=TEXT)
+@guarded(model=component("friction"), slots=_slots)
 def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "friction.model") -> SlottedModel:
     """Return `model` with these slots: names, or user-defined slots.
 

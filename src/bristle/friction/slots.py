@@ -28,7 +28,7 @@ from bristle.core.dispatch import (
     friction_trial,
     friction_trial_sided,
 )
-from bristle.core.edge import FLAG, component, guarded, model
+from bristle.core.edge import component, guarded, model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
@@ -262,7 +262,7 @@ def _still(layer: Any, p: Any) -> Any:
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
-@guarded(model=component("friction"), asymmetry=FLAG)
+@guarded(model=component("friction"))
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, if requested, separate parameters for each direction."""
     return _slotted(model, asymmetry)

@@ -5,13 +5,14 @@ the input has returned to :math:`\beta`, the Everett function is
 :math:`E(\alpha, \beta) = \tfrac12(f_\alpha - f_{\alpha\beta})`.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import CURVE, FUNCTION, KIND, Amount, among, amount, guarded, many, whole
+from bristle.core.edge import CURVE, KIND, Amount, among, amount, guarded, many, whole
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.hysteresis.everett_table import MODEL
@@ -23,7 +24,7 @@ NODES = 101
 SIZES = {"rows": whole(3, 10_000), "columns": whole(3, 10_000), "kind": KIND}
 
 
-@guarded(everett=FUNCTION, extent=amount(Variable("length", "largest input", min=0.0), exclusive=True), **SIZES)
+@guarded(extent=amount(Variable("length", "largest input", min=0.0), exclusive=True), **SIZES)
 def tabulated(
     everett: Callable[[float, float], float],
     extent: Amount,
@@ -62,8 +63,18 @@ def tabulated(
     """
     (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
     for at in np.ndindex(rows, columns):
-        table[at] = everett(float(alpha[at]), float(beta[at])) if at[1] else 0.0
+        table[at] = _value_of(everett, float(alpha[at]), float(beta[at])) if at[1] else 0.0
     return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
+
+
+def _value_of(everett: Callable[[float, float], float], alpha: float, beta: float) -> float:
+    try:
+        value = float(everett(alpha, beta))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"must return a number for alpha and beta ({error})", path="everett") from None
+    if not math.isfinite(value):
+        raise InputError("returns no finite number", path="everett", value=f"{value} for alpha = {alpha:g} and beta = {beta:g}")
+    return value
 
 
 @guarded(curves=many(CURVE, least=2), **SIZES)

@@ -13,7 +13,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import to_the_end
-from bristle.core.edge import NAMES, PROGRESS, Progress, among, between, guarded, instance, optional, whole
+from bristle.core.edge import NAMES, Progress, among, between, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.friction import DEFAULT_MODELS, find
@@ -59,7 +59,6 @@ ALONE = 0.4  # share of the work for one mass of a log with two encoders
     draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
     method=optional(among(*request.METHODS)),
     settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")),
-    progress=PROGRESS,
 )
 @cores_for_simulations()
 def identify(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from bristle import __version__
-from bristle.core import TEXT, Experiment, Model, Variable, amount, guarded, optional
+from bristle.core import Experiment, Model, Variable, amount, guarded, optional
 from bristle.engine import FRICTION
 from bristle.exports import as_json, lab_described, tracking_described
 from bristle.files import read_experiment
@@ -48,7 +48,6 @@ STYLES = ("lab.css", "controls.css")
     model=optional(FRICTION),
     mass=optional(amount(Variable("mass", "moved mass", min=0.0), exclusive=True)),
     fastest=amount(Variable("length/time", "largest speed", min=0.0)),
-    source=TEXT,
 )
 def lab_page(
     model: Model | None = None,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import InputError, MissingExtraError, Model
+from bristle.core import InputError, MissingExtraError, Model, Variable, amount, guarded
 from bristle.engine import FRICTION
 from bristle.exports import values_of, widget_described
 from bristle.lab.page import joined
@@ -72,9 +72,10 @@ class Widget(anywidget.AnyWidget):
     _problem = traitlets.Unicode().tag(sync=True)
     _card = traitlets.Unicode().tag(sync=True)  # HTML above the sliders
 
+    @guarded(model=FRICTION, fastest=amount(Variable("length/time", "largest speed", min=0.0)))
     def __init__(self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0) -> None:
         self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
-        super().__init__(model=FRICTION(model, "model", None))
+        super().__init__(model=model)
 
     @property
     def parameters(self) -> dict[str, Any]:

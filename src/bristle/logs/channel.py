@@ -46,7 +46,7 @@ def clear_step(values: np.ndarray, *, most: float = 20) -> float:
 COLUMN = array(finite=False)  # readers check the samples first and report the place of bad values
 
 
-@guarded(values=COLUMN, unit=TEXT, column=TEXT)
+@guarded(values=COLUMN, recorded_step=optional(amount(Variable("1", "step of the recording", min=0.0))))
 @dataclass(frozen=True, eq=False)
 class Channel(NDArrayOperatorsMixin):
     """One recorded signal. NumPy, plots and calculations use it as the array of its samples.

@@ -5,14 +5,25 @@ from functools import cache
 
 import numpy as np
 
+from bristle.core.edge import amount, guarded, vector
+from bristle.core.errors import InputError
+from bristle.core.variable import Variable
 
+
+@guarded(
+    signal=lambda value, path, kind: vector(value, path),
+    cutoff=amount(Variable("frequency", "cut-off", min=0.0), exclusive=True),
+    sample_time=amount(Variable("time", "sample time", min=0.0), exclusive=True),
+)
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return signals, shape (..., sample), after a zero-phase Butterworth filter of fourth order, cut-off in Hz."""
-    from scipy.signal import sosfilt, sosfiltfilt
+    from scipy.signal import sosfilt
 
+    if not 2.0 * cutoff * sample_time < 1.0:
+        raise InputError("is above half the sample rate", path="cutoff", value=cutoff, allowed=f"< {0.5 / sample_time:g} Hz")
     sections, settled, edge, _ = butterworth(cutoff, sample_time)
     if signal.shape[-1] <= edge:
-        return sosfiltfilt(sections, signal)  # reports the required length
+        raise InputError("is too short for the filter", path="signal", value=signal.shape[-1], allowed=f"more than {edge} samples")
     # Same bits as sosfiltfilt, without its computation of the settled state at each call.
     settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
     before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]

@@ -10,6 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from bristle.core.content import SIZE_LIMIT, Content
+from bristle.core.edge import guarded
 from bristle.core.errors import InputError
 from bristle.core.typography import escaped
 from bristle.logs.readers import read_table
@@ -37,6 +38,7 @@ class LogFile:
         return self.folder, self.name, self.checksum
 
 
+@guarded()
 def listed_logs(named: Sequence[str | Path], *, size_limit: int = SIZE_LIMIT) -> list[LogFile]:
     """Return the logs that a command names, in its order, each once."""
     logs: dict[tuple[str, str, str], LogFile] = {}

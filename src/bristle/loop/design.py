@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.edge import PROGRESS, TEXT, Amount, Progress, amount, guarded, instance, many, optional
+from bristle.core.edge import Amount, Progress, amount, guarded, instance, many, optional
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
@@ -109,7 +109,7 @@ def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
     return bandwidth
 
 
-@guarded(experiment=EXPERIMENT, variant=optional(TEXT), bandwidth=optional(_bandwidth), progress=PROGRESS)
+@guarded(experiment=EXPERIMENT, bandwidth=optional(_bandwidth))
 def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | None = None, progress: Progress | None = None) -> Design:
     """Design the loop of an experiment.
 
@@ -236,7 +236,6 @@ def circle_of(variant: Variant) -> tuple[float, float]:
     variants=many(instance(Variant, "an object of class Variant"), least=1),
     radius=amount(Variable("length", "radius of a circle", min=0.0), exclusive=True),
     feed=amount(Variable("length/time", "velocity along a circle", min=0.0), exclusive=True),
-    progress=PROGRESS,
 )
 def run_circles(
     variants: tuple[Variant, ...], radius: float, feed: float, progress: Callable[[float, str], None] | None = None

@@ -26,7 +26,7 @@ import numpy as np
 
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, make_model
-from bristle.core.edge import FLAG, PROGRESS, amount, guarded, instance, optional
+from bristle.core.edge import amount, guarded, instance, optional
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
@@ -273,8 +273,6 @@ class Proposal:
 @guarded(
     variant=instance(Variant, "an object of class Variant"),
     bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)),
-    simulated=FLAG,
-    progress=PROGRESS,
 )
 def proposals_for(
     variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None

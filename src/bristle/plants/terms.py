@@ -26,7 +26,7 @@ import numpy as np
 from bristle.core.contracts import Model, Plant
 from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
 from bristle.core.documented import Enclosing
-from bristle.core.edge import FLAG, TEXT, among, component, guarded, many, mapping, optional, whole
+from bristle.core.edge import TEXT, among, component, guarded, many, mapping, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.lazy import once
@@ -208,7 +208,14 @@ def _orders(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
     return dict(value)
 
 
-@guarded(plant=component("plant"), gravity=FLAG, cogging=optional(_orders), columns=many(TEXT), spring=optional(among(*SPRINGS)))
+def _named(value: Any, path: str, kind: Kind | None) -> str:
+    name = TEXT(value, path, kind)
+    if not name:
+        raise InputError("is empty", path=path, mend="Give each column a name")
+    return name
+
+
+@guarded(plant=component("plant"), cogging=optional(_orders), columns=many(_named), spring=optional(among(*SPRINGS)))
 def with_terms(
     plant: Plant,
     *,

@@ -49,7 +49,7 @@ OF_TREATMENT = {name: optional(amount(variable)) for name, variable in (TREATMEN
 def predict(
     plant: Model,
     friction: Model,
-    log: Log | str | PathLike[str],
+    log: Any,
     axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse",
     *,

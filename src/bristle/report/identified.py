@@ -137,6 +137,8 @@ class Identified(Identification, ModelInHand, Result):
         self.outcome.write(folder)
 
     def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
+        if log is not None:
+            raise InputError("is known, because this result is not from a folder", path="log", mend="Omit log")
         return [self.log, *self.further_logs], list(self.axes), self.settings.as_data()
 
     def _words(self) -> tuple[str, list[str]]:

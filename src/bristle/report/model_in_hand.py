@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, library, whole
+from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, guarded, library, whole
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import fit_of
@@ -125,6 +125,7 @@ class ModelInHand(WithCard):
 
         return drive_table(self.best, entries)
 
+    @guarded(draws=whole(1, 1000))
     def known_truth(self, log: Any = None, *, draws: int = 10, progress: Progress | None = None) -> KnownTruth:
         """Return which parameters the log determines: simulate logs of this axis and identify them again.
 
@@ -133,7 +134,6 @@ class ModelInHand(WithCard):
         from bristle.identification import Determined
         from bristle.report.known_truth import KnownTruth
 
-        draws = whole(1, 1000)(draws, "draws", None)
         best, (logs, axes, settings) = self.best, self._recorded(log)
         parameters = Determined.by_simulated_logs(logs, axes, best, self.treatment, settings, count=draws, progress=progress)
         return KnownTruth(best.name, {parameter.name: parameter for parameter in parameters}, draws)
@@ -238,6 +238,7 @@ class Loaded(ModelInHand):
         return self.summary.get("provenance", {}).get("log") or "", [f"next in rank: {behind}"] * bool(behind)
 
 
+@guarded()
 def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     """Load the results of ``save`` or ``bristle identify --out`` from a folder.
 

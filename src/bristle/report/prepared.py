@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bristle.core import SIZE_LIMIT, Axis, Experiment, InputError, Progress, Readable, Status, Variant, digest, located, size_of
+from bristle.core import SIZE_LIMIT, Axis, Experiment, InputError, Progress, Readable, Status, Variant, digest, guarded, located, size_of
 from bristle.files import FITTED_TO, Planned, Sources, planned_in, read_toml, results_folder
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ class Prepared:
     best: Fit | None
 
 
+@guarded()
 def prepare(
     experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT, progress: Progress | None = None
 ) -> tuple[Prepared, ...]:

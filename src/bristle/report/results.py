@@ -11,7 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.core import Axis, InputError, InputWarning, WithCard, error_text, place_in_own_code
+from bristle.core import Axis, InputError, InputWarning, WithCard, error_text, guarded, place_in_own_code
 from bristle.files import SUMMARY, Results, as_json, log_text, plain, results_folder, write_whole
 from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
@@ -47,6 +47,7 @@ class Result(WithCard):
         """Write the result into an open folder."""
         write_report(folder, self._page(()), self._summary())
 
+    @guarded()
     def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
         """Write the report, one self-contained HTML file.
 
@@ -69,6 +70,7 @@ class Result(WithCard):
             named = figures_named(figures, self.command)
         return write_whole(path, self._page(named))
 
+    @guarded()
     def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
         """Write the result into a folder; `bristle.load` reads the folder of an identification.
 

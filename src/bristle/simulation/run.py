@@ -10,7 +10,7 @@ import numpy as np
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
-from bristle.core.edge import PROGRESS, Progress, guarded
+from bristle.core.edge import Progress, guarded
 from bristle.core.errors import InputError
 from bristle.core.experiment import Start, Variant
 from bristle.core.status import Status
@@ -28,7 +28,7 @@ Motions = tuple[np.ndarray, np.ndarray, np.ndarray]  # position, velocity, accel
 DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 
 
-@guarded(experiment=EXPERIMENT, progress=PROGRESS)
+@guarded(experiment=EXPERIMENT)
 def simulate(experiment: Any, progress: Progress | None = None) -> SimulationResult:
     """Simulate every variant of an experiment.
 

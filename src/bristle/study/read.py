@@ -192,10 +192,10 @@ class _Reader:
             raise InputError(
                 "need values of [vary], and exclude [grid]", path="sobol_indices", mend="Move the values of [grid] to [vary] as a choice"
             )
-        if indices and runs & (runs - 1):
+        if (indices or method == "sobol") and runs & (runs - 1):
             below = 2 ** (runs.bit_length() - 1)
             raise InputError(
-                "must be a power of two for Sobol indices", path="runs", value=runs, mend=f"Write runs = {below} or {2 * below}"
+                "must be a power of two for Sobol sampling", path="runs", value=runs, mend=f"Write runs = {below} or {2 * below}"
             )
         return Sampling(method, seed, tuple(cause.name for cause in causes), runs, indices)
 

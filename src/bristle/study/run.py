@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import InputError, Progress, core_count, optional, whole
+from bristle.core import InputError, Progress, core_count, guarded, optional, whole
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
@@ -30,6 +30,7 @@ class Ran:
         return not self.lost
 
 
+@guarded()
 def run_study(
     study: Study,
     folder: str | Path,

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from bristle.core import InputError, library
+from bristle.core import InputError, guarded, library
 from bristle.files import Growing, as_json, growing_folder, plain, verified
 from bristle.study.plan import Block
 
@@ -213,6 +213,7 @@ def runs_in(folder: str | Path) -> Runs:
     return Runs(described, columns)
 
 
+@guarded()
 def read_study(folder: str | Path) -> Any:
     """Return the runs of a study as a data set of xarray, labelled, with units.
 

@@ -92,6 +92,12 @@ class Recording:
     position: np.ndarray
     effort: np.ndarray
 
+    def __post_init__(self) -> None:
+        rows = len(self.reference)
+        for name in ("position", "effort"):
+            if len(getattr(self, name)) != rows:
+                raise InputError("has more or fewer rows than reference", path=name, value=len(getattr(self, name)), allowed=f"{rows} rows")
+
     @property
     def error(self) -> np.ndarray:
         """Following error [m or rad]."""

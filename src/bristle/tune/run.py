@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import TEXT, Axis, Progress, Variable, amount, cached_property, guarded, whole
+from bristle.core import Axis, Progress, Variable, amount, cached_property, guarded, whole
 from bristle.files import Growing, MachineFile, log_text
 from bristle.logs import Log, read_log
 from bristle.tune.journal import Journal
@@ -25,7 +25,7 @@ REST = 1.0  # before and after each motion [s]
 RECORDS, RESULTS, REFINED, MODEL = "records", "results", "refined", "model.toml"
 
 
-@guarded(models=TEXT, duration=amount(Variable("time", "duration of the excitation", min=1.0)), draws=whole(20, none=True))
+@guarded(duration=amount(Variable("time", "duration of the excitation", min=1.0)), draws=whole(20, none=True))
 @dataclass(frozen=True)
 class Options:
     """Choices of a run: models to identify, duration of the excitation [s], number of simulated logs for intervals."""

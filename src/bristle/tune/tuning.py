@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
-from bristle.core import InputError, InputWarning, Kind, Progress
+from bristle.core import InputError, InputWarning, Kind, Progress, guarded
 from bristle.files import MachineFile, as_json, growing_folder, lock, provenance, read_machine, state_folder
 from bristle.identification import models_of
 from bristle.tune.journal import NAME, Journal
@@ -79,6 +79,7 @@ class Tuning:
         return {"outcome": self.outcome, "code": self.code, "reason": self.reason, "steps": self.facts}
 
 
+@guarded()
 def tune(
     file: MachineFile | str | os.PathLike[str],
     folder: str | os.PathLike[str],
@@ -164,6 +165,7 @@ def _plan(described: MachineFile, used: Machine, journal: Journal, options: Opti
     return plan
 
 
+@guarded()
 def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
     """Restore the machine as it was before the run in a folder, also its non-volatile memory, and prove it by reading back.
 
@@ -192,6 +194,7 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
     return result
 
 
+@guarded()
 def save(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
     """Save the kept feedforward of the run in a folder in the non-volatile memory of its machine, and prove it by reading back.
 

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.contracts import Model, make_model
 from bristle.core.cores import cores_for_simulations
 from bristle.core.diagnostic import HeldOut
-from bristle.core.edge import NAMES, PROGRESS, Progress, among, guarded, instance, whole
+from bristle.core.edge import NAMES, Progress, among, guarded, instance, whole
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
@@ -49,7 +49,6 @@ def fit_table(recorded: Curves) -> Fitted:
     stops=whole(2, 10_000),
     cells=whole(2, 100),
     folds=whole(2, 1000, none=True),
-    progress=PROGRESS,
 )
 @cores_for_simulations()
 def identify_operator(
