@@ -130,10 +130,10 @@ class _Unknown(dict[str, Any]):
 @functools.cache
 def annotated_arguments(function: Callable[..., Any]) -> dict[str, Converter]:
     """Return a converter for each argument of a function whose annotation can be checked."""
-    known = ChainMap(function.__globals__, dict(vars(builtins)), _Unknown())
-    hints = typing.get_type_hints(function, localns=known)
-    found = {name: _of_annotation(hint) for name, hint in hints.items() if name != "return"}
-    return {name: converter for name, converter in found.items() if converter is not None}
+    namespace = ChainMap(function.__globals__, dict(vars(builtins)), _Unknown())
+    hints = typing.get_type_hints(function, localns=namespace)
+    converters = {name: _of_annotation(hint) for name, hint in hints.items() if name != "return"}
+    return {name: converter for name, converter in converters.items() if converter is not None}
 
 
 def _of_annotation(hint: Any) -> Converter | None:
@@ -381,18 +381,13 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
-PATH: Converter = instance((str, PathLike), "a path")
 NAMES: Converter = _names  # Names, in a list or separated by commas
-FUNCTION: Converter = instance(Callable, "a function")  # type: ignore[arg-type]
 Progress = Callable[[float, str], None]  # Function that receives the completed share of the work and the stage in words
 
 
 def between(report: Callable[..., None], low: float, high: float) -> Callable[..., None]:
     """Return the progress report of a stage, from the share `low` of the whole work to the share `high`."""
     return lambda share, *words: report(low + (high - low) * share, *words)
-
-
-PROGRESS: Converter = optional(instance(Callable, "a function of the share done and a text"))  # type: ignore[arg-type]
 
 
 KIND: Converter = among(*KINDS)
