@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 from tests.exports.native import library
 
-NEEDED = "needs the grammar of Structured Text for tree-sitter"
-
 FLAGS = ("-std=gnu99", "-O0", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
 C_TYPES = {"lreal": "double", "real": "float", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
 SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
@@ -132,8 +130,9 @@ class StandardError(Exception):
 
 def parsed(text):
     """Return the tree of a text; raise where the grammar does not take it."""
-    grammar = pytest.importorskip("tree_sitter_iec61131_3_st", reason=NEEDED)  # built with a C compiler, which a user may not have
-    tree_sitter = pytest.importorskip("tree_sitter", reason=NEEDED)
+    # The grammar is built with a C compiler, which a user may not have.
+    needed = ("tree_sitter_iec61131_3_st", "tree_sitter")
+    grammar, tree_sitter = (pytest.importorskip(name, reason="needs the grammar of Structured Text for tree-sitter") for name in needed)
     parser = tree_sitter.Parser(tree_sitter.Language(grammar.language()))
     root = parser.parse(text.encode()).root_node
     if root.has_error:

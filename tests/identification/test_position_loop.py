@@ -11,6 +11,7 @@ from tests.golden.logs import emps
 import bristle as br
 from bristle.demo import axis_simulated
 from bristle.identification.position_loop import stiffness_in, stiffness_of
+from bristle.prediction.claims import reach_of
 
 GAINS = {"k_p": 60.0, "k_v": 5000.0, "k_i": 2e5}
 LAYERED = br.controllers.sliding_mode(J=20.0, lambda_=50.0, K_1=900.0, K_2=0.5, phi=0.01)
@@ -63,8 +64,12 @@ def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
 
 def test_a_treatment_states_the_stiffness_of_its_loop():
     log = log_of_a_loop()
-    treatment = br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment
-    assert treatment["stiffness"] == stiffness_in(log).value
+    assert br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["stiffness"] == stiffness_in(log).value
+
+
+def test_a_friction_that_grows_without_bound_has_no_reach():
+    friction = br.friction.bouc_wen_classic(alpha=5e4, gamma=1e3, delta=-2e3, beta=1e3, nu=1.0)
+    assert reach_of(friction, None, {"stiffness": 1e6}) is None
 
 
 def test_a_log_without_reference_or_of_another_effort_has_no_stiffness():

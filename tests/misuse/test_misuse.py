@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from tests.misuse.proper import Call, axis, calls, experiment, parts, recorded, 
 from tests.misuse.values import MOSTLY, NEVER, Column, Evasive, Hostile
 
 import bristle as br
-from bristle import comparison, engine, exports, figures, fleet, friction, hysteresis, logs, plants, prediction, tune
+from bristle import comparison, engine, exports, figures, fleet, friction, hysteresis, logs, plants, prediction, references, tune
 from bristle.core import Axis, Experiment, Feedforward, InputError, Run, unit_of
 from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
@@ -185,7 +184,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 
 
 P, PLAY, TURNING = parts(), hysteresis.play(r=1e-6), friction.coulomb(F_C="1 N*m")
-FAST = np.full(20, 200.0)
+FAST, FALL, QUICK = np.full(20, 200.0), (np.linspace(1.0, -1.0, 9),) * 2, references.sine(amplitude=1e-3, frequency=2000.0)
 REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("mass: has no effect on c", lambda out: br.export(P["friction"], "c", out, mass=3.0)),
     ("mass: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0)),
@@ -231,13 +230,19 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("friction: is of another kind of axis", lambda out: engine.run_batch(P["plant"], [P["friction"], TURNING], FAST, 1e-3)),
     ("per_cycle: has other names than traces", lambda out: figures.drift({"a": (FAST, FAST)}, {"b": 1.0})),
     ("traces.a: needs a force for each position", lambda out: figures.drift({"a": (FAST, FAST[1:])}, {"a": 1.0})),
-    ("distance: out of range", lambda out: figures.friction_after_reversals(SimpleNamespace(traces=None, plant=P["plant"]), -1.0)),  # type: ignore[arg-type]
+    ("distance: out of range", lambda out: figures.friction_after_reversals(type("Fit", (), {"traces": None, "plant": P["plant"]}), -1.0)),  # type: ignore[arg-type]
     ("operator: has no turning points", lambda out: figures.preisach_plane(P["friction"], [1.0])),
     ("form: is not a valid choice", lambda out: figures.figure_file(Figure(), "svgg", "a")),
     ("figure: must be a figure", lambda out: figures.figure_file(5, "svg", "a")),  # type: ignore[arg-type]
     ("position: has more or fewer rows", lambda out: tune.Recording(np.zeros(5), np.zeros(3), np.zeros(5))),
     ("model: must be a pair", lambda out: br.excite(axis(), model=(P["plant"], P["friction"], P["friction"]))),
     (r"model\[1\]: must be a friction", lambda out: br.excite(axis(), model=(None, P["plant"]))),
+    ("curves: contains two curves from the same turn", lambda out: hysteresis.from_reversal_curves([FALL, FALL])),
+    ("signal: contains values that are not finite", lambda out: logs.low_passed(np.full(99, math.nan), 50.0, 1e-3)),
+    ("step: out of range", lambda out: br.export(P["friction"], "c", out, step=1e9)),
+    ("reference.frequency: is not sampled", lambda out: br.simulate(Experiment("q", "translational", replace(variant(), reference=QUICK)))),
+    ("fit: must be a model with its traces", lambda out: figures.friction_after_reversals(5)),  # type: ignore[arg-type]
+    ("target my: has no valid tunable", lambda out: exports.Target(name="my", description="d", write=print, tunable=1)),  # type: ignore[arg-type]
     ("fastest: out of range", lambda out: Widget(P["friction"], fastest=-1.0)),
     ("folder: must be a path", lambda out: br.load(5)),  # type: ignore[arg-type]
     (r"columns\[0\]: is empty", lambda out: plants.with_terms(plants.PLANTS["inertia"], columns=("",))),

@@ -12,7 +12,7 @@ from bristle.arm.files import arm_scene, with_inertias
 from bristle.arm.motion import Motion, motion_of
 from bristle.arm.parameters import Dynamics, identify_dynamics, joints_with_springs
 from bristle.arm.robot import Robot, read_robot
-from bristle.core import SIZE_LIMIT, Axis, Content, InputError, KnownColumn, Model, Readable, cached_property, content_of, guarded
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, KnownColumn, Model, Readable, cached_property, content_of, guarded, located
 from bristle.files import as_toml, axes_in, joints_in, read_axis, write_whole
 from bristle.logs import Channel, Log, read_log
 
@@ -105,7 +105,8 @@ def identify_arm(log: Readable, robot: Readable, axis: Readable, *, size_limit: 
     """
     described = content_of(axis)
     tables = joints_in(described)
-    file = content_of(robot)
+    with located("robot"):
+        file = content_of(robot)
     axes, moved = axes_in(described), read_robot(file).of(list(tables))
     logs, motion = read_joints(log, axes, size_limit=size_limit)
     tables = {name: {"kind": log.kind, **table} for (name, table), log in zip(tables.items(), logs, strict=True)}

@@ -57,7 +57,7 @@ class Exported:
 
 @guarded(
     model=lambda value, path, kind: value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind),
-    step=PERIOD,
+    step=amount(Variable("time", "time step", min=0.0, max=1e3), exclusive=True),
     points=whole(2, 1000),
     speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")),

@@ -218,6 +218,7 @@ class Target:
             "write": (callable(self.write), "a function of a Request"),
             "write_law": (self.write_law is None or callable(self.write_law), "a function of a law, a name and a source"),
             "reads": (self.reads is None or callable(self.reads), "a function of files and a Request"),
+            "tunable": (isinstance(self.tunable, bool), "True or False"),
             "rest": (self.rest in ("", "held", "middle"), "held, middle, or empty text"),
         }
         for name, (is_valid, allowed) in needed.items():

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
-from bristle.core import Variable, amount
+from bristle.core import InputError, Variable, amount
 from bristle.figures import style
 from bristle.figures.drawing import label, shortened_apart
 from bristle.figures.following_error import at_worst_reversal, loops_of
@@ -233,6 +233,8 @@ def friction_after_reversals(fit: Fit, distance: float = 0.0, *, large: bool = F
     large : bool
         Whether it is the large picture of a log without sliding.
     """
+    if not hasattr(fit, "traces"):
+        raise InputError("must be a model with its traces", path="fit", value=fit, mend="Give br.identify(...).best")
     traces, kind = fit.traces, fit.plant.kind
     distance = DISTANCE(distance, "distance", kind)
     size: style.Look = {"height": TALL} if large else {"height": LOW, "across": SIDE}

@@ -108,6 +108,8 @@ def from_reversal_curves(
     # Each mirrored curve rises; sorted by the turn.
     read = sorted((_curve(u, f, -1.0, index) for index, (u, f) in enumerate(curves)), key=lambda curve: -curve.u[0])
     alphas = np.array([-curve.u[0] for curve in read])
+    if np.any(np.diff(alphas) <= 0.0):
+        raise InputError("contains two curves from the same turn", path="curves", value=f"{alphas.tolist()}")
     extent = max(float(alphas[-1]), *(float(curve.u[-1]) for curve in read))
     (alpha, beta, d), table = _nodes(extent, rows, columns), np.zeros((rows, columns))
     drops, following = alpha - beta, np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1)

@@ -45,7 +45,12 @@ def is_number(cell: str, decimal_comma: bool) -> bool:
     """Return whether a cell is a number."""
     if decimal_comma and "." not in cell:
         cell = cell.replace(",", ".", 1)
-    return bool(_NUMBER.fullmatch(cell))
+    try:
+        float(cell)
+    except ValueError:
+        return bool(_NUMBER.fullmatch(cell))
+    # Python also reads digits of other scripts, and 1_000.
+    return cell.isascii() and "_" not in cell
 
 
 def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:

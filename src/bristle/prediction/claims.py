@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.engine.contact import steady_force
 from bristle.friction.slots import whole_parts
 from bristle.identification.position_loop import stiffness_of
@@ -63,10 +64,13 @@ def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, 
     """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
     of_law = None if controller is None else stiffness_of(controller)
     stiffness = treatment.get("stiffness") if of_law is None else of_law.value
-    level = level_of(friction, fastest)
-    if not stiffness or level <= NO_FRICTION:
+    if not stiffness:
         return None
-    return level / stiffness
+    try:
+        level = level_of(friction, fastest)
+    except InputError:  # its output grows without bound
+        return None
+    return level / stiffness if level > NO_FRICTION else None
 
 
 def rule_for(friction: Model, reach: float | None) -> Rule:

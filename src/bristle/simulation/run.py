@@ -90,6 +90,10 @@ def seeded(model: Model, run: int) -> Model:
 def planned_motion(variant: Variant) -> Motions:
     """Return desired position, velocity and acceleration, at each sample and for the delay after the last."""
     run = variant.run
+    frequency = variant.reference.values.get("frequency", 0.0)
+    if 2.0 * frequency * run.sample_time >= 1.0:
+        allowed = f"< {0.5 / run.sample_time:g} Hz, half the sample rate"
+        raise InputError("is not sampled often enough", path="reference.frequency", value=frequency, allowed=allowed)
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
     return variant.reference.component.sample(t, variant.reference.parameters)
 

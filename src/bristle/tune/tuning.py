@@ -121,6 +121,8 @@ def tune(
     """
     described, options = file if isinstance(file, MachineFile) else read_machine(file), options or Options()
     models_of(options.models)
+    if machine is not None and not callable(getattr(machine, "writes", None)):
+        raise InputError("must be a machine", path="machine", value=machine, mend="Give an object with the methods of bristle.tune.Machine")
     path = Path(folder).absolute()
     link = Connection(described.machine, described.settings, described.source.absolute(), described.axis.kind)
     with _only_run(link, path, notes=move), _held(machine, link, allow_code=allow_code) as used:
