@@ -4,6 +4,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -153,9 +154,21 @@ class _Columns(NamedTuple):
 
 
 def _columns_of(cells: Sequence[str], decimal_comma: bool) -> _Columns:
-    filled = frozenset(column for column, cell in enumerate(cells) if cell)
+    filled = frozenset(compress(range(len(cells)), cells))
+    if _are_numbers(cells):
+        return _Columns(filled, frozenset())
     numbers = frozenset(column for column in filled if is_number(cells[column], decimal_comma))
     return _Columns(numbers, filled - numbers)
+
+
+def _are_numbers(cells: Sequence[str]) -> bool:
+    """Return whether `is_number` holds for each cell, in one pass; False if that is not certain."""
+    text = "".join(cells)
+    try:
+        list(map(float, cells))
+    except ValueError:
+        return False
+    return text.isascii() and "_" not in text
 
 
 def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
