@@ -59,6 +59,8 @@ def test_encodings_and_units_in_the_header(encoding):
     [
         ("", ["column_1", "column_2"]),
         ("t,x\n", ["t", "x"]),
+        ("1_1,2_1\n", ["1_1", "2_1"]),  # which Python reads as 11 and 21
+        ("\u0661,\u0662\n", ["\u0661", "\u0662"]),
         ("# t,x\n", ["t", "x"]),
         ('"t","x"\n', ["t", "x"]),
         ("t,x\n\n", ["t", "x"]),
