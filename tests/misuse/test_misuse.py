@@ -233,6 +233,8 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("distance: out of range", lambda out: figures.friction_after_reversals(type("Fit", (), {"traces": None, "plant": P["plant"]}), -1.0)),  # type: ignore[arg-type]
     ("operator: has no turning points", lambda out: figures.preisach_plane(P["friction"], [1.0])),
     ("form: is not a valid choice", lambda out: figures.figure_file(Figure(), "svgg", "a")),
+    ("title: must be text", lambda out: figures.figure_file(Figure(), "svg", 5)),  # type: ignore[arg-type]
+    ("log: must be a log", lambda out: figures.log_over_time({})),  # type: ignore[arg-type]
     ("figure: must be a figure", lambda out: figures.figure_file(5, "svg", "a")),  # type: ignore[arg-type]
     ("position: has more or fewer rows", lambda out: tune.Recording(np.zeros(5), np.zeros(3), np.zeros(5))),
     ("model: must be a pair", lambda out: br.excite(axis(), model=(P["plant"], P["friction"], P["friction"]))),

@@ -53,6 +53,8 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     """
     if not isinstance(figure, Figure):
         raise InputError("must be a figure of matplotlib", path="figure", value=figure)
+    if not isinstance(title, str):
+        raise InputError("must be text", path="title", value=title)
     if form not in DATELESS:
         raise InputError("is not a valid choice", path="form", value=form, allowed=", ".join(DATELESS))
     out = io.BytesIO()

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core import Kind
+from bristle.core import InputError, Kind
 from bristle.figures import style
 from bristle.figures.first_screen import LOW, SIDE, TALL
 from bristle.figures.report_figure import shown
@@ -92,6 +92,8 @@ def effort_over_velocity(log: Log) -> Figure:
 @style.styled
 def log_over_time(log: Log) -> Figure:
     """Return position, velocity and effort of a log over time, a panel each; the slope of the position for a missing velocity."""
+    if not hasattr(log, "sample_time"):
+        raise InputError("must be a log", path="log", value=log, mend="Read it first: br.read_log(...)")
     time, position, reach = log.time.values, log.position.values, max(round(SLOPE / log.sample_time), 1)
     span, slope = time[reach:] - time[:-reach], position[reach:] - position[:-reach]
     velocity = np.where(span < 1.5 * reach * log.sample_time, slope / span, np.nan)  # not across a gap
