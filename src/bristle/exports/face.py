@@ -153,7 +153,7 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    options = {"mass": mass, "table": table, "points": points != POINTS, "step": step != PERIOD(STEP, "step", None), "speed": speed}
+    options = {"mass": mass, "table": table, "points": points != POINTS, "step": step != STEP, "speed": speed}
     of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "info": info, "derivatives": derivatives}
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
@@ -165,7 +165,9 @@ def export(
             product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
         else:
             if axis is not None and axis.kind != model.kind:
-                raise InputError("is of another kind than the model", path="axis", value=axis.kind, allowed=model.kind)
+                raise InputError(
+                    "is of another kind than the model", path="axis.kind", value=axis.kind, allowed=model.kind, mend="Set the kind"
+                )
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
             unused = (key for key in USERS if target.name in TARGETS and target.name not in USERS[key])

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from bristle.core.edge import amount, guarded, is_finite, vector
+from bristle.core.edge import amount, guarded, vector
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
@@ -19,8 +19,6 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     """Return signals, shape (..., sample), after a zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfilt
 
-    if not is_finite(signal):
-        raise InputError("contains values that are not finite", path="signal", mend="Remove NaN and infinity")
     if not 2.0 * cutoff * sample_time < 1.0:
         raise InputError("is above half the sample rate", path="cutoff", value=cutoff, allowed=f"< {0.5 / sample_time:g} Hz")
     sections, settled, edge, _ = butterworth(cutoff, sample_time)
