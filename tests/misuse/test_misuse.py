@@ -184,7 +184,7 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 
 
 P, PLAY, TURNING = parts(), hysteresis.play(r=1e-6), friction.coulomb(F_C="1 N*m")
-FAST, FALL, QUICK = np.full(20, 200.0), (np.linspace(1.0, -1.0, 9),) * 2, references.sine(amplitude=1e-3, frequency=2000.0)
+FAST, FALL, QUICK = np.full(20, 200.0), (np.linspace(1.0, -1.0, 9),) * 2, references.chirp(amplitude=1e-3, f_0=1.0, f_1=2e3, duration=1.0)
 REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("mass: has no effect on c", lambda out: br.export(P["friction"], "c", out, mass=3.0)),
     ("mass: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0)),
@@ -206,6 +206,7 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("source: must be an object of class Source", lambda out: br.export(P["friction"], "c", out, source=5)),  # type: ignore[arg-type]
     ("tunable: must be True or False", lambda out: br.export(P["friction"], "c", out, tunable=1)),  # type: ignore[arg-type]
     ("step: has no effect on mjcf", lambda out: br.export(P["friction"], "mjcf", out, step=1e-3)),
+    ("speed: has no effect on wasm", lambda out: br.export(P["friction"], "wasm", out, speed=0.1)),
     ("speed: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, speed=0.1)),
     ("table: applies to a plant with a screw", lambda out: br.export(P["friction"], "fmu3", out, table=P["friction"])),
     ("axis.kind: is of another kind than", lambda out: br.export(P["friction"], "c", out, axis=Axis(kind="rotational"))),
@@ -241,7 +242,7 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     (r"model\[1\]: must be a friction", lambda out: br.excite(axis(), model=(None, P["plant"]))),
     ("curves: contains two curves from the same turn", lambda out: hysteresis.from_reversal_curves([FALL, FALL])),
     ("step: out of range", lambda out: br.export(P["friction"], "c", out, step=1e9)),
-    ("reference.frequency: is not sampled", lambda out: br.simulate(Experiment("q", "translational", replace(variant(), reference=QUICK)))),
+    ("reference.f_1: is not sampled", lambda out: br.simulate(Experiment("q", "translational", replace(variant(), reference=QUICK)))),
     ("fit: must be a model with its traces", lambda out: figures.friction_after_reversals(5)),  # type: ignore[arg-type]
     ("target my: has no valid tunable", lambda out: exports.Target(name="my", description="d", write=print, tunable=1)),  # type: ignore[arg-type]
     ("fastest: out of range", lambda out: Widget(P["friction"], fastest=-1.0)),
@@ -293,6 +294,7 @@ ALIKE: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("friction_along", {"velocity": [1, 1, 1], "dt": "1 ms"}, {}),
     ("with_presliding", {"distance": "1 um"}, {}),
     ("substeps_for", {"sample_time": "1 ms"}, {}),
+    ("with_terms", {"gravity": np.True_}, {"gravity": True}),
     ("Run", {"duration": "1000 ms", "sample_time": "1 ms", "effort_limit": "5 N", "settle": "0.1 s"}, {}),
     ("Run", {"effort_limit": "5 N*m"}, {}),
     ("Feedforward", {"mass": "1000 g", "limit": "5 N"}, {}),

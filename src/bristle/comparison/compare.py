@@ -97,7 +97,7 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     if window is not None:
         longest = min(cycle.recording.motion.size * cycle.recording.sample_time for cycle in cycles)
         if not 0.0 < window <= longest:
-            raise InputError("is longer than a log", path="window", value=window, allowed=f"up to {longest:.3g} s")
+            raise InputError("out of range", path="window", value=window, allowed=f"up to {longest:.3g} s, the shortest log")
         return max(round(window / cycles[0].recording.sample_time), 1)
     turns = [turns for turns in {id(cycle.recording): cycle.recording.turns for cycle in cycles}.values() if turns.size]
     between = np.concatenate([np.empty(0), *map(np.diff, turns)])

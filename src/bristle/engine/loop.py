@@ -7,7 +7,7 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOT_KNOWN, Model, Reference
-from bristle.core.edge import Amount, among, amount, array, guarded, instance, model, optional, whole
+from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
@@ -233,7 +233,6 @@ def run_open_loop(
     table=optional(FRICTION),
     sensor_at=among(*SIDES),
     steps=STEPS,
-    compensator=optional(instance(Compensator, "an object of class Compensator")),
     injected=optional(array()),
     disturbance=optional(array()),
     limit=amount(Variable("force", "largest effort", min=0.0), endless=True),

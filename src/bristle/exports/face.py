@@ -8,7 +8,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional, whole
+from bristle.core.edge import Amount, among, amount, guarded, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Variable
@@ -60,7 +60,6 @@ class Exported:
     step=amount(Variable("time", "time step", min=0.0, max=1e3), exclusive=True),
     points=whole(2, 1000),
     speed=amount(Variable("length/time", "largest speed", min=0.0)),
-    axis=optional(instance(Axis, "an axis")),
     mass=optional(amount(Variable("mass", "moving mass or inertia", min=0.0), exclusive=True)),
     plant=optional(model("plant")),
     table=optional(model("friction")),

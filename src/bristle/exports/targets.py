@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
 
 
+VALID_NAME = re.compile("[a-z][a-z0-9_]{0,40}")
 NAME = "axis_x"  # The default name of an export
 
 
@@ -213,7 +214,7 @@ class Target:
         from bristle.core.errors import InputError
 
         needed = {
-            "name": (isinstance(self.name, str) and re.fullmatch("[a-z][a-z0-9_]{0,40}", self.name), "small letters, digits and _"),
+            "name": (isinstance(self.name, str) and VALID_NAME.fullmatch(self.name), "small letters, digits and _"),
             "description": (isinstance(self.description, str) and self.description.strip(), "a sentence"),
             "write": (callable(self.write), "a function of a Request"),
             "write_law": (self.write_law is None or callable(self.write_law), "a function of a law, a name and a source"),

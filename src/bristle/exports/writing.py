@@ -1,6 +1,5 @@
 """Export of a model: checks of the request, the target's `write`, and checks of the product."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +12,7 @@ from bristle.exports.described import Source, hash_of_law, hash_of_model
 from bristle.exports.effect import FAR, Effect, effect_of_files, effect_of_law, length_text, with_best_rule
 from bristle.exports.law import law_of
 from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
-from bristle.exports.targets import TARGETS, Product, Request, Target
+from bristle.exports.targets import TARGETS, VALID_NAME, Product, Request, Target
 from bristle.exports.tunable import refuse_beyond_single, single_note
 from bristle.files.owned import is_plain
 from bristle.files.permission import code_at
@@ -60,7 +59,6 @@ SAID_OF_REST = {
     "held": "at rest (v = 0) the model keeps the force of the last direction; --rest middle writes the mean of both directions",
     "middle": "at rest (v = 0) the model gives the mean of both directions; --rest held writes the force of the last direction",
 }
-NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
 def target_named(name: str | Target) -> Target:
@@ -287,7 +285,7 @@ def law_for(
 
 def name_for(text: str) -> str:
     """Return a valid name for files, types and functions."""
-    if not NAME.fullmatch(text) or text in RESERVED:
+    if not VALID_NAME.fullmatch(text) or text in RESERVED:
         raise InputError(
             "cannot name a function", path="name", value=text, allowed="small letters, digits and _, a letter first, not a keyword of C"
         )

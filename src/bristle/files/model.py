@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.content import Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
-from bristle.core.edge import array, guarded, instance, many, mapping, model, optional
+from bristle.core.edge import array, guarded, many, mapping, model, optional
 from bristle.core.errors import InputError, located
 from bristle.core.experiment import COUPLING
 from bristle.core.slot import Slot
@@ -105,7 +105,6 @@ def _with(*names: str) -> Converter:
 @guarded(
     plant=optional(model("plant")),
     friction=model("friction"),
-    provenance=optional(instance(Mapping, "a dictionary")),
     treatment=optional(_treatment),
     estimates=many(_with("std", "status", "interval")),
     bands=optional(_with("draws", "scatter", "noise")),

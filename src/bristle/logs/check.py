@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number, Severity
-from bristle.core.edge import guarded, instance, optional
+from bristle.core.edge import guarded, instance
 from bristle.logs.channel import LogData, clear_step
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, SAME_SCALE, SAME_SIGNAL, CheckThresholds, Look, likeness_of
@@ -205,11 +205,7 @@ RECORDED = (
 """Codes of faults of a recording, whatever its use; readers find the last ones."""
 
 
-@guarded(
-    log=instance(LogData, "a log", "Write read_log(...)"),
-    axis=optional(instance(Axis, "an axis")),
-    settings=instance(CheckThresholds, "thresholds"),
-)
+@guarded(log=instance(LogData, "a log", "Write read_log(...)"), settings=instance(CheckThresholds, "thresholds"))
 def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
     """Return contradictions within a log, and between the log and its axis; call it before a fit.
 

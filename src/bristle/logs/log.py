@@ -11,7 +11,7 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import CHANNELS, OF_COUPLING, Axis, Column, Injected
-from bristle.core.edge import KIND, amount, guarded, instance, optional
+from bristle.core.edge import KIND, amount, guarded, optional
 from bristle.core.errors import InputError, did_you_mean, error_text
 from bristle.core.tabular import of_upper_layer
 from bristle.core.values import shown
@@ -33,7 +33,6 @@ MEND = 'Give a data frame or a dictionary with the columns "time", "position" an
 
 
 @guarded(
-    axis=optional(instance(Axis, "an axis")),
     kind=optional(KIND),
     sample_time=optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True)),
     columns=lambda columns, path, kind: table_of(columns),

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.edge import guarded, instance, optional
+from bristle.core.edge import guarded, instance
 from bristle.logs.log import Log
 from bristle.logs.turns import Leg, graininess, legs_of, rests_of
 
 
-@guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
+@guarded(log=instance(Log, "a log", "Write read_log(...)"))
 def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     """Return the experiments in a log, in order.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.edge import guarded, instance, optional
+from bristle.core.edge import guarded
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
@@ -28,7 +28,7 @@ class Summary(NamedTuple):
     passages: tuple[Passage, ...] = ()
 
 
-@guarded(axis=optional(instance(Axis, "an axis")))
+@guarded()
 def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> dict[str, Any]:
     """Return a summary of a log, as plain data.
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.edge import guarded, instance
+from bristle.core.edge import guarded
 from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
@@ -160,7 +160,7 @@ class Assessment:
         return tuple(diagnostics)
 
 
-@guarded(variant=instance(Variant, "an object of class Variant"))
+@guarded()
 def assess(variant: Variant) -> Assessment:
     """Return the assessment of the linear loops of a variant.
 
@@ -256,7 +256,7 @@ def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSyst
     return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
 
 
-@guarded(experiment=instance(Experiment, "an object of class Experiment"))
+@guarded()
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
     """Return the experiment without the variants whose loop diverges, and the assessment of each closed loop."""
     judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import guarded, instance
+from bristle.core.edge import guarded
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
 from bristle.loop.assessment import motion_of
@@ -54,7 +54,7 @@ class Budget:
     runs: int
 
 
-@guarded(variant=instance(Variant, "an object of class Variant"))
+@guarded()
 def error_budget(variant: Variant, progress: Callable[[float, str], None] | None = None) -> Budget:
     """Return the error budget of a loop.
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, make_model
-from bristle.core.edge import amount, guarded, instance, optional
+from bristle.core.edge import amount, guarded, optional
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.least_squares import unbounded
 from bristle.core.status import Status
@@ -199,7 +199,7 @@ class Delays(NamedTuple):
         return sum(self)
 
 
-@guarded(variant=instance(Variant, "an object of class Variant"))
+@guarded()
 def delays_of(variant: Variant) -> Delays:
     r"""Return the parts of the delay of a loop.
 
@@ -270,10 +270,7 @@ class Proposal:
         return math.inf if self.following_error is None else self.following_error.peak_to_peak
 
 
-@guarded(
-    variant=instance(Variant, "an object of class Variant"),
-    bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)),
-)
+@guarded(bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)))
 def proposals_for(
     variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
 ) -> tuple[Proposal, ...]:

@@ -56,9 +56,7 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
     return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
 
 
-@guarded(
-    feedforward=instance(Feedforward, "an object of class Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD
-)
+@guarded(position=array(least=2), acceleration=array(least=2), dt=PERIOD)
 def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
     """Return the effort fed forward along a desired trajectory, for the step after each sample.
 
@@ -81,9 +79,7 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     return motor_feedforward(feedforward, position, acceleration, dt).effort
 
 
-@guarded(
-    feedforward=instance(Feedforward, "an object of class Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD
-)
+@guarded(position=array(least=2), acceleration=array(least=2), dt=PERIOD)
 def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
     r"""Return the position of the motor that moves a table behind an elastic screw along a desired trajectory.
 

@@ -90,10 +90,12 @@ def seeded(model: Model, run: int) -> Model:
 def planned_motion(variant: Variant) -> Motions:
     """Return desired position, velocity and acceleration, at each sample and for the delay after the last."""
     run = variant.run
-    frequency = variant.reference.values.get("frequency", 0.0)
-    if 2.0 * frequency * run.sample_time >= 1.0:
-        allowed = f"< {0.5 / run.sample_time:g} Hz, half the sample rate"
-        raise InputError("is not sampled often enough", path="reference.frequency", value=frequency, allowed=allowed)
+    for name, variable in variant.reference.component.variables.items():
+        frequency = variant.reference.values[name]
+        if variable.quantity == "frequency" and 2.0 * frequency * run.sample_time >= 1.0:
+            raise InputError(
+                "is not sampled often enough", path=f"reference.{name}", value=frequency, allowed=f"< {0.5 / run.sample_time:g} Hz"
+            )
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
     return variant.reference.component.sample(t, variant.reference.parameters)
 
