@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import settings, strategies
 from markupsafe import Markup
 
 from bristle import controllers, friction, plants
@@ -90,12 +90,12 @@ def build_workbench(kind: Kind) -> Workbench:
     identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis, draws=0)
     best = identified.best
     looped = simulate(compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage"))
-    predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
-    return Workbench(axis, log, identified, drive_table(best), looped, predicted)
+    return Workbench(axis, log, identified, drive_table(best), looped, predict(best.plant, best.friction, log, axis, "closed-loop"))
 
 
 def pytest_collection_finish():
-    """Never look again through what stays to the end."""
+    """Let Hypothesis make its table of characters, which costs the first test two seconds; never look again through what stays."""
+    strategies.text().validate()
     gc.freeze()
 
 
