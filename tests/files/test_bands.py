@@ -8,10 +8,10 @@ import pytest
 from bristle import friction, plants
 from bristle.core import InputError
 from bristle.files import read_model
-from bristle.files.model import write_model
+from bristle.files.model import NUMBERS, write_model
 from bristle.identification.simulated_bands import Bands
 
-BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 0.2, 1.2, 3e-6, 4e-5)
+BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.3, 0.2, 1.2, 3e-6, 4e-5)
 MODEL = friction.find("coulomb_viscous")(F_C=8.0, F_v=40.0)
 
 
@@ -23,7 +23,7 @@ def written(path, bands=BANDS):
 def test_bands_survive_a_round_trip(tmp_path):
     bands = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
     numbers = ("scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop", "count")
-    assert [getattr(bands, name) for name in numbers] == [0.05, 0.1, 0.0, 0.2, 1.2, 3e-6, 4e-5, 3]
+    assert [getattr(bands, name) for name in numbers] == [0.05, 0.1, 0.3, 0.2, 1.2, 3e-6, 4e-5, 3]
     for name, values in BANDS.draws.items():
         np.testing.assert_allclose(bands.draws[name], values)
 
@@ -43,7 +43,7 @@ def test_a_file_without_bands_gives_no_bands(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "named"),
     [
-        ("scatter = 0.05", "scatter = -1.0", "bands.scatter"),
+        *((f"{name} = ", f"{name} = -", f"bands.{name}") for name in NUMBERS),
         ("noise = 0.1", "noise = true", "bands.noise"),
         ("lasting = ", "# lasting = ", "bands.lasting: is missing"),
         ("left_in_open_loop = ", "# left_in_open_loop = ", "bands.left_in_open_loop: is missing"),

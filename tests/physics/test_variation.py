@@ -40,6 +40,11 @@ def test_the_force_of_a_screw_comes_once_a_turn():
     assert force[500:] == pytest.approx(force[:-500], abs=1e-9)
 
 
+def test_the_ripple_of_a_step_is_that_of_its_middle():
+    rippled = find("coulomb+ripple")(F_C=10.0, pitch=0.2, h_s1=4.0)
+    assert force_along(rippled, np.array([1.0]), 0.1)[0] == pytest.approx(10.0 + 4.0 * np.sin(2.0 * np.pi * 0.05 / 0.2))
+
+
 @pytest.mark.parametrize(
     ("around", "factor"), [({}, 1.0), ({"load": 1.5}, 1.45), ({"load": 1.5, "temperature": 303.15}, 1.25), ({"temperature": 500.0}, 0.0)]
 )
