@@ -145,9 +145,7 @@ def test_the_fastest_sweep_is_at_speed_after_an_eighth_of_the_travel(jerk):
 
 def test_ten_velocities_follow_each_other_by_the_same_factor():
     speeds = speeds_of(stribeck_velocity=1e-2)
-    assert len(speeds) == 10
-    assert speeds[0] == pytest.approx(2e-3)
-    assert speeds[-1] == pytest.approx(0.25)
+    assert (len(speeds), speeds[0], speeds[-1]) == pytest.approx((10, 2e-3, 0.25))
     assert np.diff(np.log(speeds)) == pytest.approx(math.log(125.0) / 9.0)
 
 

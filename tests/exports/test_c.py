@@ -784,10 +784,9 @@ def test_a_line_of_more_than_110_letters_breaks_after_a_comma_or_before_an_opera
     assert wrapped(line, "") == lines
 
 
-def test_a_used_name_gets_the_first_free_number_from_two():
-    assert free_name("f", {"g"}) == "f"
-    assert free_name("f", {"f"}) == "f_2"
-    assert free_name("f", {"f", "f_2", "f_4"}) == "f_3"
+@pytest.mark.parametrize(("used", "free"), [({"g"}, "f"), ({"f"}, "f_2"), ({"f", "f_2", "f_4"}, "f_3")])
+def test_a_used_name_gets_the_first_free_number_from_two(used, free):
+    assert free_name("f", used) == free
 
 
 def test_an_element_contains_text_and_then_further_elements():

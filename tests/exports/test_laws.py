@@ -526,9 +526,7 @@ def test_the_header_states_numbers_that_come_from_the_motion():
 
 def test_parameters_of_both_sides_can_change():
     tuned = tunable_law(law_of(screwed_variant("both"), tunable=True))
-    assert tuned.values["table_F_C"] == 200.0
-    assert tuned.values["friction_F_C"] == 0.05
-    assert tuned.values["feedforward_M"] == 150.0
+    assert [tuned.values[name] for name in ("table_F_C", "friction_F_C", "feedforward_M")] == [200.0, 0.05, 150.0]
     units = {name: variable.unit("rotational") for name, variable in tuned.variables.items()}
     assert (units["friction_F_C"], units["table_F_C"], units["feedforward_M"]) == ("N*m", "N", "kg")
     assert (units["feedforward_k"], units["feedforward_arm"], units["feedforward_clear"]) == ("N/m", "m/rad", "N")

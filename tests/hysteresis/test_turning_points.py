@@ -12,6 +12,16 @@ from bristle.engine.path import after
 from bristle.hysteresis.turning_points import Stack, branch_at, branch_output, branch_point, branch_slope
 
 
+class Watched(np.ndarray):
+    """A memory that counts what is read of it."""
+
+    reads = 0
+
+    def __getitem__(self, place):
+        Watched.reads += 1
+        return super().__getitem__(place)
+
+
 def stored(operator, path):
     state, memory = after(operator, path)
     return memory[: state.depth].tolist(), state
@@ -40,6 +50,12 @@ def test_turning_points_are_nested_and_closed_loops_remove_theirs(path, points):
 def test_only_a_reversal_beyond_the_tolerance_is_stored(back, points, z):
     found, state = stored(of("dahl_masing", tolerance=1e-3), [1.0, 1.0 - back])
     assert (found, state.z) == (points, z)
+
+
+def test_few_points_are_read_on_a_way_that_forgets_a_hundred():
+    state, memory = after(of("dahl_masing"), hysteresis.conditioned(3.0, 200))
+    assert branch_at(state, memory.view(Watched), 2.0).depth < state.depth - 100
+    assert Watched.reads < 20
 
 
 @pytest.mark.parametrize("capacity", [4, 5, 33])

@@ -394,8 +394,7 @@ def test_the_constant_force_is_the_offset_plus_half_the_difference_of_levels():
     variables, values = model.component.variables, model.values
     assert offset_of(variables, values) == 1.5
     assert constant_of(variables, values) == pytest.approx(3.5)
-    assert offset_of(variables, {}) == 0.0
-    assert offset_of({}, values) == 0.0
+    assert offset_of(variables, {}) == offset_of({}, values) == 0.0
     assert constant_of(coulomb_viscous.variables, {"F_C": 3.0, "F_v": 1.0}) == 0.0
 
 

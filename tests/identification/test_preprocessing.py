@@ -280,10 +280,8 @@ def test_weights_of_samples_in_a_row_keep_a_constant(dataset):
     assert response == pytest.approx(response[::-1], abs=1e-4)
     assert np.argmax(response) == response.size // 2
     assert dataset.rows_of([np.full(4000, 3.0)]) == pytest.approx(3.0)
-    assert dataset.reach == 2 + 10
-    assert replace(dataset, decimation=1).reach == 20
-    assert dataset.bandwidth == 50.0
-    assert replace(dataset, decimation=4).bandwidth == 100.0
+    assert (dataset.reach, dataset.bandwidth) == (2 + 10, 50.0)
+    assert (replace(dataset, decimation=1).reach, replace(dataset, decimation=4).bandwidth) == (20, 100.0)
 
 
 def test_distances_from_reversals_and_rests_count_samples(dataset):

@@ -153,8 +153,7 @@ def test_elements_get_the_curve_of_the_best_start_and_the_search_continues():
 )
 def test_elements_and_curve_alternate_as_long_as_the_error_falls(rounds, count, taken):
     told, (problem, best, elements) = solved(3.0, 1.0, 2.0, *rounds)
-    assert len(told.curves) == 1 + count
-    assert len(told.starts) == 3 + count
+    assert (len(told.curves), len(told.starts)) == (1 + count, 3 + count)
     assert best.cost == min(1.0, *rounds)
     number = 1 if taken is None else 1 + taken
     assert problem.view == number

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
 from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip_point, slip_weight
-from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
+from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope, branch_with
 
 # Newton's method squares the error: neither shows in the force.
 RELATIVE = 1e-7
@@ -175,10 +175,13 @@ def mean_output(stack, memory, u, f, q, scale):
     if abs(u - stack.z) <= FIRST * scale:
         return 0.5 * (stack.f + f)
     z, before, total, longest = stack.z, stack.f, 0.0, math.copysign(FIRST * scale, u - stack.z)
+    branch = branch_at(stack, memory, z + longest)
     for k in range(PARTS):
         if abs(u - z) <= abs(longest) or k == PARTS - 1:
             break
-        after = branch_output(branch_at(stack, memory, z + longest), z + longest, q)
+        if is_beside(branch, branch.side, z + longest):
+            branch = branch_at(stack, memory, z + longest)
+        after = branch_output(branch, z + longest, q)
         total += 0.5 * (before + after) * longest
         z, before = z + longest, after
         longest *= GROWTH
@@ -260,7 +263,7 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
         # So short a step runs along the tangent: its error is of second order.
         after += k * (last - u)
     if (inverse * after - 1.0) * (r - 1.0) < 0.0:
-        change, after, branch = reaching(stack, memory, z, change, after, k, 1.0 / inverse, q, branch)
+        change, after, branch = reaching(stack, memory, z, change, 1.0 / inverse, q)
     return Stroke(f + theta * (after - f), z + change, after, branch)
 
 
@@ -288,24 +291,23 @@ def is_beside(branch, way, u):
 
 
 @kernel(inline=False)
-def reaching(stack, memory, z, far, f, slope, level, q, branch):
-    """Return the `Reached` before `far`, where the force is `f` with this slope and equals `level` [N or N*m]."""
+def reaching(stack, memory, z, far, level, q):
+    """Return the `Reached` between `z` and `far` beyond it, where the force equals `level` [N or N*m].
+
+    The memory names the branch. On a branch the slope falls, so Newton's method comes from the start without passing.
+    """
     way = 1.0 if far > 0.0 else -1.0
-    search = newton_next(newton_from(abs(far), abs(far)), way * (f - level), slope)
-    u, after = z + far, f
+    side = 1.0 if z + far > stack.z else -1.0
+    branch = branch_with(stack, memory, side, memory.size // 2, level)
+    search = newton_from(abs(far), min(max(side * (branch.begin - z), 0.0), abs(far)))
+    u, after, k = z, level, 0.0
     for _ in range(NEWTON_LAST):
-        before = u
         u = z + way * search.x
-        if u == before:
-            break
-        if is_beside(branch, way, u):
-            branch = branch_at(stack, memory, u)
         after, k = branch_point(branch, u, q)
         residual = way * (after - level)
         if k > 0.0 and abs(residual) <= ALONG_TANGENT * abs(level):
-            x = search.x - residual / k
-            last = z + way * x
-            if not is_beside(branch, way, last):
-                return Reached(way * x, after + k * (last - u), branch)
+            return Reached(way * search.x - way * residual / k, level, branch)
         search = newton_next(search, residual, k)
+        if z + way * search.x == u:
+            break
     return Reached(way * search.x, after, branch)

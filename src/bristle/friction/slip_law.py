@@ -103,8 +103,9 @@ def stretch(r, kappa, law):
     """
     if r + kappa <= law.rho:
         return Stretch(0.5 * kappa, kappa)
-    if abs(kappa * (1.0 - slip(r, law))) <= FIRST:
-        return stretch_once(r, kappa, law)
+    slipped = slip(r, law)
+    if abs(kappa * (1.0 - slipped)) <= FIRST:
+        return stretch_once(r, kappa, slipped, law)
     return stretch_in_parts(r, kappa, law)
 
 
@@ -122,11 +123,12 @@ def stretch_in_parts(r, kappa, law):
         left -= part
         at = law.rho
     for k in range(PARTS):
-        free = abs(1.0 - slip(at, law))
+        slipped = slip(at, law)
+        free = abs(1.0 - slipped)
         part = left
         if left * free > longest and k < PARTS - 1:
             part = longest / free
-        stretched = stretch_once(at, part, law)
+        stretched = stretch_once(at, part, slipped, law)
         total += part * (at + stretched.mean_change)
         at += stretched.change
         left -= part
@@ -137,10 +139,10 @@ def stretch_in_parts(r, kappa, law):
 
 
 @kernel
-def stretch_once(r, kappa, law):
+def stretch_once(r, kappa, slipped, law):
     """Return the `Stretch` of a short step, or of a part of a long step."""
     theta = fitted_weight(kappa * slip_weight(r, r + kappa, law))
-    far = kappa * (1.0 - slip(r, law))
+    far = kappa * (1.0 - slipped)
     limit = (1.0 - r) / theta
     far = min(far, limit) if r < 1.0 else max(far, limit)
     way = 1.0 if far > 0.0 else -1.0

@@ -73,26 +73,40 @@ class StackMove(NamedTuple):
 @kernel
 def branch_at(stack, memory, u):
     """Return the branch with the input `u`, reached from ``stack.z`` in one move."""
-    change = u - stack.z
     # By its sign bit: no processor can predict a branch on the direction of the input.
-    side = math.copysign(1.0, change) if change != 0.0 else stack.side
+    side = math.copysign(1.0, u - stack.z) if u != stack.z else stack.side
+    return branch_with(stack, memory, side, 0, u)
+
+
+@kernel
+def branch_with(stack, memory, side, place, value):
+    """Return the branch with an input (`place` 0) or an output (half the memory) of this value, reached in one move."""
     # The point that a reversal would store is ready above the last point.
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
-    while depth >= 2:
-        end = memory[depth - 2]
-        if side * (u - end) >= 0.0:
-            begin = end
-            depth -= 2
-        else:
-            return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
+    if depth >= 2 and side * (value - memory[place + depth - 2]) >= 0.0:
+        depth = points_left(memory, depth - 2, side, place, value)
+        begin = memory[depth]
+    if depth >= 2:
+        return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, memory[depth - 2])
     if depth == 1:
-        end = -memory[0]
-        if side * (u - end) >= 0.0:
-            begin = end
-        else:
-            return Branch(memory[0], memory[memory.size // 2], side, 1, begin, end)
+        if side * (value + memory[place]) < 0.0:
+            return Branch(memory[0], memory[memory.size // 2], side, 1, begin, -memory[0])
+        begin = -memory[0]
     return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
+
+
+@kernel(inline=False)
+def points_left(memory, depth, side, place, value):
+    """Return how many of the points are left on the way to a value: found by halving, for a move may pass hundreds."""
+    wiped, most = 0, int(0.5 * depth)
+    while wiped < most:
+        middle = int(0.5 * (wiped + most))
+        if side * (value - memory[place + depth - 2 * middle - 2]) >= 0.0:
+            wiped = middle + 1
+        else:
+            most = middle
+    return depth - 2 * wiped
 
 
 @kernel
