@@ -30,6 +30,7 @@ from bristle.core.documented import Documented
 from bristle.core.formula import REFERENCE, as_markdown
 from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, unit_of
+from bristle.exports.described import text_of
 from bristle.files.components import key_of
 from bristle.friction import CHANNEL_SLOTS
 from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
@@ -88,7 +89,19 @@ def models() -> str:
         parts.append(f"## {family}")
         parts.append(table(("Name", "Description"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]))
         parts += [part for one in members.values() for part in _member(one)]
-    return page("Models and their parameters", *parts, *slots())
+    return page("Models and their parameters", *parts, *slots(), *cost())
+
+
+def cost() -> tuple[str, ...]:
+    """Return the instructions of a step of each friction model in C."""
+    double, single = json.loads(text_of("shared/instructions.json")).values()
+    rows = [(f"`{name}`", *(str(number) for number in (*double[name], *single[name]))) for name in double]
+    said = (
+        "Instructions of a step in C, in the median and at most, counted under QEMU (gcc 12, `-O2`). The motion consists of hard cases: "
+        "steps from a thousandth of break-away to thousands of it, more reversals than a memory has room for, and long steps that leave "
+        "all of them. No step takes more than ten times the median. Count again with `python -m tests.exports.instructions`."
+    )
+    return "## Cost of a step", said, table(("Model", "Cortex-M7, double", "worst", "Cortex-M4F, `--float32`", "worst"), rows)
 
 
 def slots() -> tuple[str, ...]:

@@ -53,11 +53,9 @@ def test_loops_before_sliding_are_allowed_up_to_a_bound(purpose, allowed, refuse
 @pytest.mark.parametrize("purpose", ["presliding", "break-away"])
 def test_a_conditioning_slide_of_four_presliding_amplitudes_takes_a_second_and_a_half(purpose):
     slide = pieces_of(purpose)[0]
-    assert (slide.name, slide.purpose) == ("conditioning slide", purpose)
-    assert slide.amplitude == pytest.approx(4e-5)
-    assert slide.speed == pytest.approx(1.6e-4 / 1.5)
+    assert (slide.name, slide.purpose, slide.rest) == ("conditioning slide", purpose, 0.2)
+    assert (slide.amplitude, slide.speed) == pytest.approx((4e-5, 1.6e-4 / 1.5))
     assert slide.duration == pytest.approx(1.5, rel=0.2)
-    assert slide.rest == 0.2
     assert np.ptp(slide.sample(np.linspace(0.0, slide.duration, 2001))[0]) == pytest.approx(8e-5, rel=1e-3)
 
 

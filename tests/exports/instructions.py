@@ -1,10 +1,11 @@
 """Instructions of a step on a Cortex-M, its code and its stack, of one build: what the page on the export says of them.
 
-``python -m tests.exports.instructions [MODEL ...]``: a row for each model and core, along the walk of the self-test.
+``python -m tests.exports.instructions [MODEL ...]``: a row for each model and core, along a motion of hard cases.
 """
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -17,8 +18,9 @@ from tests.exports.other_targets import FLAGS, TARGETS
 import bristle as br
 from bristle.exports.subject import PART, RESTS, SEED, subject_of, walk_of
 
-COUNTED = ("lugre", "maxwell_slip", "dahl", "preisach_lugre", "preisach_contact")
+STATED = Path(br.exports.__file__).parent / "templates" / "shared" / "instructions.json"
 STEPS, DT = 20_000, 5e-4
+WORST = 10.0  # times the median: what a step may take
 SHIFT = 10  # an instruction takes 2 to the power of this [ns], which the timer of 25 MHz resolves
 TICKS = 2**SHIFT / 40.0
 NOT_IN_A_STEP = ("_save", "_load", "_start")
@@ -27,13 +29,14 @@ CORES = {"Cortex-M7": False, "Cortex-M4F": True}
 
 
 class Count(NamedTuple):
-    """Instructions of a step, in the mean and at most, in which step that is; bytes of code with constants; of stack.
+    """Instructions of a step, in the mean, in the median and at most, in which step that is; bytes of code; of stack.
 
     All of one object file. That of the stack is the sum over all functions that a step may call, as if each called the
     next.
     """
 
     mean: float
+    median: float
     worst: float
     step: int
     code: int
@@ -65,10 +68,12 @@ def counted(model: br.core.Model, core: str, folder: Path, steps: int = STEPS) -
     count = Path(target.further[0]).with_name("count.c")
     _said([*built, "axis_x.o", str(count), *target.further, start, "-o", "count", "-lm"], folder)
     size = _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder).splitlines()[1].split()[0]
-    mean, worst, step = _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
+    mean, median, worst, step = (
+        int(number) for number in _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
+    )
     frames = [line.split("\t") for line in (folder / "axis_x.su").read_text(encoding="ascii").splitlines()]
     stack = sum(int(size) for place, size, _ in frames if not place.endswith(NOT_IN_A_STEP))
-    return Count(int(mean) / TICKS, int(worst) / TICKS, int(step), int(size), stack)
+    return Count(mean / TICKS, median / TICKS, worst / TICKS, step, int(size), stack)
 
 
 def _said(command: list[str], folder: Path) -> str:
@@ -79,20 +84,28 @@ def _said(command: list[str], folder: Path) -> str:
 
 
 def main() -> int:
-    """Count, and tell."""
+    """Count, tell, and return 1 if a step takes too long or not what files state; with ``--write``, let files state it."""
+    models, wrong = [name for name in sys.argv[1:] if name != "--write"], []
+    stated = json.loads(STATED.read_text(encoding="ascii"))
     for core, single in CORES.items():
         if TARGETS[core].lacking:
             print(f"{core}: not counted, for {TARGETS[core].lacking} is not here")
             continue
         print(f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps")
-        for name in sys.argv[1:] or COUNTED:
+        for name in models or br.friction.MODELS:
             with tempfile.TemporaryDirectory() as place:
                 result = counted(example_with(name), core, Path(place) / "out")
+            told = [round(result.median), round(result.worst)]
+            is_stated = told[1] <= 1.05 * stated[core].get(name, told)[1]
+            wrong += [name] if result.worst > WORST * result.median or not is_stated else []
+            stated[core][name] = told
             print(
-                f"  {name}: mean {result.mean:.0f}, worst {result.worst:.0f} (step {result.step}), "
-                f"{result.code} B of code, {result.stack} B of stack"
+                f"  {name}: mean {result.mean:.0f}, median {told[0]}, worst {told[1]} (step {result.step}), "
+                f"{result.code} B of code, {result.stack} B of stack{'' if is_stated else '; files state less'}"
             )
-    return 0
+    if "--write" in sys.argv:
+        STATED.write_text(json.dumps(stated).replace("], ", "],\n").replace("{", "{\n") + "\n", encoding="ascii")
+    return int(bool(wrong))
 
 
 if __name__ == "__main__":

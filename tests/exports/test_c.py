@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.instructions import counted
+from tests.exports.instructions import WORST, counted
 from tests.exports.native import ALL, COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
 from tests.exports.other_targets import TARGETS, answer, examples
 
@@ -357,19 +357,20 @@ def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("core", "name", "mean", "worst", "code"),
+    ("core", "name", "mean", "code"),
     [
-        ("Cortex-M7", "lugre", 250, 300, 2500),
-        ("Cortex-M7", "preisach_lugre", 900, 9000, 18000),
-        ("Cortex-M4F", "preisach_lugre", 1200, 6000, 16000),
+        ("Cortex-M7", "lugre", 250, 2500),
+        ("Cortex-M7", "preisach_lugre", 1300, 18000),
+        ("Cortex-M7", "preisach_contact", 1100, 4500),
+        ("Cortex-M4F", "elastoplastic", 2200, 6000),
     ],
 )
-def test_a_step_fits_the_instruction_budget_of_a_drive(core, name, mean, worst, code, tmp_path):
+def test_a_step_fits_the_instruction_budget_of_a_drive(core, name, mean, code, tmp_path):
     if TARGETS[core].lacking:
         pytest.skip(f"needs {TARGETS[core].lacking}")
     result = counted(example_with(name), core, tmp_path / "out", steps=20_000)
     assert result.mean < mean
-    assert result.worst < worst
+    assert result.worst <= WORST * result.median
     assert result.code < code
     assert result.stack <= 1024
 
@@ -801,7 +802,7 @@ def test_rounds_of_bounded_loops_are_counted():
     until = t.While(t.Compare(TRUTH, "<", SPEED, SPEED), [counted])
     unit = t.Unit([void_of(name="none"), void_of(until, open_end, open_start, name="many", description="of `x`")])
     assert loops_of(unit, 21) == [
-        {"function": "many", "description": "of x", "most": "5, half of the stored turning points"},
+        {"function": "many", "description": "of x", "most": "3, which halve the stored turning points"},
         {"function": "many", "description": "of x", "most": "5"},
         {"function": "many", "description": "of x", "most": "the number in its argument"},
         {"function": "many", "description": "of x", "most": "the number in its argument"},

@@ -22,13 +22,13 @@ from bristle.exports.described import (
     copyright_line,
     hash_of_law,
     hash_of_model,
-    licence_text,
     meaning_of,
     meaning_within,
     model_facts,
     model_version,
     parameter_table,
     plain,
+    text_of,
     version,
     with_rights,
 )
@@ -302,7 +302,7 @@ def hash_of(subject):
 
 
 def test_the_licence_is_that_of_the_package():
-    assert licence_text() == (ROOT / "LICENSE").read_text(encoding="ascii")
+    assert text_of("shared/LICENSE.txt") == (ROOT / "LICENSE").read_text(encoding="ascii")
 
 
 @pytest.mark.parametrize(

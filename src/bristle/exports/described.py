@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import re
 import textwrap
@@ -90,7 +91,7 @@ def model_facts(subject: Subject, name: str, source: Source, dt: float, *, singl
     entering, leaving = (component.input, component.output) if operator else ("length", "force")
     title = "Hysteresis operator" if operator else "Friction of an axis"
     return (
-        {"name": name, "version": version(), "title": plain(f"{title}: {model.name}")}
+        {"name": name, "model": model.name, "version": version(), "title": plain(f"{title}: {model.name}")}
         | {"description": f"{plain(component.description)}.", "operator": operator, "rest": rest_rule(model), "facts": source.lines}
         | {"table": parameter_table(model, source).rstrip(), "loops": loops_of(subject.unit, subject.memory_size)}
         | {"unit_x": unit_of(entering, model.kind), "unit_force": unit_of(leaving, model.kind), "dt": repr(dt), "rate": f"{1.0 / dt:g}"}
@@ -142,6 +143,7 @@ def _environment() -> jinja2.Environment:
         loader=jinja2.PackageLoader("bristle.exports"), autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
     )
     environment.filters["folded"] = folded
+    environment.globals["instructions"] = json.loads(text_of("shared/instructions.json"))
     return environment
 
 
@@ -184,14 +186,14 @@ def model_version(source: Source) -> str:
 
 
 @cache
-def licence_text() -> str:
-    """Return the licence of the text that bristle writes."""
-    return (resources.files("bristle.exports") / "templates" / "shared" / "LICENSE.txt").read_text(encoding="ascii")
+def text_of(path: str) -> str:
+    """Return a file that lies among the templates, such as the licence of the text that bristle writes."""
+    return (resources.files("bristle.exports") / "templates" / path).read_text(encoding="utf-8")
 
 
 def copyright_line() -> str:
     """Return the copyright line of the text that bristle writes."""
-    return next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
+    return next(line for line in text_of("shared/LICENSE.txt").splitlines() if line.startswith("Copyright"))
 
 
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:

@@ -12,7 +12,6 @@ import uuid
 import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +22,7 @@ from bristle.engine.screwed import through_screw
 from bristle.exports.c import FLAGS, compiler
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
-from bristle.exports.described import Source, hash_of_model, hash_on_plant, licence_text, plain, rendered, version, with_rights
+from bristle.exports.described import Source, hash_of_model, hash_on_plant, plain, rendered, text_of, version, with_rights
 from bristle.exports.fmu_content import MARGIN, RATE, START, Content, Setting, content_of, content_of_law
 from bristle.exports.fmu_description import build_text, description_text
 from bristle.exports.law import Law
@@ -124,7 +123,7 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
     built = libraries(name, sources, fmi)
     inside: dict[str, str | bytes] = {
         "modelDescription.xml": description_text(content, setting, token),
-        "documentation/licenses/license.txt": licence_text(),
+        "documentation/licenses/license.txt": text_of("shared/LICENSE.txt"),
     }
     inside |= {f"sources/{file}": text for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()}
     inside |= {"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}
@@ -261,8 +260,4 @@ def _absent(source: str, fmi: int) -> str:
 
 def header_text(name: str) -> str:
     """Return a header of the standard, or their licence."""
-    return _text(f"headers/{name}")
-
-
-def _text(name: str) -> str:
-    return (resources.files("bristle.exports") / "templates" / "fmu" / name).read_text(encoding="utf-8")
+    return text_of(f"fmu/headers/{name}")

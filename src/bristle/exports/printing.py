@@ -73,7 +73,7 @@ def loops_of(unit: Unit, memory_size: int) -> list[dict[str, str]]:
     for function in unit.functions:
         for loop in walk(function.body):
             if isinstance(loop, While):
-                most = f"{memory_size // 4}, half of the stored turning points"
+                most = f"{(memory_size // 4).bit_length()}, which halve the stored turning points"
             elif not isinstance(loop, For):
                 continue
             elif isinstance(loop.start, Constant) and isinstance(loop.stop, Constant):

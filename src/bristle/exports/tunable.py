@@ -39,7 +39,7 @@ _OF_MATHEMATICS = (
 CONSTANTS: dict[tuple[str, float], float] = (
     {(name, getattr(mathematics, name)): value for name, value in _OF_MATHEMATICS.items()}
     | {("RELATIVE", deflection.RELATIVE): 1e-5, ("OF_SLIDING", deflection.OF_SLIDING): 1e-5, ("TOLERANCE", deflection.TOLERANCE): 1e-7}
-    | {("SHORTEST", deflection.SHORTEST): 1e-30, ("TOLERANCE", slip_law.TOLERANCE): 1e-5}
+    | {("SHORTEST", deflection.SHORTEST): 1e-30, ("TOLERANCE", slip_law.TOLERANCE): 1e-4}
     | {("BEYOND", BEYOND): 1e18, ("FAR", everett.FAR): 1e18}
 )
 """By the name of a constant and its value in double precision."""

@@ -150,10 +150,11 @@ def stretch_once(r, kappa, slipped, law):
     for _ in range(NEWTON_LAST):
         mean = r + theta * way * search.x
         slipped, slope = slip_point(mean, law)
-        residual = search.x - way * kappa * (1.0 - slipped)
+        before = search.x
+        residual = before - way * kappa * (1.0 - slipped)
         search = newton_next(search, residual, 1.0 + kappa * theta * slope)
         # The residual rises with a slope of at least 1: the distance to the root is at most the residual.
-        if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE:
+        if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE or search.x == before:
             break
     # Motion at constant velocity never passes sliding; a step long enough to pass it ends there.
     change = min(way * search.x, 1.0 - r) if r < 1.0 else max(way * search.x, 1.0 - r)

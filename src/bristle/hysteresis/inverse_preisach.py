@@ -21,7 +21,7 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
 from bristle.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
 from bristle.hysteresis.preisach import Parameters as Forward, commit as forward_commit, measure, memory_size
-from bristle.hysteresis.turning_points import Branch, Stack, StackMove, branch_output
+from bristle.hysteresis.turning_points import Stack, StackMove, branch_output, branch_with
 
 ITERATIONS = 100
 ROUNDING = 4.440892098500626e-16
@@ -34,21 +34,8 @@ class Parameters(Forward):
 @kernel
 def branch_toward(stack, memory, f):
     """Return the branch with the output `f`, reached from ``stack.f`` in one move."""
-    change = f - stack.f
-    side = math.copysign(1.0, change) if change != 0.0 else stack.side
-    capacity = memory.size // 2
-    depth = stack.depth + int(side * stack.side < 0.0)
-    begin = stack.z
-    while depth >= 2 and side * (f - memory[capacity + depth - 2]) >= 0.0:
-        begin = memory[depth - 2]
-        depth -= 2
-    if depth == 1 and side * (f + memory[capacity]) >= 0.0:
-        begin = -memory[0]
-        depth = 0
-    if depth == 0:
-        return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
-    end = memory[depth - 2] if depth >= 2 else -memory[0]
-    return Branch(memory[depth - 1], memory[capacity + depth - 1], side, depth, begin, end)
+    side = math.copysign(1.0, f - stack.f) if f != stack.f else stack.side
+    return branch_with(stack, memory, side, memory.size // 2, f)
 
 
 @kernel

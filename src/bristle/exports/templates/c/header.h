@@ -3,6 +3,8 @@
    {{ description }}
 {% for line in facts %}   {{ line | folded('   ') }}
 {% endfor %}
+   {% filter folded("   ") %}{% include "c/cost.txt" %}{% endfilter %}
+
    Written by bristle {{ version }}. Build with {{ flags }}: fused multiply-add changes the last bits of the results,
    and {{ name }}_selftest.c then fails.
 
