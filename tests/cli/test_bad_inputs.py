@@ -169,6 +169,8 @@ COMMAND_LINES = [
     Bad("law of no such variant", ("none",), (*LAW, "--variant", "nome")),
     Bad("step of a law", ("applies to a model only",), (*LAW, "--variant", "none", "--step", "1 ms")),
     Bad("law beside a model", ("either a model or a law",), (*LAW, "model.toml")),
+    Bad("step of a scene", ("--step: has no effect on --to mjcf",), (*EXPORT, "mjcf", "--step", "1 ms")),
+    Bad("entries of C", ("--points: has no effect on --to c",), (*EXPORT, "c", "--points", "3")),
     Bad("variant of a model", ("applies to --law only",), (*EXPORT, "c", "--variant", "none")),
     Bad("neither model nor law", ("either a model or a law",), ("export", "--to", "c", "--out", "out")),
 ]

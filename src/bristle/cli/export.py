@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Speed = Annotated[
     str | None, typer.Option(metavar="SPEED", help="Largest speed in the table; by default the largest speed of the fitted log.")
 ]
+POINTS = 20
 Points = Annotated[
     int, typer.Option(metavar="COUNT", help="Largest number of table entries. With --to table, 3 selects single values, not a curve.")
 ]
@@ -65,7 +66,7 @@ def export(
     derivatives: Annotated[bool, typer.Option("--derivatives", help="Also write the derivatives of the force.")] = False,
     axis: AxisFile = None,
     speed: Speed = None,
-    points: Points = 20,
+    points: Points = POINTS,
     log: LogOfTable = None,
     rest: Rest = None,
     hal_mode: HalMode = None,
@@ -82,6 +83,7 @@ def export(
     --law writes the control law of one variant of an experiment: its controller with all feedforward.
     """
     from bristle.core import InputError
+    from bristle.exports.face import useless
     from bristle.report.exported import export_model_file
 
     read = model if law is None else law
@@ -92,6 +94,8 @@ def export(
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest, "derivatives": derivatives}
     refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
+    given = {"step": step, "speed": speed, "points": points != POINTS}
+    refuse({f"--{option}": given[option] for option in useless(to) if option in given}, f"has no effect on --to {to}")
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
     else:

@@ -63,9 +63,13 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 
 
 def _scope(subject: Subject) -> dict[str, Any]:
-    nominal = {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
-    solve = {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
-    return vars(dispatch) | globals() | nominal | solve | {"State": subject.state.cls, "Motion": subject.motion.cls}
+    return (
+        vars(dispatch)
+        | globals()
+        | {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
+        | {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
+        | {"State": subject.state.cls, "Motion": subject.motion.cls}
+    )
 
 
 ALONG = """

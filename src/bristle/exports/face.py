@@ -169,8 +169,7 @@ def export(
                 )
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            unused = (key for key in USERS if target.name in TARGETS and target.name not in USERS[key])
-            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in unused})
+            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in useless(target.name)})
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             if table is not None and (plant is None or plant.component.screw is None):
                 raise InputError(
@@ -181,6 +180,11 @@ def export(
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)
+
+
+def useless(target: str) -> list[str]:
+    """Return the options that have no effect on a target; a target of your own may use each of them."""
+    return [key for key, users in USERS.items() if target in TARGETS and target not in users]
 
 
 def _refuse_given(reason: str, options: Mapping[str, Any]) -> None:
