@@ -299,7 +299,7 @@ def test_an_export_neither_compiles_nor_loads_a_compiler(tmp_path, monkeypatch):
     br.export(br.friction.coulomb(F_C=2.0), "c", tmp_path / "out")
 
 
-SINGLE = {"lugre": ALL, "maxwell_stribeck": ("asymmetry",), "preisach_contact": ("asymmetry",)}
+SINGLE = {"lugre": ALL, "maxwell_stribeck": ("asymmetry",), "preisach_contact": ("asymmetry",), "elastoplastic": ()}
 
 
 @pytest.fixture(scope="module")
