@@ -259,9 +259,7 @@ def test_the_treatment_of_a_log_is_reported_in_numbers():
     assert result.best.doubted == result.best.effective == ()
     traded = replace(result.best, diagnostics=(Diagnostic("one_speed", numbers={"names": ("F_v", "F_X")}),))
     lacks = replace(result.best, diagnostics=(Diagnostic("structure", numbers={"names": ("F_C",)}),))
-    assert lacks.effective == ("F_C",)
-    assert lacks.doubted == ()
-    assert traded.doubted == ("F_v",)
+    assert (lacks.effective, lacks.doubted, traded.doubted) == (("F_C",), (), ("F_v",))
 
 
 def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(monkeypatch):

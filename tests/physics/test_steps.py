@@ -88,6 +88,12 @@ def test_a_long_step_is_the_mean_of_its_parts(model):
         assert forces(model, v, DT)[-1] == pytest.approx(fine, abs=share * 28.0), distance
 
 
+def test_a_gate_that_opens_within_a_step_bends_the_force_smoothly():
+    model, v = preisach_lugre(**preisach_lugre.example), np.full(125, 1.2e-4)
+    fine = forces(model, np.repeat(v, 20), DT / 20).reshape(-1, 20).mean(axis=1)
+    assert forces(model, v, DT) == pytest.approx(fine, abs=0.03)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
 def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
