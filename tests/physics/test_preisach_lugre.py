@@ -70,9 +70,8 @@ def test_units_may_be_text_and_names_may_be_written_by_hand():
         sigma_2="2 mN*m*s/rad",
         transition="paper",
     )
-    assert model.kind == "rotational"
+    assert (model.kind, model.values["transition"]) == ("rotational", "paper")
     assert model.parameters == composite("paper").parameters
-    assert model.values["transition"] == "paper"
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
