@@ -318,9 +318,12 @@ def test_gains_are_listed_with_feedforward_of_friction_and_mass():
     assert lines(controller=law, feedforward=Feedforward(friction=contact, gain=0.5))[1:] == [
         f"friction feedforward: coulomb × 0.5, along the {Feedforward().along} motion"
     ]
+    fades = Feedforward(friction=contact, gain=0.9, scaled="contact", return_distance=1e-6)  # a reach of 8 N over 3.2e5 N/m
+    assert lines(controller=law, feedforward=fades)[1].endswith("; it helps quick moves of 75 µm or more with rests up to 0.3 s")
     assert lines(controller=law, feedforward=Feedforward()) == whole[:1]
-    at_motor = lines(controller=law, feedforward=Feedforward(), axis=Axis(arm=0.8e-3))
-    assert at_motor == ["law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"]
+    assert lines(controller=law, feedforward=Feedforward(), axis=Axis(arm=0.8e-3)) == [
+        "law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"
+    ]
 
 
 def test_loops_with_the_same_warning_share_a_line():

@@ -83,7 +83,7 @@ def export(
     --law writes the control law of one variant of an experiment: its controller with all feedforward.
     """
     from bristle.core import InputError
-    from bristle.exports.face import useless
+    from bristle.exports import target_named
     from bristle.report.exported import export_model_file
 
     read = model if law is None else law
@@ -94,8 +94,6 @@ def export(
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest, "derivatives": derivatives}
     refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
-    given = {"step": step, "speed": speed, "points": points != POINTS}
-    refuse({f"--{option}": given[option] for option in useless(to) if option in given}, f"has no effect on --to {to}")
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
     else:
@@ -106,6 +104,8 @@ def export(
         from bristle.exports import load_target_file
 
         target = loaded_code([to], load_target_file)[0][0]
+    given = {"step": step, "speed": speed, "points": points != POINTS}
+    refuse({f"--{option}": given[option] for option in target_named(target).useless if option in given}, f"has no effect on --to {to}")
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
     of_model |= {"mode": hal_mode} if hal_mode else {}

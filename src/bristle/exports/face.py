@@ -16,21 +16,12 @@ from bristle.engine.checks import PERIOD
 from bristle.exports.described import Source
 from bristle.exports.effect import Effect
 from bristle.exports.moves import moved_by
-from bristle.exports.targets import NAME, TARGETS, Product, Request, Target
+from bristle.exports.targets import NAME, Product, Request, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for, target_named
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 
 STEP, POINTS = 5e-4, 20  # [s], and of a table
-WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}
-WITHOUT_SPEED = {"wasm", "cuda", "warp", "casadi", "mjcf", "fmu2", "fmu3"}
-USERS = {  # the targets of options
-    "mass": {"mjcf"},
-    "points": {"table", "tf5200"},
-    "table": {"fmu2", "fmu3"},
-    "step": TARGETS.keys() - WITHOUT_STEP,
-    "speed": TARGETS.keys() - WITHOUT_SPEED,
-}
 
 
 @dataclass(frozen=True)
@@ -169,7 +160,7 @@ def export(
                 )
             recorded = None if log is None else log_and_axis(log, axis)[0]
             others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in useless(target.name)})
+            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in target.useless})
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             if table is not None and (plant is None or plant.component.screw is None):
                 raise InputError(
@@ -180,11 +171,6 @@ def export(
         for file, content in product.files.items():
             folder.write(file, content)
     return Exported(Path(out), tuple(product.files), product.notes, product.effect)
-
-
-def useless(target: str) -> list[str]:
-    """Return the options that have no effect on a target; a target of your own may use each of them."""
-    return [key for key, users in USERS.items() if target in TARGETS and target not in users]
 
 
 def _refuse_given(reason: str, options: Mapping[str, Any]) -> None:

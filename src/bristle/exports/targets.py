@@ -234,6 +234,11 @@ class Target:
         """Module of the target."""
         return self.write.__module__
 
+    @property
+    def useless(self) -> list[str]:
+        """Options without effect on a target of bristle; a target of your own may use each of them."""
+        return [key for key, users in USERS.items() if self.name in TARGETS and self.name not in users]
+
 
 def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., Any]:
     """Return a function of a module of the exports; its first call loads the module."""
@@ -308,3 +313,12 @@ _LISTED = (
     *(_target(f"fmu{fmi}", f"FMU {fmi}", "middle", "tunable", _OF_FMU, _FMU.format(fmi), needs="a compiler", fmi=fmi) for fmi in (2, 3)),
 )
 TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}  # Every target of bristle, by name
+WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}
+WITHOUT_SPEED = {"wasm", "cuda", "warp", "casadi", "mjcf", "fmu2", "fmu3"}
+USERS = {  # the targets of options
+    "mass": {"mjcf"},
+    "points": {"table", "tf5200"},
+    "table": {"fmu2", "fmu3"},
+    "step": TARGETS.keys() - WITHOUT_STEP,
+    "speed": TARGETS.keys() - WITHOUT_SPEED,
+}

@@ -95,8 +95,7 @@ class Compensation(NamedTuple):
 
 def compensation_of(friction: Model, axis: Axis | None, treatment: Mapping[str, Any]) -> Compensation:
     """Return how a friction is fed forward in the loop of a log, known from its control law or from the treatment of the log."""
-    controller = None if axis is None else axis.controller
-    reach = reach_of(friction, controller, treatment)
+    reach = reach_of(friction, (axis or Axis()).controller, treatment)
     return Compensation(rule_for(friction, reach), reach, claims_for(reach))
 
 
@@ -105,9 +104,8 @@ def lateness_of(axis: Axis | None, treatment: Mapping[str, Any]) -> float:
 
     A recorded effort that precedes the motion (a negative delay) shows it. An effort that is recorded late belongs to the logger.
     """
-    delay = treatment.get("delay", 0.0) + (axis.delay if axis is not None else 0.0)
-    stated = axis.lag if axis is not None else 0.0
-    return max(0.0, -delay, treatment.get("lag") or stated)
+    stated = axis or Axis()
+    return max(0.0, -treatment.get("delay", 0.0) - stated.delay, treatment.get("lag") or stated.lag)
 
 
 class Lateness(NamedTuple):

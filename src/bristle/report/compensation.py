@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -269,6 +269,11 @@ def closing_sentences(result: SimulationResult) -> list[str]:
     elif rank is not None and len(result.variants) > 1:
         best = [f"No variant is better than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."]
     return [*gained[:-1], *best, *gained[-1:]]
+
+
+def helped_text(claims: Sequence[Any], kind: Kind) -> str:
+    """Return the moves that a feedforward helps as the end of a sentence, nothing without a promise."""
+    return "".join(f"; it helps {claim.text(length_text(claim.least_distance, kind))}" for claim in claims)
 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:

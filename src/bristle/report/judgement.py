@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
 from bristle.prediction import compensation_of, first_gain, level_values
+from bristle.report.compensation import helped_text
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text
@@ -153,9 +154,7 @@ def _feedforward_text(identification: Identification) -> str:
         return "not judged, because the model was fitted to the position"
     compensation = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment)
     if gain := first_gain(fit, compensation):
-        lengths = [length_text(claim.least_distance, fit.friction.kind) for claim in compensation.claims]
-        helped = [f"; it helps {claim.text(length)}" for claim, length in zip(compensation.claims, lengths, strict=True)]
-        return "".join([f"safe to try at gain {gain:g}", *helped])
+        return f"safe to try at gain {gain:g}{helped_text(compensation.claims, fit.friction.kind)}"
     faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
     error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
+from bristle.core import GREEK, Axis, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
 from bristle.files import Said, as_toml, key_of
 from bristle.loop import Assessment
-from bristle.report.compensation import names_text
+from bristle.prediction import compensation_of
+from bristle.report.compensation import helped_text, names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
@@ -139,7 +140,10 @@ def law_lines(variant: Variant) -> list[str]:
     lines = [f"law {law.name}: {', '.join(gains)}"]
     if fed.friction is not None:
         share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
-        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion")
+        promise = compensation_of(fed.friction, Axis(kind=law.kind, controller=law), {})
+        is_kept = fed.return_distance > 0.0 and fed.gain <= promise.rule.gain  # a share that returns after a rest, and no larger one
+        helped = helped_text(promise.claims if is_kept else (), law.kind)
+        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped}")
     if fed.mass > 0.0:
         lines.append(f"inertia feedforward: acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))}")
     return lines
