@@ -104,8 +104,8 @@ def export(
         from bristle.exports import load_target_file
 
         target = loaded_code([to], load_target_file)[0][0]
-    given = {"step": step, "speed": speed, "points": points != POINTS}
-    refuse({f"--{option}": given[option] for option in target_named(target).useless if option in given}, f"has no effect on --to {to}")
+    stated = {"step": step, "speed": speed, "points": points != POINTS}
+    refuse({f"--{option}": stated[option] for option in target_named(target).useless if option in stated}, f"has no effect on --to {to}")
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
     of_model |= {"mode": hal_mode} if hal_mode else {}
