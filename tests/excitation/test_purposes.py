@@ -54,8 +54,8 @@ def test_loops_before_sliding_are_allowed_up_to_a_bound(purpose, allowed, refuse
 def test_a_conditioning_slide_of_four_presliding_amplitudes_takes_a_second_and_a_half(purpose):
     slide = pieces_of(purpose)[0]
     assert (slide.name, slide.purpose, slide.rest) == ("conditioning slide", purpose, 0.2)
-    assert (slide.amplitude, slide.speed) == pytest.approx((4e-5, 1.6e-4 / 1.5))
-    assert slide.duration == pytest.approx(1.5, rel=0.2)
+    assert (slide.amplitude, slide.duration) == (pytest.approx(4e-5), pytest.approx(1.5, rel=0.2))
+    assert slide.speed == pytest.approx(1.6e-4 / 1.5)
     assert np.ptp(slide.sample(np.linspace(0.0, slide.duration, 2001))[0]) == pytest.approx(8e-5, rel=1e-3)
 
 
@@ -143,7 +143,7 @@ def test_the_fastest_sweep_is_at_speed_after_an_eighth_of_the_travel(jerk):
 
 def test_ten_velocities_follow_each_other_by_the_same_factor():
     speeds = speeds_of(stribeck_velocity=1e-2)
-    assert (len(speeds), speeds[0], speeds[-1]) == pytest.approx((10, 2e-3, 0.25))
+    assert (len(speeds), speeds[0], speeds[-1]) == (10, pytest.approx(2e-3), pytest.approx(0.25))
     assert np.diff(np.log(speeds)) == pytest.approx(math.log(125.0) / 9.0)
 
 

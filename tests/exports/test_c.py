@@ -362,6 +362,7 @@ def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
         ("Cortex-M7", "lugre", 250, 2500),
         ("Cortex-M7", "preisach_lugre", 1300, 18000),
         ("Cortex-M7", "preisach_contact", 1100, 4500),
+        ("Cortex-M4F", "preisach_lugre", 1600, 16000),
         ("Cortex-M4F", "elastoplastic", 2200, 6000),
     ],
 )

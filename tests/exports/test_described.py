@@ -229,7 +229,7 @@ def test_options_become_a_request(requested, tmp_path):
     br.export(COULOMB, "c", tmp_path / "out", accept_harm=True, tunable=True, float32=True, rest="middle", speed="2 mm/s")
     br.export(COULOMB, replace(TARGETS["c"], name="of_a_person"), tmp_path / "own", mass="2 kg")  # which bristle cannot know to be unused
     (_, request, accept_harm), (_, own, _) = requested
-    assert (request.tunable, request.single, request.rest, request.speed, accept_harm) == (True, True, "middle", own.mass / 1e3, True)
+    assert (request.tunable, request.single, request.rest, request.speed, accept_harm, own.mass) == (True, True, "middle", 2e-3, True, 2.0)
 
 
 @pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])

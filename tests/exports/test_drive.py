@@ -655,7 +655,7 @@ def test_sliding_friction_is_the_mean_of_both_directions():
 
 def test_the_reference_loop_has_no_friction_feedforward_and_the_limits_of_the_axis():
     loop = loop_for(export_request())
-    assert (loop.run.effort_limit, loop.run.sample_time, loop.plant.values["M"]) == pytest.approx((2000.0, DT, MASS))
+    assert (loop.run.effort_limit, loop.run.sample_time, loop.plant.values["M"]) == (pytest.approx(2000.0), DT, MASS)
     assert loop.feedforward.friction is loop_for(export_request(axis=None)) is loop_for(replace(export_request(), plant=None)) is None
     passed = loop_for(replace(export_request(), loop=loop))
     assert passed.plant is loop.plant

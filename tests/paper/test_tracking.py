@@ -217,8 +217,7 @@ def test_errors_of_improved_loops(name, seeds, errors, tolerance):
 def test_five_trials_learn_only_the_repeated_error():
     (learned,) = some("past_a", "learning", seeds=1).values()
     trials = 1e6 * np.array(learned.trials)
-    assert trials.size == 5
-    assert (trials[0], trials[-1]) == pytest.approx((1.39, 0.38), rel=0.12)
+    assert (trials.size, trials[0], trials[-1]) == (5, pytest.approx(1.39, rel=0.12), pytest.approx(0.38, rel=0.12))
     assert learned.following_error.peak_to_peak == learned.trials[-1]
 
 

@@ -318,12 +318,13 @@ def test_gains_are_listed_with_feedforward_of_friction_and_mass():
     assert lines(controller=law, feedforward=Feedforward(friction=contact, gain=0.5))[1:] == [
         f"friction feedforward: coulomb × 0.5, along the {Feedforward().along} motion"
     ]
-    fades = Feedforward(friction=contact, gain=0.9, scaled="contact", return_distance=1e-6)  # a reach of 8 N over 3.2e5 N/m
+    # The reach is 8 N over 3.2e5 N/m.
+    fades = Feedforward(friction=contact, gain=0.9, scaled="contact", return_distance=1e-6, fade_time=0.5)
+    for changes in ({"gain": 1.0}, {"fade_time": math.inf}, {"return_distance": 0.0}):
+        assert "helps" not in lines(controller=law, feedforward=replace(fades, **changes))[1]
     assert lines(controller=law, feedforward=fades)[1].endswith("; it helps quick moves of 75 µm or more with rests up to 0.3 s")
-    assert lines(controller=law, feedforward=Feedforward()) == whole[:1]
-    assert lines(controller=law, feedforward=Feedforward(), axis=Axis(arm=0.8e-3)) == [
-        "law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"
-    ]
+    bare = [lines(controller=law, feedforward=Feedforward(), axis=axis) for axis in (None, Axis(arm=0.8e-3))]
+    assert bare == [whole[:1], ["law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"]]
 
 
 def test_loops_with_the_same_warning_share_a_line():

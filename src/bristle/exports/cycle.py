@@ -63,13 +63,9 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 
 
 def _scope(subject: Subject) -> dict[str, Any]:
-    return (
-        vars(dispatch)
-        | globals()
-        | {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
-        | {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
-        | {"State": subject.state.cls, "Motion": subject.motion.cls}
-    )
+    nominal = {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
+    solve = {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
+    return vars(dispatch) | globals() | nominal | solve | {"State": subject.state.cls, "Motion": subject.motion.cls}
 
 
 ALONG = """

@@ -95,8 +95,9 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     inverse = side / G
     slipped, steepness = slip_point(inverse * stack.f, law)
     far = dx * (1.0 - slipped)
+    still = StackMove(stack.z, stack.f, stack.side, stack.depth)
     if far == 0.0:
-        return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
+        return Deflection(stack.f, 0.0, still)
     if abs(far) <= FIRST * scale:
         branch = branch_at(stack, memory, stack.z + far)
         done = stroke(stack, memory, Start(stack.z, stack.f, steepness), dx, far, inverse, law, q, scale, branch)
@@ -104,7 +105,7 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
         done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
     if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
-        return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
+        return Deflection(done.mean, change, still)
     return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
 
 
@@ -114,7 +115,7 @@ def in_parts(stack, memory, dx, inverse, law, q, scale):
 
     The last part takes the remainder, however short, so the result has no jump as the step grows.
     """
-    first = FIRST * scale if dx > 0.0 else -FIRST * scale
+    first = math.copysign(FIRST * scale, dx)
     run = Run(stack.z, stack.f, branch_at(stack, memory, stack.z + first), dx, 0.0, first)
     if law.rho >= 0.0 and inverse * stack.f <= law.rho:
         run = closed_run(stack, memory, run, inverse, law, q)
@@ -127,12 +128,12 @@ def in_parts(stack, memory, dx, inverse, law, q, scale):
         free = 1.0 - slipped
         part = left
         if abs(left * free) > longest and k < PARTS - 1:
-            part = longest / abs(free) if dx > 0.0 else -longest / abs(free)
+            part = math.copysign(longest / free, dx)
         far = part * free
         if far == 0.0:
             total += f * part
         else:
-            if is_beside(branch, 1.0 if far > 0.0 else -1.0, z + far):
+            if is_beside(branch, math.copysign(1.0, far), z + far):
                 branch = branch_at(stack, memory, z + far)
             start = Start(z, f, steepness)
             stroked = stroke(stack, memory, start, part, far, inverse, law, q, scale, branch)
@@ -147,11 +148,10 @@ def in_parts(stack, memory, dx, inverse, law, q, scale):
 def closed_run(stack, memory, run, inverse, law, q):
     """Return the `Run` up to the part in which the gate opens: before it the contact does not slip."""
     z, f, branch, left, total, part = run
-    way = 1.0 if left > 0.0 else -1.0
+    way = math.copysign(1.0, left)
     for _ in range(PARTS):
-        rest = left - part
-        if way * rest <= 0.0:
-            part, rest = left, 0.0
+        if way * (left - part) <= 0.0:
+            part = left
         u = z + part
         if way * (u - branch.end) >= 0.0:
             branch = branch_at(stack, memory, u)
@@ -159,7 +159,8 @@ def closed_run(stack, memory, run, inverse, law, q):
         if inverse * end > law.rho:
             break
         total += (f + 0.5 * (end - f)) * part
-        z, f, left = u, end, rest
+        z, f = u, end
+        left -= part
         if left == 0.0:
             break
         part *= GROWTH
@@ -209,7 +210,7 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
     """
     z, f = start.z, start.f
     r = inverse * f
-    way = 1.0 if far > 0.0 else -1.0
+    way = math.copysign(1.0, far)
     travel, reach = abs(dx * inverse), abs(far)
     # The chord of the curve has no jump where a loop is wiped out; the tangent at the start has a jump.
     ahead = z + CHORD * far
@@ -296,18 +297,16 @@ def reaching(stack, memory, z, far, level, q):
 
     The memory names the branch. On a branch the slope falls, so Newton's method comes from the start without passing.
     """
-    way = 1.0 if far > 0.0 else -1.0
-    side = 1.0 if z + far > stack.z else -1.0
+    way = math.copysign(1.0, far)
+    side = math.copysign(1.0, z + far - stack.z)
     branch = branch_with(stack, memory, side, memory.size // 2, level)
-    search = newton_from(abs(far), min(max(side * (branch.begin - z), 0.0), abs(far)))
-    u, after, k = z, level, 0.0
+    search = newton_from(abs(far), max(side * (branch.begin - z), 0.0))
     for _ in range(NEWTON_LAST):
-        u = z + way * search.x
-        after, k = branch_point(branch, u, q)
+        before = search.x
+        after, k = branch_point(branch, z + way * before, q)
         residual = way * (after - level)
-        if k > 0.0 and abs(residual) <= ALONG_TANGENT * abs(level):
-            return Reached(way * search.x - way * residual / k, level, branch)
         search = newton_next(search, residual, k)
-        if z + way * search.x == u:
+        # The last step runs along the tangent: its error is of second order.
+        if abs(residual) <= ALONG_TANGENT * abs(level) or search.x == before:
             break
-    return Reached(way * search.x, after, branch)
+    return Reached(way * search.x, level, branch)

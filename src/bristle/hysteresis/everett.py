@@ -61,7 +61,8 @@ def loop_tip_slope(k):
     """Return the derivative of `loop_tip`."""
     near = min(k, FAR)
     root = math.sqrt(1.0 + near * (6.0 + near))
-    return (1.0 - 2.0 * near / (root + 1.0 + near)) / root
+    tip = 2.0 * near / (root + 1.0 + near)
+    return (1.0 - tip) / root
 
 
 @kernel

@@ -85,7 +85,7 @@ def branch_with(stack, memory, side, place, value):
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
     if depth >= 2 and side * (value - memory[place + depth - 2]) >= 0.0:
-        depth = points_left(memory, depth - 2, side, place, value)
+        depth -= 2 * pairs_passed(memory, place + depth - 2, int(0.5 * depth), side, value)
         begin = memory[depth]
     if depth >= 2:
         return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, memory[depth - 2])
@@ -97,16 +97,16 @@ def branch_with(stack, memory, side, place, value):
 
 
 @kernel(inline=False)
-def points_left(memory, depth, side, place, value):
-    """Return how many of the points are left on the way to a value: found by halving, for a move may pass hundreds."""
-    wiped, most = 0, int(0.5 * depth)
-    while wiped < most:
-        middle = int(0.5 * (wiped + most))
-        if side * (value - memory[place + depth - 2 * middle - 2]) >= 0.0:
-            wiped = middle + 1
+def pairs_passed(memory, top, pairs, side, value):
+    """Return how many pairs of points from `top` down the way to a value passes: found by halving, for they may be hundreds."""
+    passed = 0
+    while passed < pairs:
+        middle = int(0.5 * (passed + pairs))
+        if side * (value - memory[top - 2 * middle]) >= 0.0:
+            passed = middle + 1
         else:
-            most = middle
-    return depth - 2 * wiped
+            pairs = middle
+    return passed
 
 
 @kernel

@@ -141,7 +141,8 @@ def law_lines(variant: Variant) -> list[str]:
     if fed.friction is not None:
         share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
         promise = compensation_of(fed.friction, Axis(kind=law.kind, controller=law), {})
-        is_kept = fed.return_distance > 0.0 and fed.gain <= promise.rule.gain  # a share that returns after a rest, and no larger one
+        returns = fed.return_distance > 0.0 and fed.fade_time <= promise.rule.fade_time
+        is_kept = returns and fed.gain <= promise.rule.gain
         helped = helped_text(promise.claims if is_kept else (), law.kind)
         lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped}")
     if fed.mass > 0.0:
