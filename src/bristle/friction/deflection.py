@@ -95,9 +95,9 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
     inverse = side / G
     slipped, steepness = slip_point(inverse * stack.f, law)
     far = dx * (1.0 - slipped)
-    still = StackMove(stack.z, stack.f, stack.side, stack.depth)
+    unmoved = StackMove(stack.z, stack.f, stack.side, stack.depth)
     if far == 0.0:
-        return Deflection(stack.f, 0.0, still)
+        return Deflection(stack.f, 0.0, unmoved)
     if abs(far) <= FIRST * scale:
         branch = branch_at(stack, memory, stack.z + far)
         done = stroke(stack, memory, Start(stack.z, stack.f, steepness), dx, far, inverse, law, q, scale, branch)
@@ -105,7 +105,7 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
         done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
     if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
-        return Deflection(done.mean, change, still)
+        return Deflection(done.mean, change, unmoved)
     return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
 
 
