@@ -640,12 +640,10 @@ def test_the_command_line_prints_and_writes_the_effect(tmp_path, capsys):
 
 def test_the_turning_distance_comes_from_the_model_the_axis_or_an_assumption():
     known = axis_from(SERVO | {"plant": {"presliding": "30 um"}})
-    distance, assumed = turning_distance(LUGRE, known, 0.1)
-    assert not assumed
-    assert distance == pytest.approx(reversal_distance(LUGRE, 0.1))
-    assert turning_distance(FALLING, known, 0.1) == (pytest.approx(3e-5), False)
-    assert turning_distance(FALLING, AXIS, 0.1) == turning_distance(FALLING, None, 0.1) == (1e-5, True)
-    assert turning_distance(br.friction.coulomb(kind="rotational", F_C=1.0), None, 0.1) == (2e-4, True)
+    assert turning_distance(LUGRE, known, 0.1) == (pytest.approx(reversal_distance(LUGRE, 0.1)), 0.0)
+    assert turning_distance(FALLING, known, 0.1) == (pytest.approx(3e-5), 0.0)
+    assert turning_distance(FALLING, AXIS, 0.1) == turning_distance(FALLING, None, 0.1) == (1e-5, 1e-5)
+    assert turning_distance(br.friction.coulomb(kind="rotational", F_C=1.0), None, 0.1) == (2e-4, 2e-4)
 
 
 def test_sliding_friction_is_the_mean_of_both_directions():

@@ -238,10 +238,11 @@ def test_first_page_of_a_kept_loop_has_no_comparison():
 @pytest.mark.parametrize(("runs", "words"), [(1, "one run each."), (3, "3 runs each.")])
 def test_page_of_a_design_has_the_values_of_the_recommended_loop_and_its_runs(monkeypatch, runs, words):
     seen = seen_by(monkeypatch, report)
-    monkeypatch.setattr(report, "law_lines", lambda variant: [variant.name])
+    monkeypatch.setattr(report, "law_lines", lambda variant, claims: [variant.name, *claims])
+    monkeypatch.setattr(report, "promise_of_law", lambda variant: ["promised"])
     report.design_report(made(budget=budget(*ENTRIES, runs=runs)))
     gains, causes, *_ = seen["sections"]
-    assert gains.blocks[2:4] == ["The values of the loop tuned:", report.Block("items", ["tuned"])]
+    assert gains.blocks[2:4] == ["The values of the loop tuned:", report.Block("items", ["tuned", "promised"])]
     assert causes.blocks[0].endswith(words)
     report.design_report(made(proposal("as it is", 8e-6), budget=None))
     assert seen["sections"][0].blocks[2] == "The values of the loop plain:"

@@ -14,6 +14,7 @@ from tests.stand_ins import Loop
 
 from bristle import controllers, friction
 from bristle.core import Axis, Diagnostic, Feedforward, Status, number, units
+from bristle.prediction import Claim
 from bristle.report import compensation, loops as loops_module, simulation as report
 from bristle.report.sentences import SENTENCES
 
@@ -69,7 +70,7 @@ def simulated(*loops, refused=(), effort=None, limit=math.inf):
 
 
 def values_of(result):
-    return [line.replace("\u00a0", " ") for line in report._values_of(result, compensation.standing(result).best)]
+    return [line.replace("\u00a0", " ") for line in report._values_of(result, compensation.standing(result).best, ())]
 
 
 LOOPS = ran("base", 8e-6), ran("best", 2e-6, runs=3, spread=1e-7, effort=3.0)
@@ -154,10 +155,12 @@ def test_summary_of_a_run_has_its_numbers():
     loops = [ran("a", runs=3), ran("b", runs=2, status=Status.NOT_FINITE)]
     for item in loops:
         item.as_dict = dict
-    summary = report.simulation_summary(simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={})
-    assert (summary["name"], summary["kind"], summary["runs"], summary["error_unit"], summary["effort_unit"]) == (
+    summary = report.simulation_summary(
+        simulated(*loops, refused=["c"]), files={"a": "log.csv"}, provenance={}, claims=[Claim(1e-3, None, 0.3, 1.5)]
+    )
+    assert (summary["name"], summary["kind"], summary["runs"], summary["error_unit"], summary["effort_unit"], summary["claims"]) == (
         *("bench", "translational", 3),
-        *("m", "N"),
+        *("m", "N", [{"least_distance": 1e-3, "slowest_move": None, "longest_rest": 0.3, "factor": 1.5}]),
     )
     assert {name: item["completed"] for name, item in summary["variants"].items()} == {"a": True, "b": False, "c": False}
     assert summary["variants"]["c"] == {"status": "unstable", "completed": False, "runs": 0}
@@ -302,8 +305,8 @@ def test_run_settings_have_units():
     )
 
 
-def lines(**changes):
-    return [line.replace("\u00a0", " ") for line in loops_module.law_lines(loop(**changes))]
+def lines(*claims, **changes):
+    return [line.replace("\u00a0", " ") for line in loops_module.law_lines(loop(**changes), claims)]
 
 
 def test_gains_are_listed_with_feedforward_of_friction_and_mass():
@@ -318,11 +321,8 @@ def test_gains_are_listed_with_feedforward_of_friction_and_mass():
     assert lines(controller=law, feedforward=Feedforward(friction=contact, gain=0.5))[1:] == [
         f"friction feedforward: coulomb × 0.5, along the {Feedforward().along} motion"
     ]
-    # The reach is 8 N over 3.2e5 N/m.
-    fades = Feedforward(friction=contact, gain=0.9, scaled="contact", return_distance=1e-6, fade_time=0.5)
-    for changes in ({"gain": 1.0}, {"fade_time": math.inf}, {"return_distance": 0.0}):
-        assert "helps" not in lines(controller=law, feedforward=replace(fades, **changes))[1]
-    assert lines(controller=law, feedforward=fades)[1].endswith("; it helps quick moves of 75 µm or more with rests up to 0.3 s")
+    helped = lines(Claim(75e-6, None, 0.3), controller=law, feedforward=Feedforward(friction=contact))[1]
+    assert helped.endswith("motion; it helps quick moves of 75 µm or more with rests up to 0.3 s")
     bare = [lines(controller=law, feedforward=Feedforward(), axis=axis) for axis in (None, Axis(arm=0.8e-3))]
     assert bare == [whole[:1], ["law cascade: k_p 80 1/s, k_v 4000 N·s/m (0.00256 N*m*s/rad at the motor), averaging 1"]]
 

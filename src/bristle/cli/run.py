@@ -40,7 +40,7 @@ def run(
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report, simulation_summary
+    from bristle.report.simulation import promised_in, simulation_report, simulation_summary
     from bristle.simulation import on_another_rig, simulate
     from bristle.testing import admit_friction_of
 
@@ -60,10 +60,11 @@ def run(
         result = replace(simulate(stable, report), refused=diverging, unstable=unstable)
         source = provenance(output.command, **described.origins, figure=code)
         files = write_logs(folder, result) if folder and log else {}
-        summary = simulation_summary(result, files=files, provenance=source, diagnostics=about)
+        facts = {"provenance": source, "claims": promised_in(result)}
+        summary = simulation_summary(result, files=files, diagnostics=about, **facts)
         if folder:
             doubts = loop_doubts(about)
-            page = simulation_report(result, command=output.command, provenance=source, warnings=warnings, doubts=doubts, figures=further)
+            page = simulation_report(result, command=output.command, warnings=warnings, doubts=doubts, figures=further, **facts)
             write_report(folder, page, summary)
 
     output.tell(summary, *([variant_table(result), *closing_sentences(result)] if result.variants else []))

@@ -7,7 +7,7 @@ from pathlib import Path
 from bristle.core import Progress, between, content_of
 from bristle.demo import axis_simulated
 from bristle.files import Results, read_log
-from bristle.prediction import compensation_of, following_of, predict
+from bristle.prediction import following_of, predict
 from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
@@ -56,7 +56,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
             log.sample_time,
             resolution=axis.resolution or 0.0,
             effort_limit=axis.effort_limit or float("inf"),
-            rule=compensation_of(best.friction, axis, identification.treatment).rule,
+            rule=identification.compensation.rule,
             name=axis.name,
         )
     )

@@ -6,6 +6,7 @@ from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.exports.described import Source
+    from bristle.exports.effect import compensated_loop, promise_of_law
     from bristle.exports.face import Exported, export, files_from_text
     from bristle.exports.page.described import values_of, widget_described
     from bristle.exports.page.loop import living_described, tracking_described

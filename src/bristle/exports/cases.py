@@ -6,7 +6,7 @@ the model or equal, its lateness differs by 0.3 ms, and a force noise of 0.5 % o
 that the model does not explain. The error of a case is the mean of the peak-to-peak errors of its moves. Without the feed the
 larger one of two noises counts.
 
-A promise needs a margin, because few cases do not show all that can happen: the error falls by a third. During a rest of
+A promise needs a margin, because few cases do not show all that can happen: the error falls by 40 %. During a rest of
 1 s an integral takes the whole load over; there the feed halves the error.
 """
 
@@ -50,7 +50,8 @@ PLAN = (
 )
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
-OF_SHORT_RESTS, OF_LONG_RESTS = 0.65, 0.5  # largest ratio of the errors of a promised move
+OF_SHORT_RESTS, OF_LONG_RESTS = 0.6, 0.5  # largest ratio of the errors of a promised move
+CAREFUL = 0.8  # promised factor over that of the worst case, because few cases do not show all that can happen
 POOR, CLEAR = 0.85, 5.0  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
 SEEDS = (1, 2)
@@ -127,11 +128,13 @@ def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], 
         doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
         # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.
         poor = max((trial.case.distance for trial in inside if not trial.ratio <= POOR), default=0.0)
-        beyond = max(doubtful, CLEAR * poor) if poor >= LEAST * reach * (1.0 - 1e-9) else doubtful
-        least = min((trial.case.distance for trial in inside if trial.case.distance > beyond), default=math.inf)
+        if poor >= LEAST * reach * (1.0 - 1e-9):
+            doubtful = max(doubtful, CLEAR * poor)
+        least = min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf)
         least = max(least, LEAST * reach)
         if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
-            claims.append(Claim(least, slowest, rest))
+            worst = max(trial.ratio for trial in inside if 2.0 * trial.case.distance > least)
+            claims.append(Claim(least, slowest, rest, CAREFUL / worst))
     return tuple(claims), hunts
 
 

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
+from bristle.controllers.feedforward import Rule, Shape
 from bristle.core.contracts import Model
-from bristle.core.experiment import Feedforward, Start, Variant
+from bristle.core.experiment import Experiment, Feedforward, Start, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number
@@ -31,7 +31,20 @@ from bristle.friction import with_presliding
 from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.friction.slots import whole_parts
-from bristle.prediction.claims import LEAST, LONGEST_REST, Claim, claims_for, level_of, reach_of, rule_for, samples_ahead, sliding_level
+from bristle.prediction.claims import (
+    CONSTANT_GAIN,
+    LEAST,
+    LONGEST_REST,
+    SLOW_FADE,
+    Claim,
+    Compensation,
+    claims_for,
+    level_of,
+    reach_of,
+    rule_for,
+    samples_ahead,
+    sliding_level,
+)
 from bristle.references import recorded
 from bristle.simulation.compensation import settling, shape_of
 from bristle.simulation.result import VariantResult
@@ -120,7 +133,7 @@ class Effect:
     def ratio(self) -> float:
         """Ratio of the errors with and without the export, geometric mean over all motions; inf if one diverges."""
         ratios = [path.ratio for path in self.along]
-        return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY))))) if np.all(np.isfinite(ratios)) else math.inf
+        return float(np.exp(np.mean(np.log(np.maximum(ratios, TINY)))))
 
     @property
     def least_distance(self) -> float:
@@ -136,7 +149,7 @@ class Effect:
             lines.append(f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}")
         lines += [f"also {self._promise(claim)}" for claim in (self.claims or ())[1:]]
         for own in (path for path in self.along if path.motion != MOVES):
-            late = "" if math.isnan(own.not_ahead) else f", {self._size(own.not_ahead)} if the motion is not fed ahead"
+            late = "" if math.isnan(own.not_ahead) else f", {self._length(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         if self.hunts:
             lines.append("the axis hunts with rests of 1 s: there the compensation can make the error larger")
@@ -184,19 +197,16 @@ class Effect:
         return [promised[0], promised[-1]] if promised else [max(self.moves, key=lambda path: path.ratio)]
 
     def _change(self, path: Along) -> str:
-        return f"{self._size(path.without)} -> {self._size(path.with_it)}"
-
-    def _size(self, value: float) -> str:
-        if not math.isfinite(value):
-            return "diverges"
-        return self._length(value)
+        return f"{self._length(path.without)} -> {self._length(path.with_it)}"
 
     def _length(self, value: float) -> str:
         return length_text(value, self.kind)
 
 
 def length_text(value: float, kind: Kind) -> str:
-    """Return a short distance as text, in um, mm or urad."""
+    """Return a short distance as text, in um, mm or urad; an infinite one is the error of a loop that diverges."""
+    if not math.isfinite(value):
+        return "diverges"
     if kind == "rotational":
         return f"{number(1e6 * value, digits=3)} urad"
     return f"{number(1e3 * value, digits=3)} mm" if value >= 1e-3 else f"{number(1e6 * value, digits=3)} um"
@@ -219,11 +229,6 @@ def driven_by(drive: Drive) -> Compensated:
     return lambda loop, ahead: simulate_with(loop, fed_along(drive, loop, ahead))
 
 
-def fed_by(feedforward: Feedforward) -> Compensated:
-    """Return a function that runs a loop with the feedforward of a law, which has an input for the next samples."""
-    return lambda loop, ahead: simulate_with(replace(loop, feedforward=feedforward), None)
-
-
 def drive_of_law(feedforward: Feedforward) -> Drive | None:
     """Return the friction that a law feeds forward along a desired motion; None where it also needs other signals."""
     friction = feedforward.friction
@@ -242,6 +247,14 @@ def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
     return drive
 
 
+class Choice(NamedTuple):
+    """A rule with its feed, and the cases of a loop with it."""
+
+    rule: Rule
+    drive: Drive
+    tried: list[Tried]
+
+
 @dataclass(frozen=True)
 class InLoop:
     """A loop of an axis without friction fed forward: the limits of its moves, reach [m or rad], lateness [s], pre-sliding [m or rad]."""
@@ -251,7 +264,7 @@ class InLoop:
     reach: float
     late: float
     presliding: float
-    is_assumed: bool = False
+    assumed: float = 0.0
 
     @property
     def ahead(self) -> int:
@@ -261,26 +274,42 @@ class InLoop:
     def effect(self, compensated: Compensated) -> Effect:
         """Return the effect along moves and along the motion of the loop, without a promise."""
         along = [self._move(times, compensated) for times in TIMES]
-        loop, dt = replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding)), self.loop.run.sample_time
+        loop, dt = self._known, self.loop.run.sample_time
         own = loop.first(min(round(loop.run.duration / dt), 60_000))
         count = round(own.run.duration / dt)
         if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
-            results = [simulate_with(own, None), compensated(own, self.ahead)]
-            results += [compensated(own, 0)] if self.ahead else []
+            results = [simulate_with(own, None), compensated(own, self.ahead), compensated(own, 0)]
             motion = LOG if own.reference.component is recorded else EXPERIMENT
             along.append(Along(motion, 0.0, *map(_error, results)))
-        assumed = self.presliding if self.is_assumed else 0.0
-        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=assumed)
+        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=self.assumed)
+
+    @property
+    def _known(self) -> Variant:
+        """The loop with a pre-sliding distance."""
+        return replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding))
 
     @cached_property
     def _unfed(self) -> list[Unfed]:
-        begun = _at_rest(replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding)))
-        begun = replace(begun, disturbance=self.loop.disturbance)
+        begun = replace(_at_rest(self._known), disturbance=self.loop.disturbance)
         return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
 
     def tried(self, drive: Drive) -> list[Tried]:
         """Return the cases of this loop with the feed of a drive."""
         return tried_cases(self._unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
+
+    def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> Choice:
+        """Return the rule that lowers the error most, among those that promise enough.
+
+        A share that fades suits long rests. A constant share suits random moves with short rests.
+        """
+        choices = []
+        for rule in (usual, usual._replace(fade_time=SLOW_FADE), usual._replace(gain=CONSTANT_GAIN, return_distance=0.0)):
+            drive = drive_with(rule)
+            assert drive is not None
+            choices.append(Choice(rule, drive, self.tried(drive)))
+        enough = LEAST * self.reach * (1.0 + 1e-9)
+        promising = [choice for choice in choices if least_of(claims_of(choice.tried, self.reach)[0]) <= enough]
+        return min(promising or choices, key=lambda choice: score_of(choice.tried, self.reach))
 
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""
@@ -289,7 +318,7 @@ class InLoop:
         return replace(effect, along=along, claims=claims, hunts=hunts)
 
     def _move(self, times: float, compensated: Compensated) -> Along:
-        begun, dt = _at_rest(replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding))), self.loop.run.sample_time
+        begun, dt = _at_rest(self._known), self.loop.run.sample_time
         assert begun.start is not None
         x = begun.start.position + moves_over(times * self.reach, self.limits, dt)
         run = replace(self.loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
@@ -327,32 +356,23 @@ def _limits_of(request: Request) -> Limits:
     limits = limits_within(request.friction, request.plant, fastest_of(request))
     if axis is None:
         return limits
-    velocity, acceleration = axis.velocity_limit or math.inf, axis.acceleration_limit or math.inf
-    return Limits(min(limits.velocity, velocity), min(limits.acceleration, acceleration), axis.jerk_limit or math.inf)
+    return Limits(
+        min(limits.velocity, axis.velocity_limit or math.inf),
+        min(limits.acceleration, axis.acceleration_limit or math.inf),
+        axis.jerk_limit or math.inf,
+    )
 
 
 def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
-    """Return the request of a compensator with the rule that lowers the error most, among those that promise enough, and its effect.
-
-    A share that fades suits long rests. A constant share suits random moves with short rests: without a loop to simulate, it
-    is the share that the promise is for.
-    """
+    """Return the request of a compensator with the best rule, and its effect; without a loop to simulate, a constant share."""
     within = _within(request)
     if not request.share.return_distance:
         return request, effect_of_files(request, None)
-    constant = rule_for(request.friction, None)
     if within is None:
-        return replace(request, rule=constant), effect_of_files(request, None)
-    tried = {}
-    for rule in (request.share, constant._replace(gain=request.share.gain), constant):
-        drive = drive_of(request.sampled, Shape(**rule._asdict()))
-        tried[rule] = drive, within.tried(drive)
-    reached = {rule: claims_of(cases, within.reach)[0] for rule, (_, cases) in tried.items()}
-    promising = [rule for rule, claims in reached.items() if least_of(claims) <= LEAST * within.reach * (1.0 + 1e-9)]
-    best = min(promising or tried, key=lambda rule: score_of(tried[rule][1], within.reach))
-    drive, cases = tried[best]
-    effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
-    return replace(request, rule=best), within.promised(effect, cases)
+        return replace(request, rule=rule_for(request.friction, None)), effect_of_files(request, None)
+    best = within.best_rule(request.share, lambda rule: drive_of(request.sampled, Shape(**rule._asdict())))
+    effect = replace(within.effect(driven_by(best.drive)), ahead=lead_of(request))
+    return replace(request, rule=best.rule), within.promised(effect, best.tried)
 
 
 def _within(request: Request) -> InLoop | None:
@@ -361,8 +381,8 @@ def _within(request: Request) -> InLoop | None:
     if loop is None or reach is None:
         return None
     limits = _limits_of(request)
-    distance, is_assumed = turning_distance(request.friction, request.axis, limits.velocity)
-    return InLoop(loop, limits, reach, late_of(request), distance, is_assumed)
+    distance, assumed = turning_distance(request.friction, request.axis, limits.velocity)
+    return InLoop(loop, limits, reach, late_of(request), distance, assumed)
 
 
 def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False, promises: bool = True) -> Effect | None:
@@ -370,13 +390,14 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
 
     None without a loop whose stiffness is known.
     """
-    friction, within, reach = request.friction, _within(request), reach_for(request)
+    within = _within(request)
+    reach = reach_for(request)
     if reach is None:
         return None
     if within is None:
-        ahead, late = lead_of(request), late_of(request)
-        claims = () if of_cogging or not request.is_from_log else claims_for(reach)
-        return Effect((), friction.kind, reach, claims, ahead, late) if claims else None
+        if of_cogging or not request.is_from_log:
+            return None
+        return Effect((), request.friction.kind, reach, claims_for(reach), lead_of(request), late_of(request))
     drive = drive or drive_of(request.sampled, Shape(**request.share._asdict()))
     if of_cogging:
         loop = within.loop
@@ -389,6 +410,27 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
 
 def effect_of_law(variant: Variant) -> Effect | None:
     """Return the effect of the friction that a law feeds forward; None for a law without it, or without a stiffness."""
+    within = loop_of_law(variant)
+    if within is None:
+        return None
+    effect = within.effect(lambda loop, ahead: simulate_with(replace(loop, feedforward=variant.feedforward), None))
+    effect = replace(effect, along=tuple(path._replace(not_ahead=math.nan) for path in effect.along), ahead=variant.run.delay + 1)
+    drive = drive_of_law(variant.feedforward)
+    if drive is None or variant.feedforward.scaled == "force":
+        return effect  # a share of the whole force is a choice of the experiment, not of an identification
+    return within.promised(effect, within.tried(drive))
+
+
+def promise_of_law(variant: Variant) -> tuple[Claim, ...]:
+    """Return the moves that the friction feedforward of a law helps; none without the share of an identification."""
+    effect = effect_of_law(variant)
+    if effect is None or effect.claims is None:
+        return ()
+    return effect.claims
+
+
+def loop_of_law(variant: Variant) -> InLoop | None:
+    """Return the loop of a law without its friction feedforward; None for a law without it, or without a stiffness."""
     given = variant.feedforward
     if given.friction is None and given.table is None:
         return None
@@ -406,11 +448,20 @@ def effect_of_law(variant: Variant) -> Effect | None:
         lost = 2.0 * (force / screw.k + screw.gap) / screw.arm
         reach, distance = max(reach, lost), max(distance, lost)
     late = variant.run.delay * variant.run.sample_time + variant.run.current_lag
-    drive = drive_of_law(given)
-    within = InLoop(loop, limits, reach, late, distance)
-    effect = within.effect(fed_by(given))
-    along = tuple(path._replace(not_ahead=math.nan) for path in effect.along)
-    effect = replace(effect, along=along, ahead=variant.run.delay + 1)
-    if drive is None or given.scaled == "force":
-        return effect  # a share of the whole force is a choice of the experiment, not of an identification
-    return within.promised(effect, within.tried(drive))
+    return InLoop(loop, limits, reach, late, distance)
+
+
+def compensated_loop(experiment: Experiment, usual: Compensation) -> tuple[Experiment, Compensation]:
+    """Return the experiment of a log whose last variant has the best rule, and its promise; without a known loop, the usual ones."""
+    *others, compensated = experiment.variants
+    within = loop_of_law(compensated)
+    given = compensated.feedforward
+    if within is None or drive_of_law(given) is None:
+        return experiment, usual
+
+    def with_rule(rule: Rule) -> Feedforward:
+        return replace(given, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
+
+    best = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
+    variants = (*others, replace(compensated, feedforward=with_rule(best.rule)))
+    return replace(experiment, variants=variants), Compensation(best.rule, within.reach, claims_of(best.tried, within.reach)[0])

@@ -72,10 +72,10 @@ def moves_over(distance: float, limits: Limits, dt: float, lasting: float = SHOR
     return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
 
 
-def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, bool]:
-    """Return the pre-sliding distance [m or rad], and whether it is an assumption."""
-    distance = reversal_distance(model, fastest) or (axis and axis.presliding) or 0.0
-    return (distance, False) if distance else (ASSUMED[model.kind], True)
+def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, float]:
+    """Return the pre-sliding distance and the part of it that is an assumption, all or nothing [m or rad]."""
+    distance = reversal_distance(model, fastest) or (axis and axis.presliding)
+    return (distance, 0.0) if distance else (ASSUMED[model.kind], ASSUMED[model.kind])
 
 
 def moved_by(plant: Model | None) -> float:

@@ -9,7 +9,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source, hash_of_law, hash_of_model
-from bristle.exports.effect import FAR, Effect, effect_of_files, effect_of_law, length_text, with_best_rule
+from bristle.exports.effect import FAR, WORSE, Effect, effect_of_files, effect_of_law, length_text, with_best_rule
 from bristle.exports.law import law_of
 from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
 from bristle.exports.targets import TARGETS, VALID_NAME, Product, Request, Target
@@ -122,16 +122,16 @@ def _share_text(target: Target, request: Request) -> tuple[str, ...]:
     rule = request.rule
     if rule is None:
         return ()
-    beside = "the constant and the viscous part whole"
-    if not rule.return_distance:
-        has_reach = target.reads is not None or reach_for(request) is not None
-        doubt = "; the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
-        doubt = "" if has_reach else doubt
-        fed = "values contain" if target.reads is not None else "feed has"
-        return (f"the {fed} {rule.gain:g} of the friction, and {beside}{doubt}",)
-    travel = length_text(rule.return_distance, request.model.kind)
-    fading = f"the share fades at rest with {rule.fade_time:g} s and returns over {travel}"
-    return (f"the feed has {rule.gain:g} of the friction, and {beside}; {fading}",)
+    share = f"{rule.gain:g} of the friction, and the constant and the viscous part whole"
+    if target.reads is not None:
+        return (f"the values contain {share}",)
+    if rule.return_distance:
+        travel = length_text(rule.return_distance, request.model.kind)
+        return (f"the feed has {share}; the share fades at rest with {rule.fade_time:g} s and returns over {travel}",)
+    if reach_for(request) is not None:
+        return (f"the feed has {share}",)
+    doubt = "the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
+    return (f"the feed has {share}; {doubt}",)
 
 
 def _ahead_text(request: Request) -> str:
@@ -169,8 +169,7 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
     tried = [(ruled, effect(ruled, promises=False)) for ruled in requests]
     best = tried[0]
     for ruled, with_it in tried[1:]:
-        # Below this share of the error with the usual rule at rest, another rule is better.
-        if with_it is not None and best[1] is not None and with_it.ratio < 0.95 * best[1].ratio:
+        if with_it is not None and best[1] is not None and WORSE * with_it.ratio < best[1].ratio:
             best = ruled, with_it
     return finished(best[0])
 
@@ -276,9 +275,8 @@ def law_for(
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
         notes.append("the initial state of the compensator was computed with the exported parameters; new parameters do not change it")
-    plain = law_of(variant) if tunable or single else law
     assert target.write_law is not None
-    written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(plain)))
+    written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(law_of(variant))))
     product = checked_product(written if isinstance(written, Product) else Product(written), target)
     return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)
 

@@ -16,13 +16,14 @@ from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.typography import number
 from bristle.engine.contact import steady_force
 from bristle.friction.slots import whole_parts
 from bristle.identification.position_loop import stiffness_of
 
 GAIN, CONSTANT_GAIN = 0.9, 0.8  # share with a known reach, which returns and fades; constant share without one, and of tables
 RETURN = 0.05  # travel constant of the return, over the reach
-FADE = 0.5  # time constant at rest [s]
+FADE, SLOW_FADE = 0.5, 1.0  # time constant at rest [s]; the slow one suits moves that go on in the same direction after short rests
 LEAST = 3.0  # shortest promised move, over the reach
 LONGEST_REST = 0.3  # between promised moves [s]
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
@@ -34,17 +35,20 @@ class Claim(NamedTuple):
     """Moves that the feedforward does not make worse.
 
     Moves over `least_distance` [m or rad] or more, as quick as the axis allows or, with `slowest_move`, lasting up to this time
-    [s], and rests between them of up to `longest_rest` [s].
+    [s], and rests between them of up to `longest_rest` [s]. Their following error falls at least by a `factor`, which only a
+    simulation of the loop shows.
     """
 
     least_distance: float
     slowest_move: float | None
     longest_rest: float
+    factor: float | None = None
 
     def text(self, length: str) -> str:
         """Return the moves in words, with the least distance as text."""
         pace = "quick moves" if self.slowest_move is None else f"moves of up to {self.slowest_move:g} s"
-        return f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
+        moves = f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
+        return moves if self.factor is None else f"{moves} (error at least {number(self.factor, digits=2)} times smaller)"
 
 
 def sliding_level(model: Model, fastest: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from bristle.report.table import length_text, short_text
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
-    from bristle.prediction import Following
+    from bristle.prediction import Claim, Following
     from bristle.simulation import SimulationResult, Statistics, VariantResult
 
 BASE = "base"
@@ -125,15 +125,15 @@ class Standing(NamedTuple):
         The reduction is in percent, or a factor if percent would always read 99.
         """
         new, old = (f"{length_text(_peak(loop), loop.kind)} ({loop.name})" for loop in (self.best, self.base))
-        less, ratio = "hardly less", _peak(self.base) / _peak(self.best) if _peak(self.best) else math.inf
-        if not self.alike:
-            less = (
-                f"{number(100.0 * (1.0 - 1.0 / ratio), digits=2)}\u00a0% less"
-                if ratio <= MANY
-                else f"smaller by a factor of {number(ratio, digits=2)}"
-            )
-            less = "smaller by more than a factor of 100" if ratio > MANY * MANY else less
-        return f"{self.best.error_word.lower()} {new} instead of {old} peak to peak, {less}"
+        errors = f"{self.best.error_word.lower()} {new} instead of {old} peak to peak"
+        if self.alike:
+            return f"{errors}, hardly less"
+        left = _peak(self.best) / _peak(self.base)
+        if left * MANY * MANY < 1.0:
+            return f"{errors}, smaller by more than a factor of 100"
+        if left * MANY < 1.0:
+            return f"{errors}, smaller by a factor of {number(1.0 / left, digits=2)}"
+        return f"{errors}, {number(100.0 * (1.0 - left), digits=2)}\u00a0% less"
 
 
 def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
@@ -271,7 +271,7 @@ def closing_sentences(result: SimulationResult) -> list[str]:
     return [*gained[:-1], *best, *gained[-1:]]
 
 
-def helped_text(claims: Sequence[Any], kind: Kind) -> str:
+def helped_text(claims: Sequence[Claim], kind: Kind) -> str:
     """Return the moves that a feedforward helps as the end of a sentence, nothing without a promise."""
     return "".join(f"; it helps {claim.text(length_text(claim.least_distance, kind))}" for claim in claims)
 

@@ -9,6 +9,7 @@ from typing import Any
 from markupsafe import Markup
 
 from bristle.core import number, unit_of, with_unit
+from bristle.exports import promise_of_law
 from bristle.loop import Design
 from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
@@ -140,7 +141,8 @@ def design_report(design: Design, **options: Any) -> str:
     runs = 1 if design.budget is None else design.budget.runs
     basis = "bristle simulated the loop with each cause alone, and with all causes but one"
     errs = [] if budget is None else [f"{basis}: {'one run' if runs == 1 else f'{runs} runs'} each.", budget]
-    values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(design.chosen.variant))]
+    chosen = design.chosen.variant
+    values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(chosen, promise_of_law(chosen)))]
     circles: list[object] = []
     if design.circles:
         circle, kind = design.circles[0], design.experiment.kind

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bristle.core import Experiment
     from bristle.figures import ReportFigure
     from bristle.files import NextExperiment, Results
-    from bristle.prediction import Following
+    from bristle.prediction import Compensation, Following
     from bristle.simulation import Prediction, SimulationResult
 
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
@@ -81,7 +81,7 @@ class Identified(Identification, ModelInHand, Result):
 
         read = {"log": (self.log, *self.further_logs), "code": self.code} | dict(files or {})
         source = provenance(command or self.call, **read) | ({"unfinished": self.unfinished} if self.unfinished else {})
-        table, looped = drive_table(self.best, ENTRIES), self._loop()
+        table, looped = drive_table(self.best, ENTRIES), self._looped[0]
         simulation, prediction, following = loop or self._in_the_loop(looped, progress)
         certificates, uncertified = {}, ""
         try:
@@ -104,13 +104,21 @@ class Identified(Identification, ModelInHand, Result):
             looped,
         )
 
-    def _loop(self) -> Experiment | None:
-        """Return the loop of the log with the best model, for simulation, experiment file and design."""
-        from bristle.prediction import loop_of
+    @cached_property
+    def compensation(self) -> Compensation:
+        """The share of the friction to feed forward, and the moves that it helps."""
+        return self._looped[1]
 
-        if self.best.position_rmse is not None:  # fitted to the position: there was no loop
-            return None
-        return loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
+    @cached_property
+    def _looped(self) -> tuple[Experiment | None, Compensation]:
+        """The loop of the log with the best model, for simulation, experiment file and design, and its compensation."""
+        from bristle.exports import compensated_loop
+        from bristle.prediction import compensation_of, loop_of
+
+        usual, looped = compensation_of(self.best.friction, self.axis, self.treatment), None
+        if self.best.position_rmse is None:  # fitted to the position: there was no loop
+            looped = loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
+        return (None, usual) if looped is None else compensated_loop(looped, usual)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
@@ -197,14 +205,11 @@ class Outcome:
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file for the folder of the model: the next step."""
         from bristle.files import NextExperiment
-        from bristle.prediction import compensation_of
 
         log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
         loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
         plant = self.identification.plant
-        best, treatment = self.identification.best, self.identification.treatment
-        rule = compensation_of(best.friction, axis, treatment).rule
-        loop = loop if has_file else None
+        rule, loop = self.identification.compensation.rule, loop if has_file else None
         return NextExperiment.beside_model(plant, axis, log, folder, has_axis_file=has_file, loop=loop, rule=rule)
 
     @cached_property

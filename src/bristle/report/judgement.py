@@ -13,7 +13,7 @@ from bristle.report.table import fixed, length_text, percent_text
 
 if TYPE_CHECKING:
     from bristle.identification import Fit, Identification, Settings
-    from bristle.prediction import Following
+    from bristle.prediction import Compensation, Following
 
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
@@ -152,12 +152,18 @@ def _feedforward_text(identification: Identification) -> str:
     fit = identification.best
     if fit.position_rmse is not None:
         return "not judged, because the model was fitted to the position"
-    compensation = compensation_of(fit.friction, getattr(identification, "axis", None), identification.treatment)
+    compensation = compensation_in(identification)
     if gain := first_gain(fit, compensation):
         return f"safe to try at gain {gain:g}{helped_text(compensation.claims, fit.friction.kind)}"
     faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
     error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
+
+
+def compensation_in(identification: Identification) -> Compensation:
+    """Return how the best model is fed forward in the loop of its log; of the fits alone, without a simulation of the loop."""
+    known = getattr(identification, "compensation", None)
+    return known or compensation_of(identification.best.friction, getattr(identification, "axis", None), identification.treatment)
 
 
 def is_one_sided(fit: Fit) -> bool:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import GREEK, Axis, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
+from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
 from bristle.files import Said, as_toml, key_of
 from bristle.loop import Assessment
-from bristle.prediction import compensation_of
+from bristle.prediction import Claim
 from bristle.report.compensation import helped_text, names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
@@ -128,8 +128,8 @@ def run_table(variants: Sequence[Variant]) -> Table:
     return Table.of("Run settings", rows)
 
 
-def law_lines(variant: Variant) -> list[str]:
-    """Return the gains of a loop, also at its motor if known, and its feedforward."""
+def law_lines(variant: Variant, claims: Sequence[Claim] = ()) -> list[str]:
+    """Return the gains of a loop, also at its motor if known, and its feedforward with the moves that it helps."""
     fed, law, gains = variant.feedforward, variant.controller, []
     for name, value in law.values.items():
         if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < abs(value) < math.inf:
@@ -140,11 +140,7 @@ def law_lines(variant: Variant) -> list[str]:
     lines = [f"law {law.name}: {', '.join(gains)}"]
     if fed.friction is not None:
         share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
-        promise = compensation_of(fed.friction, Axis(kind=law.kind, controller=law), {})
-        returns = fed.return_distance > 0.0 and fed.fade_time <= promise.rule.fade_time
-        is_kept = returns and fed.gain <= promise.rule.gain
-        helped = helped_text(promise.claims if is_kept else (), law.kind)
-        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped}")
+        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped_text(claims, law.kind)}")
     if fed.mass > 0.0:
         lines.append(f"inertia feedforward: acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))}")
     return lines

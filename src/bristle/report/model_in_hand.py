@@ -15,7 +15,7 @@ import numpy as np
 from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, guarded, library, whole
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
-from bristle.prediction import fit_of
+from bristle.prediction import Claim, Compensation, compensation_of, fit_of
 from bristle.report.notebook import as_html, bundle
 from bristle.report.results import REPORT
 
@@ -227,6 +227,16 @@ class Loaded(ModelInHand):
             The file; an existing file is replaced.
         """
         return write_whole(path, self.page)
+
+    @property
+    def compensation(self) -> Compensation:
+        """The share of the friction to feed forward, and the moves that it helps, as saved."""
+        usual = compensation_of(self.best.friction, self.axis, self.treatment)
+        saved = self.summary.get("feedforward")
+        if saved is None:  # of an earlier version
+            return usual
+        claims = tuple(Claim(**claim) for claim in saved["claims"])
+        return usual._replace(rule=usual.rule._replace(gain=saved["first_gain"]), claims=claims)
 
     def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
         from bristle.report.known_truth import logs_of

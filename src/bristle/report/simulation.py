@@ -6,6 +6,8 @@ from functools import partial
 from typing import Any
 
 from bristle.core import NORMAL_95, Diagnostic, Status, unit_of
+from bristle.exports import promise_of_law
+from bristle.prediction import Claim
 from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
 from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
@@ -19,9 +21,14 @@ ON_THE_MACHINE = f"record the machine without and with compensation: {COMPARE}"
 
 
 def simulation_report(
-    result: SimulationResult, *, warnings: Sequence[str] = (), doubts: Sequence[str] | None = None, **options: Any
+    result: SimulationResult,
+    *,
+    warnings: Sequence[str] = (),
+    doubts: Sequence[str] | None = None,
+    claims: Sequence[Claim] = (),
+    **options: Any,
 ) -> str:
-    """Return the report of a simulated experiment as an HTML page; options as of `report_page`."""
+    """Return the report of a simulated experiment as an HTML page, with `claims` of its best variant; options as of `report_page`."""
     variants, is_open = result.experiment.variants, _is_open(result)
     facts: dict[str, Any] = {
         "simulation": result,
@@ -40,7 +47,7 @@ def simulation_report(
         basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
     else:
         basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
-    best = None if rank is None else Block("items", _values_of(result, rank.best))
+    best = None if rank is None else Block("items", _values_of(result, rank.best, claims))
     sections = [
         Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)], "Variants"),
         Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result), best], "Results"),
@@ -52,9 +59,17 @@ def simulation_report(
 
 
 def simulation_summary(
-    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], diagnostics: Sequence[Diagnostic] = ()
+    result: SimulationResult,
+    *,
+    files: Mapping[str, str],
+    provenance: Mapping[str, str],
+    diagnostics: Sequence[Diagnostic] = (),
+    claims: Sequence[Claim] = (),
 ) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI units of the axis, with its log `files` and the `diagnostics` of its loops."""
+    """Return a simulated experiment in numbers, in SI units of the axis.
+
+    It names the log `files`, the `diagnostics` of the loops, and the moves that the feedforward of the best variant helps.
+    """
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -64,6 +79,7 @@ def simulation_summary(
         "runs": max((variant.runs for variant in result.variants.values()), default=0),
         "variants": variants_as_data(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        "claims": [claim._asdict() for claim in claims],
         "files": files,
         "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
         "warnings": loop_warnings(diagnostics),
@@ -154,10 +170,16 @@ def _instead(best: VariantResult, base: VariantResult, length: float) -> str:
     return "" if best is base else f"instead of {length_text(length, best.kind)}"
 
 
-def _values_of(result: SimulationResult, best: VariantResult) -> list[str]:
+def promised_in(result: SimulationResult) -> tuple[Claim, ...]:
+    """Return the moves that the friction feedforward of the best variant helps."""
+    rank = None if _is_open(result) else standing(result)
+    return () if rank is None else promise_of_law(variant_of(result, rank.best.name))
+
+
+def _values_of(result: SimulationResult, best: VariantResult, claims: Sequence[Claim]) -> list[str]:
     """Return the gains of the best variant, whether its drive is at its limit, and the scatter of its runs."""
     variant, spread = variant_of(result, best.name), best.spread.get("following_error", {}).get("peak_to_peak")
-    lines = [f"{best.name}: {law}" for law in law_lines(variant)]
+    lines = [f"{best.name}: {law}" for law in law_lines(variant, claims)]
     if math.isfinite(limit := variant.run.effort_limit) and best.effort_peak >= limit:
         lines.append("the drive is at its limit")
     if best.runs > 1 and spread:

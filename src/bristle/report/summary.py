@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import Axis, unit_of
-from bristle.prediction import compensation_of, drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
-from bristle.report.judgement import ruling_of
+from bristle.prediction import drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
+from bristle.report.judgement import compensation_in, ruling_of
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
 from bristle.report.prediction import prediction_as_data
@@ -40,7 +40,7 @@ def identification_summary(
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
-    compensation = compensation_of(best.friction, axis, identification.treatment)
+    compensation = compensation_in(identification)
     doubt, ruling = None if following is None else following.contradiction, ruling_of(identification, following)
     return {
         "model": best.name,
