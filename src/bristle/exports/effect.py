@@ -274,7 +274,7 @@ class InLoop:
     def effect(self, compensated: Compensated) -> Effect:
         """Return the effect along moves and along the motion of the loop, without a promise."""
         along = [self._move(times, compensated) for times in TIMES]
-        loop, dt = self._known, self.loop.run.sample_time
+        loop, dt = self._with_presliding, self.loop.run.sample_time
         own = loop.first(min(round(loop.run.duration / dt), 60_000))
         count = round(own.run.duration / dt)
         if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
@@ -284,13 +284,13 @@ class InLoop:
         return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=self.assumed)
 
     @property
-    def _known(self) -> Variant:
+    def _with_presliding(self) -> Variant:
         """The loop with a pre-sliding distance."""
         return replace(self.loop, friction=with_presliding(self.loop.friction, self.presliding))
 
     @cached_property
     def _unfed(self) -> list[Unfed]:
-        begun = replace(_at_rest(self._known), disturbance=self.loop.disturbance)
+        begun = replace(_at_rest(self._with_presliding), disturbance=self.loop.disturbance)
         return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
 
     def tried(self, drive: Drive) -> list[Tried]:
@@ -318,7 +318,7 @@ class InLoop:
         return replace(effect, along=along, claims=claims, hunts=hunts)
 
     def _move(self, times: float, compensated: Compensated) -> Along:
-        begun, dt = _at_rest(self._known), self.loop.run.sample_time
+        begun, dt = _at_rest(self._with_presliding), self.loop.run.sample_time
         assert begun.start is not None
         x = begun.start.position + moves_over(times * self.reach, self.limits, dt)
         run = replace(self.loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
