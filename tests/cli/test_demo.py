@@ -123,7 +123,10 @@ def shown(monkeypatch, tmp_path):
             asked.update(outcome=facts)
             return outcome
 
-        return SimpleNamespace(finished=SimpleNamespace(best=best, settings="settings", treatment="treatment", outcome_with=outcome_with))
+        compensation = SimpleNamespace(rule="rule of the loop")
+        return SimpleNamespace(
+            finished=SimpleNamespace(best=best, settings="settings", compensation=compensation, outcome_with=outcome_with)
+        )
 
     def experiment(plant, friction, model, controller, reference, sample_time, **facts):
         asked.update(experiment=(plant, friction, model, controller, reference.tolist(), sample_time), **facts)
@@ -134,7 +137,6 @@ def shown(monkeypatch, tmp_path):
     monkeypatch.setattr(module, "identify", identify)
     monkeypatch.setattr(module, "predict", lambda *prediction: asked.update(predicted=prediction) or "prediction")
     monkeypatch.setattr(module, "compensation_experiment", experiment)
-    monkeypatch.setattr(module, "compensation_of", lambda *fed: SimpleNamespace(rule=fed))
     monkeypatch.setattr(module, "simulate", lambda experiment: f"simulated {experiment}")
     monkeypatch.setattr(module, "following_of", lambda *following: asked.update(following=following) or "following")
     result = run(Folder(tmp_path), command="bristle demo", progress=lambda share, text: reports.append((share, text)))
@@ -152,7 +154,7 @@ def test_a_model_of_one_log_is_predicted_on_another_and_run_on_the_axis_itself(m
     assert (plant, friction) == (axis_simulated.plant(), axis_simulated.friction())
     assert (model, controller, reference, sample_time) == ("friction of the fit", axis.controller, [0.0, 1.0, 2.0], 1e-3)
     assert (asked["resolution"], asked["effort_limit"]) == (axis.resolution, axis.effort_limit)
-    assert asked["rule"] == ("friction of the fit", axis, "treatment")
+    assert asked["rule"] == "rule of the loop"
     assert asked["following"] == (log, "simulated experiment", "settings")
     assert asked["outcome"]["banner"] == BANNER
     assert asked["outcome"]["loop"] == ("simulated experiment", "prediction", "following")

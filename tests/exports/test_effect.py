@@ -211,7 +211,7 @@ def test_the_share_with_the_smallest_error_is_taken_by_files_and_loop(monkeypatc
     scores = itertools.cycle([0.2 if each == place else 0.5 for each in range(3)])
     monkeypatch.setattr(effects, "score_of", lambda tried, reach: next(scores))
     monkeypatch.setattr(effects, "claims_of", lambda tried, reach: ((QUICK,), False))
-    monkeypatch.setattr(InLoop, "tried", lambda within, drive: [])
+    monkeypatch.setattr(InLoop, "tried", lambda within, drive, brief=False: [])
     monkeypatch.setattr(InLoop, "promised", lambda within, effect, tried: effect)
     request = replace(with_share(TARGETS["c"], export_request(info=FROM_LOG)), rest="held")
     assert effects.with_best_rule(request)[0].rule == pytest.approx((*fed, 0.0, 200.0))

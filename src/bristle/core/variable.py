@@ -114,6 +114,8 @@ class Variable:
             With the path, the value, and the allowed range. An unbounded range includes infinity; the caller must
             refuse it if necessary.
         """
+        if hasattr(value, "dtype") and value.size and self.min <= value.min() and value.max() <= self.max:
+            return  # an array, quickly
         for index, number in enumerate(value if hasattr(value, "__len__") else (value,)):
             place = f"{path}[{index}]" if hasattr(value, "__len__") else path
             if math.isnan(number):

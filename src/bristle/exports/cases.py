@@ -67,6 +67,11 @@ class Case(NamedTuple):
     level: float
     late: float
 
+    @property
+    def is_brief(self) -> bool:
+        """Whether neither rests nor moves last long."""
+        return self.rest <= LONGEST_REST and self.lasting < LONG
+
 
 class Unfed(NamedTuple):
     """A case without the feed: its loop, the first sample of each move, and its error [m or rad]."""

@@ -247,14 +247,6 @@ def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
     return drive
 
 
-class Choice(NamedTuple):
-    """A rule with its feed, and the cases of a loop with it."""
-
-    rule: Rule
-    drive: Drive
-    tried: list[Tried]
-
-
 @dataclass(frozen=True)
 class InLoop:
     """A loop of an axis without friction fed forward: the limits of its moves, reach [m or rad], lateness [s], pre-sliding [m or rad]."""
@@ -293,23 +285,24 @@ class InLoop:
         begun = replace(_at_rest(self._with_presliding), disturbance=self.loop.disturbance)
         return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
 
-    def tried(self, drive: Drive) -> list[Tried]:
-        """Return the cases of this loop with the feed of a drive."""
-        return tried_cases(self._unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
+    def tried(self, drive: Drive, *, brief: bool = False) -> list[Tried]:
+        """Return the cases of this loop with the feed of a drive, or only the brief ones."""
+        unfed = [run for run in self._unfed if run.case.is_brief or not brief]
+        return tried_cases(unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
 
-    def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> Choice:
-        """Return the rule that lowers the error most, among those that promise enough.
+    def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> tuple[Rule, Drive]:
+        """Return the rule that lowers the error most in brief cases, among those that promise enough, and its feed.
 
         A share that fades suits long rests. A constant share suits random moves with short rests.
         """
-        choices = []
+        choices = {}
         for rule in (usual, usual._replace(fade_time=SLOW_FADE), usual._replace(gain=CONSTANT_GAIN, return_distance=0.0)):
             drive = drive_with(rule)
             assert drive is not None
-            choices.append(Choice(rule, drive, self.tried(drive)))
+            choices[rule, drive] = self.tried(drive, brief=True)
         enough = LEAST * self.reach * (1.0 + 1e-9)
-        promising = [choice for choice in choices if least_of(claims_of(choice.tried, self.reach)[0]) <= enough]
-        return min(promising or choices, key=lambda choice: score_of(choice.tried, self.reach))
+        promising = [choice for choice, tried in choices.items() if least_of(claims_of(tried, self.reach)[0]) <= enough]
+        return min(promising or choices, key=lambda choice: score_of(choices[choice], self.reach))
 
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""
@@ -370,9 +363,9 @@ def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
         return request, effect_of_files(request, None)
     if within is None:
         return replace(request, rule=rule_for(request.friction, None)), effect_of_files(request, None)
-    best = within.best_rule(request.share, lambda rule: drive_of(request.sampled, Shape(**rule._asdict())))
-    effect = replace(within.effect(driven_by(best.drive)), ahead=lead_of(request))
-    return replace(request, rule=best.rule), within.promised(effect, best.tried)
+    rule, drive = within.best_rule(request.share, lambda rule: drive_of(request.sampled, Shape(**rule._asdict())))
+    effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
+    return replace(request, rule=rule), within.promised(effect, within.tried(drive))
 
 
 def _within(request: Request) -> InLoop | None:
@@ -462,6 +455,7 @@ def compensated_loop(experiment: Experiment, usual: Compensation) -> tuple[Exper
     def with_rule(rule: Rule) -> Feedforward:
         return replace(given, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
 
-    best = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
-    variants = (*others, replace(compensated, feedforward=with_rule(best.rule)))
-    return replace(experiment, variants=variants), Compensation(best.rule, within.reach, claims_of(best.tried, within.reach)[0])
+    rule, drive = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
+    claims, _ = claims_of(within.tried(drive), within.reach)
+    variants = (*others, replace(compensated, feedforward=with_rule(rule)))
+    return replace(experiment, variants=variants), Compensation(rule, within.reach, claims)
