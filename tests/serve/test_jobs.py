@@ -142,17 +142,23 @@ def test_a_worker_ends_with_its_server(work):
     assert is_gone(process)
 
 
-def test_a_job_that_takes_too_long_is_asked_to_end_before_it_is_killed(monkeypatch):
-    code = """
+OBEYS = """
 import json, sys
 sys.stdin.readline()
 assert sys.stdin.readline() == "cancel\\n"
 print(json.dumps({"facts": {"best": "until then"}}))
 """
+
+
+@pytest.mark.parametrize(
+    ("code", "seconds", "state", "facts"),
+    [(OBEYS, 20.0, "done", {"best": "until then"}), ("import time; time.sleep(30.0)", 0.7, "failed", {})],
+)
+def test_a_job_that_takes_too_long_is_asked_to_end_and_killed_if_it_does_not(monkeypatch, code, seconds, state, facts):
     monkeypatch.setattr("bristle.server.cases.CODE", code)
-    job = cases.Job("identify", limits.Limits(job_seconds=20.0, grace_seconds=19.8))  # asked after 0.2 s, killed after 20
-    assert asyncio.run(job.run({}))
-    assert (job.state, job.facts, job.as_data()["cancelled"]) == ("done", {"best": "until then"}, True)
+    job = cases.Job("identify", limits.Limits(job_seconds=seconds, grace_seconds=seconds - 0.2))  # asked after 0.2 s
+    asyncio.run(asyncio.wait_for(job.run({}), 25.0))
+    assert (job.state, job.facts, job.as_data()["cancelled"]) == (state, facts, True)
 
 
 RESTORES = """
