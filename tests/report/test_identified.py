@@ -62,7 +62,7 @@ def same(single, other):
     assert list(single.parameters) == list(other.parameters)
     assert single.covariance_names == other.covariance_names
     np.testing.assert_array_equal(single.covariance, other.covariance)
-    assert dict(single.treatment) == dict(other.treatment)
+    assert (dict(single.treatment), single.compensation[1:]) == (dict(other.treatment), other.compensation[1:])
     assert list(single.draws) == list(other.draws)
     for name, draws in single.draws.items():
         np.testing.assert_array_equal(draws, other.draws[name])

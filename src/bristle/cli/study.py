@@ -89,7 +89,7 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     from bristle.files import provenance
     from bristle.report.loops import variant_table
     from bristle.report.results import write_logs, write_report
-    from bristle.report.simulation import simulation_report, simulation_summary
+    from bristle.report.simulation import promised_in, simulation_report, simulation_summary
     from bristle.study.plan import seed_of_run
     from bristle.study.run import repeat_run, values_of
 
@@ -99,9 +99,10 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
         files = write_logs(folder, result) if folder else {}
         values = values_of(study, number)
         drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
-        summary = simulation_summary(result, files=files, provenance=source) | drawn
+        facts = {"provenance": source, "claims": promised_in(result)}
+        summary = simulation_summary(result, files=files, **facts) | drawn
         if folder:
-            page = simulation_report(result, command=output.command, provenance=source, figures=own.figures)
+            page = simulation_report(result, command=output.command, figures=own.figures, **facts)
             write_report(folder, page, summary)
 
     output.tell(summary, f"Run {number}: {_in_words(values, study.units)}.", variant_table(result))

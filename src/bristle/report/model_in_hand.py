@@ -235,7 +235,7 @@ class Loaded(ModelInHand):
         saved = self.summary.get("feedforward")
         if saved is None:  # of an earlier version
             return usual
-        claims = tuple(Claim(**claim) for claim in saved["claims"])
+        claims = tuple(Claim(*map(claim.get, Claim._fields)) for claim in saved["claims"])
         return usual._replace(rule=usual.rule._replace(gain=saved["first_gain"]), claims=claims)
 
     def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
