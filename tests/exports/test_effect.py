@@ -182,7 +182,10 @@ def test_claims_are_the_moves_that_no_case_shows_to_get_worse(worse, claims, hun
 def test_the_promise_of_a_known_axis(of_c, of_table):
     c, table = of_c.effect, of_table.effect
     assert c.claims[0].least_distance <= 3.001 * c.reach == pytest.approx(3.001 * REACH)
-    assert c.as_data()["claims"][0].keys() == {"least_distance", "slowest_move", "longest_rest", "factor"}
+    assert (c.as_data()["claims"][0].keys(), c.as_data()["mass"]) == (
+        {"least_distance", "slowest_move", "longest_rest", "factor"},
+        pytest.approx(MASS),
+    )
     assert [each.distance / REACH for each in c.moves] == pytest.approx(TIMES)
     assert c.moves[-1].ratio < 0.5
     assert table.moves[-1].ratio < 0.7
@@ -295,7 +298,12 @@ MOVES = (BETTER, moved(3e-5, 1.0, 0.5), moved(3e-4, 1.0, 0.1))
     [
         (effect_along(*MOVES, claims=(QUICK,)), 0, "helps quick moves of 30.0 um or more with rests .* smaller.; shorter"),
         (effect_along(*MOVES, claims=(QUICK,)), 1, f"^{SIZES}1000 mm -> 500 mm in moves of 30.0 um; 1000 mm -> 100 mm in moves of 300 um$"),
-        (effect_along(*MOVES, claims=(SLOW, QUICK)), 0, "helps moves of up to 1 s of 300 um or more with rests up to 1 s"),
+        (effect_along(*MOVES, claims=(SLOW, QUICK)), 0, "helps moves of up to 1 s of 300 um or more with rests up to 1 s; shorter"),
+        (
+            replace(effect_along(*MOVES, claims=(SLOW,)), mass=20.0),
+            0,
+            " 1 s, in a drive that also feeds the acceleration of 20 kg forward;",
+        ),
         (
             effect_along(*MOVES, claims=(SLOW, QUICK)),
             2,
@@ -353,12 +361,12 @@ def test_the_reference_loop_of_a_law_feeds_neither_friction_nor_offset(monkeypat
 
     def judged(within, compensated):
         seen.append(within)
-        return Effect((), "translational", REACH, (), 1, 0.0)
+        return Effect((), "translational", REACH, (), 1, 0.0, mass=MASS)
 
     monkeypatch.setattr(InLoop, "effect", judged)
     monkeypatch.setattr(InLoop, "promised", lambda within, effect, drive: effect)
-    assert effect_of_law(loop).ahead == 3
-    (within,) = seen
+    assert (effect_of_law(loop).ahead, effect_of_law(loop).mass) == (3, 0.0)
+    within, _ = seen
     assert within.loop == replace(loop, feedforward=br.core.Feedforward(mass=MASS))
     assert (within.late, within.limits.velocity) == (pytest.approx(2e-3), pytest.approx(1e-3 * 0.02 / DT, rel=1e-2))
     assert effect_of_law(within.loop) is None

@@ -107,6 +107,8 @@ class Effect:
         Whether moves with long rests, or slow ones, get worse in many cases.
     assumed : float
         Pre-sliding distance that bristle assumes [m or rad]; 0 if model or axis file has one.
+    mass : float
+        Mass or inertia that the drive must also feed forward [kg or kg*m^2]; 0 if the files do, or without a loop.
     """
 
     along: tuple[Along, ...]
@@ -117,6 +119,7 @@ class Effect:
     late: float
     hunts: bool = False
     assumed: float = 0.0
+    mass: float = 0.0
 
     @property
     def moves(self) -> list[Along]:
@@ -147,7 +150,7 @@ class Effect:
             sizes = [f"{self._change(path)} in moves of {self._length(path.distance)}" for path in self._ends()]
             case = "exact model" if self.claims is None else "worst case"
             lines.append(f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}")
-        lines += [f"also {self._promise(claim)}" for claim in (self.claims or ())[1:]]
+        lines += [f"also {claim.text(self._length(claim.least_distance))}" for claim in (self.claims or ())[1:]]
         for own in (path for path in self.along if path.motion != MOVES):
             late = "" if math.isnan(own.not_ahead) else f", {self._length(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
@@ -174,22 +177,22 @@ class Effect:
         return (
             {"quantity": "following_error", "unit": unit_of("length", self.kind), "reach": self.reach}
             | {"claims": None if self.claims is None else [claim._asdict() for claim in self.claims], "hunts": self.hunts}
-            | {"samples_ahead": self.ahead, "late": self.late, "harmful": self.is_harmful}
+            | {"samples_ahead": self.ahead, "late": self.late, "mass": self.mass, "harmful": self.is_harmful}
             | {"least_distance": finite(self.least_distance), "along": along}
         )
 
     def _verdict(self) -> list[str]:
         if self.claims:
-            return [f"the compensation helps {self._promise(self.claims[0])}; shorter moves can get worse"]
+            helped = self.claims[0].text(self._length(self.claims[0].least_distance))
+            if self.mass:
+                helped += f", in a drive that also feeds the acceleration of {self.mass:.3g} {unit_of('mass', self.kind)} forward"
+            return [f"the compensation helps {helped}; shorter moves can get worse"]
         farthest = self._length(TIMES[-1] * self.reach)
         if any(path.is_worse for path in self.moves):
             return [f"the compensation can harm moves up to {farthest}: do not use it for moves from rest to rest"]
         if self.claims is None:
             return []
         return [f"bristle promises nothing for moves from rest to rest up to {farthest}: some do not clearly improve in simulated cases"]
-
-    def _promise(self, claim: Claim) -> str:
-        return claim.text(self._length(claim.least_distance))
 
     def _ends(self) -> list[Along]:
         """Return the shortest promised move and the longest one, or the worst."""
@@ -273,7 +276,9 @@ class InLoop:
             results = [simulate_with(own, None), compensated(own, self.ahead), compensated(own, 0)]
             motion = LOG if own.reference.component is recorded else EXPERIMENT
             along.append(Along(motion, 0.0, *map(_error, results)))
-        return Effect(tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=self.assumed)
+        return Effect(
+            tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=self.assumed, mass=loop.feedforward.mass
+        )
 
     @property
     def _with_presliding(self) -> Variant:
@@ -339,8 +344,9 @@ def _at_rest(loop: Variant) -> Variant:
 
 def _error(outcome: VariantResult) -> float:
     """Return the following error of a run, that of the load if the motor leads, peak to peak; inf if it diverged."""
-    error = outcome.following_error if outcome.load_reference is None else outcome.true_error
-    return math.inf if outcome.status is Status.NOT_FINITE else error.peak_to_peak
+    if outcome.status is Status.NOT_FINITE:
+        return math.inf
+    return (outcome.following_error if outcome.load_reference is None else outcome.true_error).peak_to_peak
 
 
 def _limits_of(request: Request) -> Limits:
@@ -407,7 +413,7 @@ def effect_of_law(variant: Variant) -> Effect | None:
     if within is None:
         return None
     effect = within.effect(lambda loop, ahead: simulate_with(replace(loop, feedforward=variant.feedforward), None))
-    effect = replace(effect, along=tuple(path._replace(not_ahead=math.nan) for path in effect.along), ahead=variant.run.delay + 1)
+    effect = replace(effect, along=tuple(path._replace(not_ahead=math.nan) for path in effect.along), ahead=variant.run.delay + 1, mass=0.0)
     drive = drive_of_law(variant.feedforward)
     if drive is None or variant.feedforward.scaled == "force":
         return effect  # a share of the whole force is a choice of the experiment, not of an identification
