@@ -452,16 +452,16 @@ def loop_of_law(variant: Variant) -> InLoop | None:
 
 def compensated_loop(experiment: Experiment, usual: Compensation) -> tuple[Experiment, Compensation]:
     """Return the experiment of a log whose last variant has the best rule, and its promise; without a known loop, the usual ones."""
-    *others, compensated = experiment.variants
+    *plain, compensated = experiment.variants
     within = loop_of_law(compensated)
-    given = compensated.feedforward
-    if within is None or drive_of_law(given) is None:
+    feedforward = compensated.feedforward
+    if within is None or drive_of_law(feedforward) is None:
         return experiment, usual
 
     def with_rule(rule: Rule) -> Feedforward:
-        return replace(given, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
+        return replace(feedforward, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
 
     rule, drive = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
     claims, _ = claims_of(within.tried(drive), within.reach)
-    variants = (*others, replace(compensated, feedforward=with_rule(rule)))
+    variants = (*plain, replace(compensated, feedforward=with_rule(rule)))
     return replace(experiment, variants=variants), Compensation(rule, within.reach, claims)
