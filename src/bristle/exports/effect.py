@@ -430,11 +430,11 @@ def promise_of_law(variant: Variant) -> tuple[Claim, ...]:
 
 def loop_of_law(variant: Variant) -> InLoop | None:
     """Return the loop of a law without its friction feedforward; None for a law without it, or without a stiffness."""
-    given = variant.feedforward
-    if given.friction is None and given.table is None:
+    feedforward = variant.feedforward
+    if feedforward.friction is None and feedforward.table is None:
         return None
-    friction: Model = given.friction or variant.friction
-    loop = replace(variant, feedforward=replace(given, friction=None, table=None, offset=0.0))
+    friction: Model = feedforward.friction or variant.friction
+    loop = replace(variant, feedforward=replace(feedforward, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
     limits = limits_within(friction, variant.plant, fastest or FASTEST)
@@ -442,8 +442,8 @@ def loop_of_law(variant: Variant) -> InLoop | None:
     if reach is None:
         return None
     distance, _ = turning_distance(friction, variant.axis, limits.velocity)
-    if (screw := screw_of(given)) is not None:  # the screw turns over with the friction of the table
-        force = sliding_level(table_of(given), screw.arm * limits.velocity)
+    if (screw := screw_of(feedforward)) is not None:  # the screw turns over with the friction of the table
+        force = sliding_level(table_of(feedforward), screw.arm * limits.velocity)
         lost = 2.0 * (force / screw.k + screw.gap) / screw.arm
         reach, distance = max(reach, lost), max(distance, lost)
     late = variant.run.delay * variant.run.sample_time + variant.run.current_lag

@@ -162,8 +162,8 @@ def _feedforward_text(identification: Identification) -> str:
 
 def compensation_in(identification: Identification) -> Compensation:
     """Return how the best model is fed forward in the loop of its log; of the fits alone, without a simulation of the loop."""
-    known = getattr(identification, "compensation", None)
-    return known or compensation_of(identification.best.friction, getattr(identification, "axis", None), identification.treatment)
+    simulated = getattr(identification, "compensation", None)
+    return simulated or compensation_of(identification.best.friction, getattr(identification, "axis", None), identification.treatment)
 
 
 def is_one_sided(fit: Fit) -> bool:
