@@ -33,6 +33,7 @@ def test_the_parameters_of_a_simulated_axis_are_identified(bristle, place):
     assert not [item for item in place.iterdir() if item.is_dir()]
 
 
+@pytest.mark.slow
 def test_the_folder_of_results_is_complete_and_agrees_with_the_output(bristle, place):
     result = bristle(*IDENTIFY, "--out", "run", "--json", code=0)
     assert written_in("run") == {

@@ -166,7 +166,10 @@ def published():
         ("explain", ("explain", "few_speeds")),
         ("models", ("models", "gms")),
         ("check", ("check", "model.toml")),
-        ("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)),
+        pytest.param(
+            *("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_result_has_the_published_schema(bristle, place, remembered, published, command, words):
