@@ -55,11 +55,10 @@ def test_a_friction_that_drives_the_axis_has_no_reach():
 
 def test_the_stiffness_of_the_log_takes_the_place_of_an_unknown_controller():
     known = {"treatment": FROM_LOG["treatment"] | {"stiffness": 2e5}}
-    request = export_request(axis=WITHOUT_LOOP, info=known)
-    assert reach_for(request) == pytest.approx(40.0 / 2e5)
-    product = files_for("c", request)
-    assert product.effect.claims == (Claim(pytest.approx(3.0 * reach_for(request)), None, 0.3),)
-    assert (product.effect.along, "#define AXIS_X_GAIN 0.8" in product.files["axis_x.h"]) == ((), True)
+    product = files_for("c", export_request(axis=WITHOUT_LOOP, info=known))
+    claims = (Claim(pytest.approx(3.0 * 40.0 / 2e5), None, 0.3),)
+    assert (product.effect.claims, product.effect.along, product.effect.mass) == (claims, (), MASS)
+    assert "#define AXIS_X_GAIN 0.8" in product.files["axis_x.h"]
 
 
 @pytest.mark.parametrize(
@@ -225,10 +224,11 @@ def test_the_share_with_the_smallest_error_is_taken_by_files_and_loop(monkeypatc
     assert (promise.rule, promise.claims) == (pytest.approx((*fed, 0.0, 200.0)), (QUICK,))
 
 
-@pytest.mark.parametrize("claims", [None, (), (Claim(3e-5, None, 0.3),)])
-def test_promise_of_a_law_is_that_of_its_effect(monkeypatch, claims):
-    monkeypatch.setattr(effects, "effect_of_law", lambda loop: effect_along(BETTER, claims=claims))
-    assert effects.promise_of_law(None) == (claims or ())
+@pytest.mark.parametrize(("scaled", "factors"), [("contact", [pytest.approx(0.75 / 0.2)]), ("force", [])])
+def test_a_law_promises_for_the_share_of_an_identification_only(monkeypatch, scaled, factors):
+    monkeypatch.setattr(InLoop, "tried", lambda within, drive: [Tried(case, 1.0, 0.2) for case in cases_over(within.reach)])
+    law = replace(loop_for(export_request()), feedforward=br.core.Feedforward(friction=LUGRE, gain=0.9, scaled=scaled))
+    assert [claim.factor for claim in effects.promise_of_law(law)] == factors
 
 
 @pytest.mark.slow

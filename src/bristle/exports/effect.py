@@ -25,7 +25,7 @@ from bristle.engine import conditioned
 from bristle.engine.motion import compensation_along
 from bristle.exports.cases import Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
-from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moves_over, turning_distance
+from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moved_by, moves_over, turning_distance
 from bristle.exports.targets import Request
 from bristle.friction import with_presliding
 from bristle.friction.level import rises_with_effort
@@ -222,8 +222,7 @@ def fed_along(drive: Drive, loop: Variant, ahead: int, late: float = 0.0) -> np.
     x = loop.reference.component.sample(dt * np.arange(count + ahead), loop.reference.parameters)[0]
     effort = drive(x, dt)[ahead:]
     if late:
-        samples = np.arange(effort.size)
-        effort = np.interp(samples - late / dt, samples, effort)
+        effort = np.interp(np.arange(effort.size) - late / dt, np.arange(effort.size), effort)
     return effort
 
 
@@ -233,9 +232,19 @@ def driven_by(drive: Drive) -> Compensated:
 
 
 def drive_of_law(feedforward: Feedforward) -> Drive | None:
-    """Return the friction that a law feeds forward along a desired motion; None where it also needs other signals."""
+    """Return the friction that a law feeds forward along a desired motion.
+
+    None where it also needs other signals, and for a share of the whole force: that is a choice of the experiment, not of an
+    identification.
+    """
     friction = feedforward.friction
-    if friction is None or feedforward.along == "measured" or rises_with_effort(friction) or screw_of(feedforward) is not None:
+    if (
+        friction is None
+        or feedforward.scaled == "force"
+        or feedforward.along == "measured"
+        or rises_with_effort(friction)
+        or screw_of(feedforward) is not None
+    ):
         return None
     return drive_of(with_rest(friction, feedforward.rest), shape_of(feedforward), feedforward.conditioning)
 
@@ -396,7 +405,9 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
     if within is None:
         if of_cogging or not request.is_from_log:
             return None
-        return Effect((), request.friction.kind, reach, claims_for(reach), lead_of(request), late_of(request))
+        return Effect(
+            *((), request.friction.kind, reach, claims_for(reach), lead_of(request), late_of(request)), mass=moved_by(request.plant)
+        )
     drive = drive or drive_of(request.sampled, Shape(**request.share._asdict()))
     if of_cogging:
         loop = within.loop
@@ -415,17 +426,17 @@ def effect_of_law(variant: Variant) -> Effect | None:
     effect = within.effect(lambda loop, ahead: simulate_with(replace(loop, feedforward=variant.feedforward), None))
     effect = replace(effect, along=tuple(path._replace(not_ahead=math.nan) for path in effect.along), ahead=variant.run.delay + 1, mass=0.0)
     drive = drive_of_law(variant.feedforward)
-    if drive is None or variant.feedforward.scaled == "force":
-        return effect  # a share of the whole force is a choice of the experiment, not of an identification
+    if drive is None:
+        return effect
     return within.promised(effect, within.tried(drive))
 
 
 def promise_of_law(variant: Variant) -> tuple[Claim, ...]:
     """Return the moves that the friction feedforward of a law helps; none without the share of an identification."""
-    effect = effect_of_law(variant)
-    if effect is None or effect.claims is None:
+    within, drive = loop_of_law(variant), drive_of_law(variant.feedforward)
+    if within is None or drive is None:
         return ()
-    return effect.claims
+    return claims_of(within.tried(drive), within.reach)[0]
 
 
 def loop_of_law(variant: Variant) -> InLoop | None:

@@ -271,9 +271,9 @@ def closing_sentences(result: SimulationResult) -> list[str]:
     return [*gained[:-1], *best, *gained[-1:]]
 
 
-def helped_text(claims: Sequence[Claim], kind: Kind) -> str:
+def helped_text(claims: Sequence[Claim], kind: Kind, helps: str = "; it helps") -> str:
     """Return the moves that a feedforward helps as the end of a sentence, nothing without a promise."""
-    return "".join(f"; it helps {claim.text(length_text(claim.least_distance, kind))}" for claim in claims)
+    return "".join(f"{helps} {claim.text(length_text(claim.least_distance, kind))}" for claim in claims)
 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:

@@ -154,7 +154,8 @@ def _feedforward_text(identification: Identification) -> str:
         return "not judged, because the model was fitted to the position"
     compensation = compensation_in(identification)
     if gain := first_gain(fit, compensation):
-        return f"safe to try at gain {gain:g}{helped_text(compensation.claims, fit.friction.kind)}"
+        helped = helped_text(compensation.claims, fit.friction.kind, "; beside acceleration feedforward it helps")
+        return f"safe to try at gain {gain:g}{helped}"
     faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
     error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
