@@ -52,6 +52,8 @@ UNEQUAL = {"F_C": 1.0, "k_i": [1.0, 2.0], "nu_i": [1.0]}
         (friction.preisach_lugre, PREISACH | {"s": 1e6}, {}, r"s: is already set by the operator; found 1000000\.0.*Remove s"),
         (friction.maxwell_slip, UNEQUAL, {"validate": False}, "k_i"),
         (friction.maxwell_slip, UNEQUAL, {"related": False}, "k_i"),
+        (friction.maxwell_slip, {"F_C": 1.0, "k_i": np.array([1.0, -2.0]), "nu_i": np.array([0.5, 0.5])}, {}, r"k_i\[1\]: out of range"),
+        (friction.maxwell_slip, {"F_C": 1.0, "k_i": np.array([1.0]), "nu_i": np.array([1.5])}, {}, r"nu_i\[0\]: out of range"),
     ],
 )
 def test_values_that_make_no_model_are_refused_in_words(component, values, options, words):

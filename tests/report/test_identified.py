@@ -52,6 +52,12 @@ def loaded(folder):
     return br.load(folder)
 
 
+@pytest.mark.parametrize("claim", [{"least_distance": 1e-3, "slowest_move": None, "longest_rest": 0.3}])
+def test_saved_gain_and_claims_are_read_even_without_a_factor(loaded, claim):
+    known = replace(loaded, summary=loaded.summary | {"feedforward": {"first_gain": 0.7, "claims": [claim]}})
+    assert known.compensation[::2] == (loaded.compensation.rule._replace(gain=0.7), ((1e-3, None, 0.3, None),))
+
+
 def same(single, other):
     """Whether two models have the same numbers, to the bit."""
     for name, estimate in single.parameters.items():
@@ -62,8 +68,9 @@ def same(single, other):
     assert list(single.parameters) == list(other.parameters)
     assert single.covariance_names == other.covariance_names
     np.testing.assert_array_equal(single.covariance, other.covariance)
-    assert (dict(single.treatment), single.compensation[1:]) == (dict(other.treatment), other.compensation[1:])
-    assert list(single.draws) == list(other.draws)
+    assert (dict(single.treatment), single.compensation[1:], list(single.draws)) == (
+        *(dict(other.treatment), other.compensation[1:], list(other.draws)),
+    )
     for name, draws in single.draws.items():
         np.testing.assert_array_equal(draws, other.draws[name])
     assert vars(single.best.resampling.bands) | {"draws": 0} == vars(other.best.resampling.bands) | {"draws": 0}
