@@ -12,7 +12,7 @@ from tests.identification.known_logs import log_of, sines
 
 import bristle as br
 from bristle.cli.main import main
-from bristle.engine.contact import steady_force
+from bristle.engine.contact import sliding_level, steady_force
 from bristle.exports import ax8000, cogging, sinumerik, tf5200
 from bristle.exports.described import Source
 from bristle.exports.drive import Side, levels_and_curves, reads, side_of, write
@@ -22,7 +22,6 @@ from bristle.exports.targets import TARGETS, Request
 from bristle.exports.tf5200 import merged
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from
-from bristle.prediction.claims import sliding_level
 from bristle.prediction.drive_table import LevelValues, reversal_distance
 from bristle.prediction.drive_units import DriveUnit
 

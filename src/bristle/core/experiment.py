@@ -302,6 +302,8 @@ class Variant:
         Start of the loop; None starts on the reference with an integral of zero.
     coupling : Coupling or None
         Elastic coupling of the load, for proposed gains.
+    draws : mapping of str to array_like, shape (member,) or (member, element)
+        Draws of the parameters of the friction from its identification [SI]; empty if its uncertainty is unknown.
     """
 
     name: str = taken(TEXT)
@@ -321,6 +323,7 @@ class Variant:
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
     start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
     coupling: Coupling | None = taken(optional(instance(Coupling, "an object of class Coupling")), None)
+    draws: Mapping[str, np.ndarray] = taken(instance(Mapping, "a mapping"), default_factory=dict)
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""

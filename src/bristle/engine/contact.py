@@ -16,6 +16,7 @@ from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
 from bristle.engine.motion import along, follow
 from bristle.friction import unvaried
+from bristle.friction.slots import whole_parts
 
 DISTANCE, SPEED = Variable("length", "distance of a move"), Variable("length/time", "speed of a move", min=0.0)
 VELOCITY = Variable("length/time", "velocity")
@@ -162,3 +163,16 @@ def steady_force(model: Model, v: float) -> float:
             # In much longer steps, rounding would hide the deflection of a contact.
             before, dt = force, dt if far else 1.5 * dt
     return float(finite(np.array([force]), model)[0])
+
+
+def sliding_level(model: Model, fastest: float) -> float:
+    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
+    slow = 1e-3 * fastest
+    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
+
+
+def level_of(model: Model, fastest: float) -> float:
+    """Return the smaller level of sliding friction at a low speed and, without its viscous part, at full speed [N or N*m]."""
+    at_full_speed = 0.5 * (steady_force(model, fastest) - steady_force(model, -fastest)) - whole_parts(model)["viscous"] * fastest
+    slow = sliding_level(model, fastest)
+    return min(slow, at_full_speed) if at_full_speed > 0.0 else slow

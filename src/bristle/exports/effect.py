@@ -8,13 +8,14 @@ that of the rule, if the log shows the stiffness, and otherwise there is none.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.controllers.feedforward import Rule, Shape
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Feedforward, Start, Variant
 from bristle.core.lazy import cached_property
@@ -22,6 +23,7 @@ from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import conditioned
+from bristle.engine.contact import level_of, sliding_level
 from bristle.engine.motion import compensation_along
 from bristle.exports.cases import Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
@@ -39,11 +41,9 @@ from bristle.prediction.claims import (
     Claim,
     Compensation,
     claims_for,
-    level_of,
     reach_of,
     rule_for,
     samples_ahead,
-    sliding_level,
 )
 from bristle.references import recorded
 from bristle.simulation.compensation import settling, shape_of
@@ -340,15 +340,10 @@ def _worst_of(path: Along, tried: list[Tried]) -> Along:
     return path._replace(without=worst.without, with_it=worst.with_it)
 
 
-def _held(loop: Variant) -> float:
-    """Return the constant force of a loop's friction (gravity or bias)."""
-    return whole_parts(loop.friction)["constant"]
-
-
 def _at_rest(loop: Variant) -> Variant:
     """Return a loop that begins at rest under the constant force, without an unexplained force."""
     origin = float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
-    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(origin, effort=_held(loop)))
+    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(origin, effort=whole_parts(loop.friction)["constant"]))
 
 
 def _error(outcome: VariantResult) -> float:
@@ -356,19 +351,6 @@ def _error(outcome: VariantResult) -> float:
     if outcome.status is Status.NOT_FINITE:
         return math.inf
     return (outcome.following_error if outcome.load_reference is None else outcome.true_error).peak_to_peak
-
-
-def _limits_of(request: Request) -> Limits:
-    """Return the limits of the moves of an axis."""
-    axis = request.axis
-    limits = limits_within(request.friction, request.plant, fastest_of(request))
-    if axis is None:
-        return limits
-    return Limits(
-        min(limits.velocity, axis.velocity_limit or math.inf),
-        min(limits.acceleration, axis.acceleration_limit or math.inf),
-        axis.jerk_limit or math.inf,
-    )
 
 
 def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
@@ -388,7 +370,7 @@ def _within(request: Request) -> InLoop | None:
     loop, reach = loop_for(request), reach_for(request)
     if loop is None or reach is None:
         return None
-    limits = _limits_of(request)
+    limits = limits_within(request.friction, request.plant, fastest_of(request), request.axis)
     distance, assumed = turning_distance(request.friction, request.axis, limits.velocity)
     return InLoop(loop, limits, reach, late_of(request), distance, assumed)
 
@@ -448,7 +430,7 @@ def loop_of_law(variant: Variant) -> InLoop | None:
     loop = replace(variant, feedforward=replace(feedforward, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
     fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
-    limits = limits_within(friction, variant.plant, fastest or FASTEST)
+    limits = limits_within(friction, variant.plant, fastest or FASTEST, variant.axis)
     reach = reach_of(variant.friction, variant.controller, {}, limits.velocity)
     if reach is None:
         return None
@@ -461,10 +443,15 @@ def loop_of_law(variant: Variant) -> InLoop | None:
     return InLoop(loop, limits, reach, late, distance)
 
 
-def compensated_loop(experiment: Experiment, usual: Compensation) -> tuple[Experiment, Compensation]:
-    """Return the experiment of a log whose last variant has the best rule, and its promise; without a known loop, the usual ones."""
+def compensated_loop(
+    experiment: Experiment, axis: Axis | None, draws: Mapping[str, np.ndarray], usual: Compensation
+) -> tuple[Experiment, Compensation]:
+    """Return the experiment of a log whose last variant has the best rule, and its promise; without a known loop, the usual ones.
+
+    The cases of the promise use the limits of the axis and the draws of the parameters.
+    """
     *plain, compensated = experiment.variants
-    within = loop_of_law(compensated)
+    within = loop_of_law(replace(compensated, axis=axis, draws=draws))
     feedforward = compensated.feedforward
     if within is None or drive_of_law(feedforward) is None:
         return experiment, usual

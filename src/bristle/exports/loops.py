@@ -20,7 +20,7 @@ def loop_for(request: Request) -> Variant | None:
         if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
             return None
         variant = _loop_with(request, plant, axis.controller)
-    return replace(variant, feedforward=replace(variant.feedforward, friction=None))
+    return replace(variant, feedforward=replace(variant.feedforward, friction=None), draws=request.draws)
 
 
 def reach_for(request: Request) -> float | None:

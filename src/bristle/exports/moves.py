@@ -1,20 +1,23 @@
 """The moves along which an export is judged: from rest to rest, inside and outside pre-sliding."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
+from bristle.engine.contact import sliding_level
 from bristle.exports.targets import Request
-from bristle.prediction.claims import FASTEST, sliding_level
+from bristle.prediction.claims import FASTEST
 from bristle.prediction.drive_table import reversal_distance
 from bristle.references.legs import legs_through
 from bristle.simulation.two_masses import whole_inertia
 
 TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the reach, or over the pre-sliding distance
 ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
+SIGNS = (1.0, 1.0, -1.0, -1.0, 1.0, -1.0)  # of the moves
 SHORTEST = 0.1  # duration of a quick move [s]
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
 HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness before
@@ -64,12 +67,24 @@ def moves_over(distance: float, limits: Limits, dt: float, lasting: float = SHOR
 
     A move takes `lasting` [s], or longer because of the limits.
     """
-    jerk = min(limits.jerk, 32.0 * distance / lasting**3)
+    return series_over(distance, limits, dt, SIGNS, rest=0.2, lasting=lasting)[0]
+
+
+def series_over(
+    distance: float, limits: Limits, dt: float, signs: Sequence[float] | np.ndarray, *, rest: float, lasting: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions of moves with some signs from 0, each with a `rest` [s] after it, and the first sample of each move.
+
+    A move takes `lasting` [s], or longer because of the limits; with 0, it is as quick as they allow.
+    """
+    jerk = min(limits.jerk, 32.0 * distance / lasting**3) if lasting else limits.jerk
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
-    dwell, before = np.full(math.ceil(0.2 / dt), distance), np.zeros(math.ceil(0.1 / dt))
-    step = np.concatenate([inside, dwell])
-    return np.concatenate([before, step, distance + step, 2.0 * distance - step, distance - step, step, distance - step])
+    move = np.concatenate([inside, np.full(math.ceil(rest / dt), distance)])
+    ends = distance * np.cumsum([0.0, *signs])
+    before = np.zeros(math.ceil(0.1 / dt))
+    moves = [end + sign * move for end, sign in zip(ends[:-1], signs, strict=True)]
+    return np.concatenate([before, *moves]), before.size + move.size * np.arange(ends.size)
 
 
 def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, float]:
@@ -87,7 +102,15 @@ def moved_by(plant: Model | None) -> float:
     return plant.values.get("M", 0.0)
 
 
-def limits_within(friction: Model, plant: Model | None, fastest: float) -> Limits:
-    """Return limits whose acceleration needs the effort of sliding friction; full speed in 0.1 s if the mass is unknown."""
-    mass = moved_by(plant)
-    return Limits(fastest, sliding_level(friction, fastest) / mass if mass else fastest / 0.1)
+def limits_within(friction: Model, plant: Model | None, fastest: float, axis: Axis | None) -> Limits:
+    """Return limits within those of an axis, whose acceleration needs the effort of sliding friction.
+
+    If the mass is unknown, the axis reaches full speed in 0.1 s.
+    """
+    mass, stated = moved_by(plant), axis or Axis()
+    acceleration = sliding_level(friction, fastest) / mass if mass else fastest / SHORTEST
+    return Limits(
+        min(fastest, stated.velocity_limit or math.inf),
+        min(acceleration, stated.acceleration_limit or math.inf),
+        stated.jerk_limit or math.inf,
+    )

@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from bristle.controllers.feedforward import Rule
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
@@ -98,6 +100,11 @@ class Request:
     derivatives: bool = False
     rule: Rule | None = None
     undivided: Model | None = None
+
+    @property
+    def draws(self) -> Mapping[str, np.ndarray]:
+        """Draws of the parameters of the friction; empty if its uncertainty is unknown."""
+        return (self.info.get("bands") or {}).get("draws", {})
 
     @property
     def share(self) -> Rule:

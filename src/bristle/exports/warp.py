@@ -41,7 +41,7 @@ class WarpFiles(CudaFiles):
         facts, request = super().lane_facts(), self.request
         tuned = tunable_of(self.subject.model, self.fixed)
         numbers = {_flat(name, place): value for name, place, value in tuned.numbers()}
-        drawn: Mapping[str, Any] = (request.info.get("bands") or {}).get("draws", {})
+        drawn: Mapping[str, Any] = request.draws
         draws = {}
         for name, place, _ in tuned.numbers():
             if name in drawn:

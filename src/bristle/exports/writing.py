@@ -177,7 +177,7 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller; to write the files anyway, add"
+        with_memory = "Lower the integral gain of the controller, or identify the friction more closely; to write the files anyway, add"
         without = "Export a model with memory (--to c, --law); to write the files anyway, add"
         raise InputError(
             f"makes the error larger ({'; '.join(effect.lines()[:2])})",

@@ -9,7 +9,6 @@ from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
 from bristle.core.contracts import Model, make_model
 from bristle.core.errors import InputError, located
-from bristle.core.experiment import Coupling
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, model_from, parameters_in, table_at
@@ -78,26 +77,24 @@ class Sources:
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (if a model file has one) and the friction model of a table."""
         entries = table_at(table, path)
-        file = entries.get("file")
-        if not isinstance(file, str) or not file.endswith(".toml"):
+        described = self.identified(table, path)
+        if described is None:
             return None, friction_from(entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code)
-        described, place = self.model(file, f"{path}.file"), f"{path}.file"
         if described.friction.kind != kind:
             message, mend = (
                 f"is the model of a {described.friction.kind} axis, but this axis is {kind}",
                 "Name the model of an axis of the same kind",
             )
-            raise InputError(message, path=place, value=file, mend=mend)
+            raise InputError(message, path=f"{path}.file", value=entries["file"], mend=mend)
         component = described.friction.component
         values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
-    def coupling(self, table: Any, path: str) -> Coupling | None:
-        """Return the elastic coupling in the model file that a table names; None without one."""
+    def identified(self, table: Any, path: str) -> ModelFile | None:
+        """Return the model file that a table names; None without one."""
         file = table_at(table, path).get("file")
         is_file = isinstance(file, str) and file.endswith(".toml")
-        coupling = self.model(file, f"{path}.file").info.get("coupling") if is_file else None
-        return None if coupling is None else Coupling(**coupling)
+        return self.model(file, f"{path}.file") if is_file else None
 
     def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
         """Return the plant or the operator that a table names, with its parameters."""

@@ -11,7 +11,7 @@ from bristle.core import experiment, units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory, make_model
 from bristle.core.errors import InputError
-from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, START, Effort, Feedforward, Learning, Run, Start, Variant
+from bristle.core.experiment import FEEDFORWARD, LEARNING, RUN, START, Coupling, Effort, Feedforward, Learning, Run, Start, Variant
 from bristle.core.variable import Kind, Variable
 from bristle.files import components
 from bristle.files.components import check_keys, choice_at, in_effort, key_of, model_from, number_at, numbers_in, table_at
@@ -89,6 +89,8 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     if not sensor and axis is not None and axis.resolution is not None:
         sensor = {"resolution": axis.resolution}
     own = sources.own(sensor, Sensor, path)
+    named = sources.identified(content["friction"], tables.path("friction"))
+    coupling, bands = (None, None) if named is None else (named.info.get("coupling"), named.info.get("bands"))
     mechanism: dict[str, Any] = {
         "name": name,
         "plant": plant,
@@ -97,7 +99,8 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         "sensor": model_from(sensor, SENSORS, kind=kind, path=path, default="encoder", own=own),
         "sensor_at": side,
         "axis": axis,
-        "coupling": None if has_screw else sources.coupling(content["friction"], tables.path("friction")),
+        "coupling": Coupling(**coupling) if coupling and not has_screw else None,
+        "draws": bands["draws"] if bands else {},
     }
     return (_open_loop if "effort" in content else _closed_loop)(tables, mechanism, kind, sources)
 

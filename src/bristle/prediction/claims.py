@@ -12,14 +12,18 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number
-from bristle.engine.contact import steady_force
+from bristle.engine.contact import level_of
 from bristle.friction.slots import whole_parts
 from bristle.identification.position_loop import stiffness_of
+from bristle.identification.simulated_bands import MEMBERS, Bands
 
 GAIN, CONSTANT_GAIN = 0.9, 0.8  # share with a known reach, which returns and fades; constant share without one, and of tables
 RETURN = 0.05  # travel constant of the return, over the reach
@@ -51,17 +55,11 @@ class Claim(NamedTuple):
         return moves if self.factor is None else f"{moves} (error at least {number(self.factor, digits=2)} times smaller)"
 
 
-def sliding_level(model: Model, fastest: float) -> float:
-    """Return the level of sliding friction at a low speed, the mean of both directions [N or N*m]."""
-    slow = 1e-3 * fastest
-    return max(0.5 * (steady_force(model, slow) - steady_force(model, -slow)), 1e-300)
-
-
-def level_of(model: Model, fastest: float) -> float:
-    """Return the smaller level of sliding friction at a low speed and, without its viscous part, at full speed [N or N*m]."""
-    at_full_speed = 0.5 * (steady_force(model, fastest) - steady_force(model, -fastest)) - whole_parts(model)["viscous"] * fastest
-    slow = sliding_level(model, fastest)
-    return min(slow, at_full_speed) if at_full_speed > 0.0 else slow
+def doubt_of(model: Model, draws: Mapping[str, np.ndarray]) -> float:
+    """Return the half-width of the 95 % interval of the friction level, over the level, from draws of the parameters; 0 without draws."""
+    drawn = Bands(draws, scatter=0.0, noise=0.0, unexplained=0.0).models(model, MEMBERS)
+    levels = [level_of(member, FASTEST) for member in drawn]
+    return NORMAL_95 * float(np.std(levels)) / level_of(model, FASTEST) if levels else 0.0
 
 
 def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, Any], fastest: float = FASTEST) -> float | None:

@@ -116,9 +116,10 @@ class Identified(Identification, ModelInHand, Result):
         from bristle.prediction import compensation_of, loop_of
 
         usual, looped = compensation_of(self.best.friction, self.axis, self.treatment), None
+        draws = self.best.resampling.bands.draws if self.best.resampling else {}
         if self.best.position_rmse is None:  # fitted to the position: there was no loop
             looped = loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
-        return (None, usual) if looped is None else compensated_loop(looped, usual)
+        return (None, usual) if looped is None else compensated_loop(looped, self.axis, draws, usual)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
