@@ -58,6 +58,7 @@ Compensated = Callable[[Variant, int], VariantResult]
 
 WORSE = 1.05  # ratio of two errors that count as different
 TINY = 1e-12  # an error or a ratio below it counts as zero
+PREFIXES = ("", 1.0), ("m", 1e3)
 FAR = 10.0  # moves over so many times the reach must not get worse
 MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
 
@@ -207,12 +208,11 @@ class Effect:
 
 
 def length_text(value: float, kind: Kind) -> str:
-    """Return a short distance as text, in um, mm or urad; an infinite one is the error of a loop that diverges."""
+    """Return a distance as text in ASCII; an infinite one is the error of a loop that diverges."""
     if not math.isfinite(value):
         return "diverges"
-    if kind == "rotational":
-        return f"{number(1e6 * value, digits=3)} urad"
-    return f"{number(1e3 * value, digits=3)} mm" if value >= 1e-3 else f"{number(1e6 * value, digits=3)} um"
+    prefix, factor = next((prefix for prefix in PREFIXES if value * prefix[1] >= 1.0), ("u", 1e6))
+    return f"{number(factor * value, digits=3)} {prefix}{unit_of('length', kind)}"
 
 
 def fed_along(drive: Drive, loop: Variant, ahead: int, late: float = 0.0) -> np.ndarray:
