@@ -4,10 +4,11 @@ import re
 
 import numpy as np
 import pytest
-from tests.report.all_reports import DOUBTED, KINDS, LOGS, rendered, report_of, results
+from tests.report.all_reports import DOUBTED, KINDS, LOGS, identification, rendered, report_of, results
 from tests.report.pages import Page
 
 from bristle.figures.on_reports import REPORTS
+from bristle.prediction import compensation_of
 from bristle.report.model_tables import comparison_table
 from bristle.report.sentences import SENTENCES
 
@@ -61,9 +62,12 @@ def test_first_screen_has_title_picture_cards_next_step_and_few_words(kind):
     assert len(re.findall(r"[^\W\d]{2,}", " ".join(" ".join(page.text).split()))) <= MOST_WORDS
 
 
-def test_first_screen_of_an_identification_judges_the_feedforward():
+def test_first_screen_of_an_identification_judges_the_feedforward(monkeypatch):
     usable, summary, _ = report_of("identification")
-    doubted = rendered("identification", **DOUBTED)[0]
+    promised = compensation_of(results()["identification"].best.friction, None, {"stiffness": 1e6})
+    monkeypatch.setattr("bristle.report.summary.compensation_in", lambda result: promised)
+    doubted, *summaries = rendered("identification", **DOUBTED)[0], identification()[1], identification(**DOUBTED)[1]
+    assert [len(each["feedforward"]["claims"]) for each in summaries] == [1, 0]
     # This log does not show the stiffness of its position loop, so no moves are named.
     assert (summary["feedforward"]["first_gain"], summary["feedforward"]["claims"]) == (0.25, [])
     assert "Feedforward: safe to try at gain 0.25" in Page(first_screen(usable)).words

@@ -41,16 +41,17 @@ def identification_summary(
     best, log = identification.best, identification.log
     kind = best.friction.kind
     compensation = compensation_in(identification)
+    gain = first_gain(best, compensation)
     doubt, ruling = None if following is None else following.contradiction, ruling_of(identification, following)
     return {
         "model": best.name,
         "kind": kind,
         "verdict": {"level": ruling.level, "reasons": ruling.reasons},
         "feedforward": {
-            "first_gain": first_gain(best, compensation),
+            "first_gain": gain,
             "error_percent": best.friction_alone_error_percent,
             "reach": compensation.reach,
-            "claims": [claim._asdict() for claim in compensation.claims],
+            "claims": [claim._asdict() for claim in compensation.claims if gain],
         },
         "proposals": proposals_of(best, axis or Axis(kind=kind), identification.second_pass),
         "parameters": _parameters(best, axis),
