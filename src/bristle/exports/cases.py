@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.experiment import Start, Variant
+from bristle.core.experiment import Variant
 from bristle.core.status import Status
 from bristle.exports.moves import TIMES, Limits, series_over
 from bristle.friction.slots import scaled
@@ -126,19 +126,19 @@ def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
 def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], bool]:
     """Return the moves that no case shows to get worse, and whether the axis hunts."""
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
-    kinds = [(LONG, RARE), (LONG, LONGEST_REST), (None, LONGEST_REST)]
-    if hunts:
-        kinds = [(None, LONGEST_REST)]
+    # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
+    rested = [trial for trial in tried if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach]
+    longest = RARE if all(trial.is_promised for trial in rested) else LONGEST_REST
+    kinds = [(LONG, longest), (None, LONGEST_REST)]
     claims: list[Claim] = []
-    for slowest, rest in kinds:
+    for slowest, rest in kinds[hunts:]:
         inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
         doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
         # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.
         poor = max((trial.case.distance for trial in inside if not trial.ratio <= POOR), default=0.0)
         if poor >= LEAST * reach * (1.0 - 1e-9):
             doubtful = max(doubtful, CLEAR * poor)
-        least = min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf)
-        least = max(least, LEAST * reach)
+        least = max(LEAST * reach, min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf))
         if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
             worst = max(trial.ratio for trial in inside if 2.0 * trial.case.distance > least)
             claims.append(Claim(least, slowest, rest, CAREFUL / worst))
@@ -160,8 +160,8 @@ def _unfed(case: Case, loop: Variant, limits: Limits, force: float, spread: floa
     dt = loop.run.sample_time
     count = MOVES[case.rest > LONGEST_REST]
     positions, starts = _positions(case, limits, dt, count)
-    start = loop.start or Start(0.0)
-    x = start.position + positions
+    assert loop.start is not None
+    x = loop.start.position + positions
     run = replace(loop.run, duration=dt * x.size, settle=0.0, seeds=1)
     reference = recorded(kind=loop.plant.kind, position=x, sample_time=dt)
     friction = scaled(loop.friction, 1.0 + spread * case.friction)
