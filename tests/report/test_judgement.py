@@ -278,10 +278,17 @@ def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
     assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
 
 
+HELPS = "safe to try at gain 0.9; beside acceleration feedforward it helps quick moves of"
+
+
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({}, "safe to try at gain 0.9; beside acceleration feedforward it helps quick moves of 3\u00a0mm or more with rests up to 0.3 s"),
+        ({}, f"{HELPS} 3\u00a0mm or more with rests up to 0.3 s"),
+        (
+            {"claims": claims_for(1e-3) + claims_for(1.0)},
+            f"{HELPS} 3\u00a0mm or more with rests up to 0.3 s; quick moves of 3\u00a0m or more with rests up to 0.3 s",
+        ),
         ({"claims": ()}, "safe to try at gain 0.25"),
         ({"friction_alone_error_percent": 63.0}, "do not try it: the model error is 63 % of the friction"),
         ({"diagnostics": (Diagnostic("sign_reversed", severity="error"),)}, f"do not try it: {SENTENCES['sign_reversed'].means}"),

@@ -273,7 +273,8 @@ def closing_sentences(result: SimulationResult) -> list[str]:
 
 def helped_text(claims: Sequence[Claim], kind: Kind, helps: str = "; it helps") -> str:
     """Return the moves that a feedforward helps as the end of a sentence, nothing without a promise."""
-    return "".join(f"{helps} {claim.text(length_text(claim.least_distance, kind))}" for claim in claims)
+    moves = "; ".join(claim.text(length_text(claim.least_distance, kind)) for claim in claims)
+    return f"{helps} {moves}" if claims else ""
 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
