@@ -169,6 +169,6 @@ def test_samples_before_and_behind_a_channel_that_is_recorded_later_are_left_out
     effort = {"column": "ActTorque", "unit": "N"}
     described = axis_from({"schema": 1, "kind": "translational", "columns": {"position": "ActPos", "effort": effort}})
     log = read_log(EXPORTS["twincat, rates"].write(tmp_path, MOTION), described)
-    (count,) = (int(note.split()[2]) for note in log.notes if note.endswith("because some channels were not recorded at these times"))
+    (count,) = (int(note.split()[2]) for note in log.notes if note.endswith("at the ends, where column ActTorque has no values"))
     assert len(log) == 4000 - count
     assert 4 <= count <= 5

@@ -123,7 +123,7 @@ def test_channels_with_separate_times_are_interpolated_to_the_position():
         pytest.approx(1e-3 * X[1:]),
         pytest.approx(2.0 * TIME[1:]),
     ]
-    assert "bristle ignores 1 sample, because some channels were not recorded at these times" in result.notes
+    assert "bristle ignores 1 sample at the ends, where column u has no values" in result.notes
     assert any("bristle ignores columns.time, because each column of this MF4 file has its own time" in note for note in result.notes)
     (finding,) = result.findings
     assert (finding.code, finding.numbers["percent"]) == ("resampled", 100.0)

@@ -11,8 +11,8 @@ from bristle.logs.stamped_text import (
     amount_in,
     facts_above,
     head_of,
+    is_archive,
     partly_empty,
-    pattern_of,
     read_archive,
     read_scope,
     stamps_in,
@@ -169,27 +169,27 @@ def test_a_trace_without_times_has_those_of_its_sample_time():
 
 
 LINES = [f"{name} {2.0 * k + (name == 'u')} {k},5 GOOD" for k in range(6) for name in ("q", "u")]
-DATED = [f"2024-03-01 10:00:{k:02d}.5,q,{k}" for k in range(10)] + ["2024-03-01 10:00:00.0,u,3"]
+DATED = [f"q,2024-03-01 10:00:{k:02d}.5,{k}" for k in range(10)] + ["u,2024-03-01 10:00:00.0,3"]
 
 
 def test_an_archive_has_a_line_for_each_value_of_a_signal():
-    table = read_archive([*LINES, "# end", "what is this"], pattern_of(LINES), REQUEST)
+    table = read_archive([*LINES, "# end", "what is this"], REQUEST)
     values, stamps = lists(table)
     assert values["q"] == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
     assert stamps == {"q": [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], "u": [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]}
-    assert table.notes == ("bristle ignores 1 lines without a value of a signal",)
+    assert table.notes == ("bristle ignores 1 lines without a value of a signal", "bristle ignores the text behind the values")
 
 
 def test_dates_of_an_archive_are_seconds_and_a_choice_is_one_of_signals():
-    assert lists(read_archive(DATED, pattern_of(DATED), REQUEST))[1]["q"] == [0.5 + k for k in range(10)]
-    chosen = read_archive(DATED, pattern_of(DATED), REQUEST._replace(choice=Choice(frozenset({"u"}))))
+    assert lists(read_archive(DATED, REQUEST))[1]["q"] == [0.5 + k for k in range(10)]
+    chosen = read_archive(DATED, REQUEST._replace(choice=Choice(frozenset({"u"}))))
     assert list(chosen.stamps) == ["u"]
 
 
 def test_few_lines_other_cells_and_many_signals_are_no_archive():
-    assert [pattern_of(lines) for lines in (LINES[:9], ["1;2;3"] * 12)] == [None, None]
+    assert [is_archive(lines) for lines in (LINES[:9], ["1;2;3"] * 12)] == [False, False]
     with pytest.raises(InputError, match="names 1001 signals"):
-        read_archive([f"s{k} 0 1" for k in range(1001)], pattern_of(LINES), REQUEST)
+        read_archive([f"s{k} 0 1" for k in range(1001)], REQUEST)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import codecs
 import io
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,37 +33,45 @@ def read_csv(data: bytes, request: Request) -> Table:
     refuse_frames(head, request.source)
     if (scope := stamped_text.head_of(head)) is not None:  # channels with separate times
         return stamped_text.read_scope(data.decode(encoding).split("\n"), scope, request)
-    if (archived := stamped_text.pattern_of(head)) is not None:
-        return stamped_text.read_archive(data.decode(encoding).split("\n"), archived, request)
+    if stamped_text.is_archive(head):
+        return stamped_text.read_archive(data.decode(encoding).split("\n"), request)
     starts = _starts_of_lines(data, HEAD_LINES, request.source)
     last = data.find(b"\n", starts[-1]) % (len(data) + 1)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], last + 1], strict=True)]
     layout = layout_of(lines[:HEAD_LINES], request.source)
     body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)
+    words = stamped_text.words_in(body, layout, encoding)
+    late = {i for i, column in words.items() if is_number(next(filter(None, column), ""), layout.decimal_comma)}
+    layout = replace(layout, numeric=tuple(numeric or i in late for i, numeric in enumerate(layout.numeric)))
     layout = replace(layout, units=tuple(map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)))
     # A signal of a SINUMERIK has an address, which names its column.
     program = "SINUMERIK trace, CSV" if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names) else ""
-    if (apart := _with_own_times(body, layout, request, encoding, notes)) is not None:
-        return replace(apart, facts=facts, format=program or apart.format)
-    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and request.choice(layout.names[i], i + 1)]
-    values = _numbers(body, layout, request, chosen, encoding)
-    columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
     dates = stamped_text.stamps_in(body, layout, encoding) if has_stamps else {}
-    columns |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
-    names, texts = [], {}
-    for i, cell in enumerate(cells_of(without_comments(lines[layout.first]), layout.delimiter)):
-        name = layout.names[i]
-        if layout.numeric[i] or i in dates:
-            names.append(name)
-            continue
-        message, mend = why_no_number(cell)  # for a caller that needs this column
-        texts[name] = InputError(message, path=f"{request.source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
-    notes += _note_of_text(list(texts))
+    words = {i: column for i, column in words.items() if i not in late and i not in dates}
+    notes += _note_of_text([layout.names[i] for i in words])
+    columns = _irregular(body, layout, request, encoding, has_words=any(map(all, words.values())))
+    apart = None
+    if columns is not None:
+        apart = stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
+        named = replace(layout, names=stamped_text.names_beside_times(layout.names))
+        apart = apart or stamped_text.with_own_times(columns, named, request, [*layout.notes, *notes])
+    if apart is not None:
+        return replace(apart, facts=facts, format=program or apart.format)
+    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and request.choice(layout.names[i], i + 1)]
+    values = _numbers(body, layout, request, chosen, encoding) if columns is None else [columns[i] for i in chosen]
+    read = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
+    read |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
+    texts = {}
+    for i, column in words.items():
+        message, mend = why_no_number(column[0])  # for a caller that needs this column
+        place = f"{request.source}: line {layout.first + 1}, column {layout.names[i]!r}"
+        texts[layout.names[i]] = InputError(message, path=place, value=column[0], mend=mend)
+    names = [name for i, name in enumerate(layout.names) if i not in words]
     units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
     return Table(
-        columns,
+        read,
         units | {layout.names[i]: "s" for i in dates},
         texts=texts,
         notes=(*layout.notes, *notes),
@@ -74,23 +83,24 @@ def read_csv(data: bytes, request: Request) -> Table:
     )
 
 
-def _with_own_times(body: bytes, layout: Layout, request: Request, encoding: str, notes: list[str]) -> Table | None:
-    """Return the table of a file with several columns of time, or with columns recorded at lower rates."""
-    times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
+def _irregular(body: bytes, layout: Layout, request: Request, encoding: str, *, has_words: bool) -> dict[int, np.ndarray] | None:
+    """Return all columns of a file with empty cells, with several columns of time, or with words that may name the rows."""
     separator = (layout.delimiter or "").encode()
-    gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body)
+    gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body or body[:1] == separator)
+    is_short = bool(separator) and body.count(separator) != body.count(b"\n") * (len(layout.numeric) - 1)
+    columns = stamped_text.partly_empty(body, layout, encoding) if gaps or is_short else None
+    times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
     has_clocks = times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
-    if not (has_clocks or gaps):
-        return None
-    layout = replace(layout, names=stamped_text.names_beside_times(layout.names))
-    columns = stamped_text.partly_empty(body, layout, encoding) if gaps else None
+    numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
     if columns is None and has_clocks:
-        numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
-        columns = dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
-    if columns is None:
-        return None
-    texts = [name for name, is_numeric in zip(layout.names, layout.numeric, strict=True) if not is_numeric]
-    return stamped_text.with_own_times(columns, layout, request, [*layout.notes, *notes, *_note_of_text(texts)])
+        return dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
+    with suppress(InputError):  # a column that is not needed may hold anything
+        return (
+            dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
+            if columns is None and has_words
+            else columns
+        )
+    return None
 
 
 def _note_of_text(names: Sequence[str]) -> list[str]:
@@ -149,7 +159,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
         begin = body.rfind(b"\n", 0, stop) + 1
         line, stop = body[begin:stop].decode(encoding), begin - 1
         before += [cells_of(line, layout.delimiter)[-1]] if line.strip() else []
-    cut = len(cells) != len(layout.numeric) or len(cells[-1]) < min(map(len, before), default=0)
+    cut = not layout.is_row(cells) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
@@ -206,7 +216,7 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
     for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
         cells = cells_of(without_comments(row), layout.delimiter)
         place = f"{source}: line {layout.first + index + 1}"
-        if any(cells) and len(cells) != len(layout.numeric):
+        if any(cells) and not layout.is_row(cells):
             mend = "Correct or delete this row. If it is the last row, the file is truncated: copy it again"
             return InputError(f"has {len(cells)} cells instead of {len(layout.numeric)}", path=place, value=row, mend=mend)
         for column, cell in enumerate(cells if any(cells) else ()):

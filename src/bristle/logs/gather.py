@@ -1,7 +1,7 @@
 """Convert the columns of a file to the channels of an axis, in SI."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -33,6 +33,12 @@ class Gathered:
     def motion(self) -> Channel | None:
         """Recorded motion of the axis: its position, or without it its velocity."""
         return self.channels.get("position", self.channels.get("velocity"))
+
+    def change(self, changed: Callable[[Channel], Channel]) -> None:
+        """Replace each channel."""
+        self.channels = {name: changed(channel) for name, channel in self.channels.items()}
+        self.injected = list(map(changed, self.injected))
+        self.regressors = list(map(changed, self.regressors))
 
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield name and channel of all that were found."""
@@ -73,7 +79,23 @@ def gather(table: Table, axis: Axis) -> Gathered:
     if implied:
         _onto_one_time(table, gathered)
     _compare_columns(table, gathered)
+    _without_open_ends(gathered)
     return gathered
+
+
+def _without_open_ends(gathered: Gathered) -> None:
+    """Leave out the rows before the first value, and after the last one, of any channel: loggers start them one by one."""
+    missing = {channel.column: np.isnan(channel.values) for _, channel in gathered.named()}
+    is_whole = len({each.size for each in missing.values()}) == 1
+    complete = np.flatnonzero(~np.any(list(missing.values()), axis=0)) if is_whole else np.empty(0)
+    late = [column for column, each in missing.items() if each.size and (each[0] or each[-1])]
+    if not complete.size or not late:
+        return
+    inner = slice(int(complete[0]), int(complete[-1]) + 1)
+    left = len(missing[late[0]]) - (inner.stop - inner.start)
+    noun = "sample" if left == 1 else "samples"
+    gathered.notes.append(f"bristle ignores {left} {noun} at the ends, where column {' and column '.join(late)} has no values")
+    gathered.change(lambda channel: replace(channel, values=channel.values[inner]))
 
 
 def _compare_columns(table: Table, gathered: Gathered) -> None:
@@ -192,42 +214,28 @@ COINCIDES = 1e-6  # of the sample time: closer stamps are the same
 
 def _onto_one_time(table: Table, gathered: Gathered) -> None:
     """Interpolate all channels to the times of the position, or without it of the velocity."""
-    # Keep samples recorded at such a time and interpolate the others. Leave out times before the first sample or after the
-    # last sample of any channel.
+    # Keep samples recorded at such a time and interpolate the others.
     motion = gathered.motion
     if motion is None:
         return
     own, place = table.stamps[motion.column], str(table.source)
     clocks = {name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=place) for name in set(table.stamps.values())}
     base = clocks[own]
-    inside = np.ones(base.size, dtype=bool)
     step = median_step(base) if base.size > 1 else 0.0
     elsewhere = {id(channel): clocks[stamps] for _, channel in gathered.named() if (stamps := table.stamps.get(channel.column, own)) != own}
-    for clock in elsewhere.values():
-        inside &= (base >= clock[0] - COINCIDES * step) & (base <= clock[-1] + COINCIDES * step)
-    times_kept = base[inside]
-
-    def brought(channel: Channel) -> Channel:
-        if id(channel) in elsewhere:
-            return _on(times_kept, elsewhere[id(channel)], channel, gathered, step)
-        return channel if channel.values.size != base.size else replace(channel, values=channel.values[inside])
-
-    gathered.channels = {"time": Channel(times_kept, "s", own), **{name: brought(channel) for name, channel in gathered.channels.items()}}
-    gathered.injected = [brought(channel) for channel in gathered.injected]
-    gathered.regressors = [brought(channel) for channel in gathered.regressors]
-    if left := base.size - times_kept.size:
-        noun = "sample" if left == 1 else "samples"
-        gathered.notes.append(f"bristle ignores {left} {noun}, because some channels were not recorded at these times")
+    gathered.change(lambda channel: _on(base, elsewhere[id(channel)], channel, gathered, step) if id(channel) in elsewhere else channel)
+    gathered.channels = {"time": Channel(base, "s", own), **gathered.channels}
 
 
 def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:
-    """Return a channel at other times."""
+    """Return a channel at other times, without values outside of its own times."""
     stamps, first = np.unique(stamps, return_index=True)
     values = channel.values[first]
+    outside = (times < stamps[0] - COINCIDES * step) | (times > stamps[-1] + COINCIDES * step)
     near = np.clip(np.searchsorted(stamps, times - COINCIDES * step), 0, stamps.size - 1)
-    coincides = np.abs(stamps[near] - times) <= COINCIDES * step
+    coincides = outside | (np.abs(stamps[near] - times) <= COINCIDES * step)
     if coincides.all() or stamps.size < 4:
-        return replace(channel, values=values[near])
+        return replace(channel, values=np.where(outside, np.nan, values[near]))
     from scipy.interpolate import CubicSpline
 
     between = np.where(coincides, values[near], CubicSpline(stamps, values)(times))
@@ -237,8 +245,8 @@ def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathe
         "column": channel.column,
         "sample_time": step,
         "own_sample_time": median_step(stamps),
-        "percent": 100.0 * float(np.mean(~coincides)),
+        "percent": 100.0 * float(np.mean(~coincides[~outside])),
         "error_percent": 100.0 * error / max(float(np.std(values)), 1e-300),
     }
     gathered.findings.append(Diagnostic("resampled", "", "warning", numbers))
-    return replace(channel, values=between)
+    return replace(channel, values=np.where(outside, np.nan, between))

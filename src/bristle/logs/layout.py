@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core import units
 from bristle.core.errors import InputError
 from bristle.logs.table import split_unit
-from bristle.logs.words import distinct, listed, plain_unit
+from bristle.logs.words import distinct, is_time, listed, plain_unit
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
@@ -44,7 +44,7 @@ def without_comments(text: str) -> str:
 
 def is_number(cell: str, decimal_comma: bool) -> bool:
     """Return whether a cell is a number."""
-    if decimal_comma and "." not in cell:
+    if decimal_comma and "." not in cell and not cell.endswith(","):
         cell = cell.replace(",", ".", 1)
     try:
         float(cell)
@@ -88,6 +88,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
+STRONGER = {"\t": "", ";": "\t", ",": "\t;", None: "\t;,"}  # signs that a word in a file with this separator does not contain
 HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines searched for the first numbers, including the first rows
 MOST_COLUMNS = 50_000
 
@@ -104,21 +105,20 @@ class Layout:
     units: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
+    def is_row(self, cells: Sequence[str]) -> bool:
+        """Return whether cells are a row: only cells of words at its end may be missing."""
+        return len(cells) <= len(self.numeric) and not any(self.numeric[len(cells) :])
+
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
     """Return the layout that reads most numbers from the first lines of a file."""
     bare = [without_comments(line) for line in lines]
-    best, best_score = None, (0.0, 0)
+    best, best_score = None, (0.0,)
     for delimiter in ("\t", ";", ",", None):
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
             layout = _rows_of_numbers(rows, delimiter, decimal_comma)
-            if layout is None:
-                continue
-            first_row = next(cells for i, cells in rows if i == layout.first)
-            filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
-            score = (sum(layout.numeric) / filled, sum(layout.numeric))
-            if score > best_score:
+            if layout is not None and (score := _score(rows, layout)) > best_score:
                 best, best_score = layout, score
     if best is None:
         message = "holds no rows of numbers, or is truncated before them"
@@ -178,15 +178,29 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
     columns: list[_Columns] = []
     for start in range(len(complete) - 1 + (len(rows) > 2)):
         end = min(start + SAMPLE_ROWS, len(complete))
-        if len({len(complete[row][1]) for row in range(start, end)}) != 1:
-            continue
         for _, cells in complete[len(columns) : end]:
             columns.append(_columns_of(cells, decimal_comma))
         numeric = frozenset().union(*(row.numbers for row in columns[start:end]))
-        if numeric and not any(numeric & row.words for row in columns[start:end]):
-            width = len(rows[start][1])
+        if not columns[start].numbers or any(numeric & row.words for row in columns[start:end]):
+            continue
+        widths = [len(cells) for _, cells in complete[start:end]]
+        if min(widths) > max(numeric):  # cells of words at the end of a row may be missing
+            above = [row.words for row in columns[max(start - 2, 0) : start] if delimiter and not row.numbers]
+            width = max(*widths, 1 + max(frozenset().union(*above), default=-1))
             return Layout(delimiter, decimal_comma, rows[start][0], tuple(column in numeric for column in range(width)))
     return None
+
+
+def _score(rows: list[tuple[int, list[str]]], layout: Layout) -> tuple[float, ...]:
+    """Return how well a layout explains its usual row: a word in a single row does not count."""
+    above = next((len(cells) for index, cells in reversed(rows) if index < layout.first), 0)
+    counts, is_headed = [], above == len(layout.numeric)
+    for cells in [cells for index, cells in rows if index >= layout.first][:SAMPLE_ROWS]:
+        numbers = sum(bool(cell) and is_numeric for cell, is_numeric in zip(cells, layout.numeric, strict=False))
+        words = [cell for cell, is_numeric in zip(cells, layout.numeric, strict=False) if cell and not is_numeric]
+        parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], " ,;")]
+        counts.append((numbers / (numbers + parted[0]), is_headed, numbers / (numbers + len(words)), numbers, -parted[1]))
+    return (*np.median(counts, axis=0).tolist(), -layout.first)
 
 
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
@@ -208,7 +222,7 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         return
     odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
     if rows and any(kinds) and odd is not None:
-        message, mend = ("is a number, but the cells below it are text", "") if kinds[odd] else why_no_number(cells[odd])
+        message, mend = ("is a number, but the cells below it are text", mend) if kinds[odd] else why_no_number(cells[odd])
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
@@ -259,7 +273,7 @@ def _header_cells(line: str, layout: Layout) -> list[str]:
     if len(cells) == len(layout.numeric) + 1 and cells[-1].lower() in ("", "comment"):
         cells.pop()  # a column of remarks without numbers, as in files of LabVIEW
     lacking = layout.numeric[len(cells) :]
-    return cells if any(lacking) else cells + [""] * len(lacking)
+    return cells if any(lacking) and not any(map(is_time, cells)) else cells + [""] * len(lacking)
 
 
 def _are_units(cells: Sequence[str]) -> bool:

@@ -1,10 +1,10 @@
 """Text files with more than columns of numbers: dates as stamps, columns with separate times, TwinCAT Scope, archives."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import zip_longest
+from itertools import combinations, zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +13,9 @@ from bristle.core import units
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
-from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, split_unit
+from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import distinct, is_time, listed, plain_unit, unit_in_name, unit_of_time
+from bristle.logs.words import distinct, is_time, listed, meaning_of, plain_unit, unit_in_name, unit_of_time
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
@@ -118,34 +118,56 @@ def _of_counts(cells: Sequence[str]) -> np.ndarray:
     return np.round((counts - counts[0]) / scale + (fractions - fractions[0]) / scale, 9)
 
 
+def words_in(body: bytes, layout: Layout, encoding: str) -> dict[int, list[str]]:
+    """Return the cells of the columns without numbers in the first rows; cells at the end of a row may be missing."""
+    places = [place for place, numeric in enumerate(layout.numeric) if not numeric]
+    lines = without_comments(body.decode(encoding, "replace")).split("\n") if places else []
+    rows = [cells for line in lines if any(cells := cells_of(line, layout.delimiter))]
+    return {place: ["".join(row[place : place + 1]) for row in rows] for place in places}
+
+
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
     """Return all columns of numbers, NaN for empty cells and short rows; None if a column has other text."""
     text = without_comments(body.decode(encoding, "replace"))
-    rows = [cells_of(line, layout.delimiter) for line in text.split("\n") if line.strip()]
+    rows = [cells for line in text.split("\n") if line.strip() and any(cells := cells_of(line, layout.delimiter))]
     columns = {}
+    if max(map(len, rows), default=0) > len(layout.numeric):
+        return None
     for index in np.flatnonzero(layout.numeric).tolist():
         cells = ((row[index] if index < len(row) else "") or "nan" for row in rows)
         try:
             columns[index] = np.array([cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells], dtype=float)
         except ValueError:
             return None
-    return columns if any(np.mean(np.isnan(values)) >= OFTEN for values in columns.values()) else None
+    is_empty = any(np.isnan(values).any() for values in columns.values())
+    return columns if any(map(is_slow, columns.values())) or (is_empty and not any(map(lacks_inside, columns.values()))) else None
+
+
+def lacks_inside(values: np.ndarray) -> bool:
+    """Return whether a column lacks samples between its first and its last one."""
+    filled = np.flatnonzero(~np.isnan(values))
+    return bool(filled.size) and int(filled[-1] - filled[0]) >= filled.size
+
+
+def is_slow(values: np.ndarray) -> bool:
+    """Return whether a column was recorded at a lower rate: a few missing samples are reported instead."""
+    return lacks_inside(values) and bool(np.mean(np.isnan(values)) >= OFTEN)
 
 
 def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]) -> Table | None:
     """Return the table of a file with several time columns or shorter columns; None if all columns share one time."""
     clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
-    if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())) or clocks[0] != min(columns):
+    several = len(clocks) > 1
+    if not clocks or not (several or any(map(is_slow, columns.values()))) or (several and clocks[0] != min(columns)):
         return None
     unit = layout.units[clocks[0]] or unit_of_time(layout.names[clocks[0]], columns[clocks[0]])
     series = []
     for index, values in columns.items():
         if index in clocks:
             continue
-        times = columns[max(clock for clock in clocks if clock < index)]
+        times = columns[max((clock for clock in clocks if clock < index), default=clocks[0])]
         filled = np.isfinite(times)
-        missing = np.count_nonzero(np.isnan(values))
-        if len(clocks) > 1 or not 0 < missing < OFTEN * values.size:  # a few missing samples are reported instead
+        if several or is_slow(values):
             filled &= np.isfinite(values)
         samples = values[filled] if request.choice(layout.names[index], index + 1) else None
         series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
@@ -283,35 +305,31 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
 _DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
 _SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
-# Name first, or time first; the state follows the value.
-_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
-_TIMED = re.compile(rf'\s*"?({_DATE}|{_SECONDS})"?[\s,;]+"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+({_NUMBER})(?:[\s,;].*)?')
+_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;]+(\D*))?')
 MOST_SIGNALS = 1000
 
 
-def pattern_of(lines: Sequence[str]) -> re.Pattern[str] | None:
-    """Return the pattern of lines with one value of a named signal each; None if the lines are something else."""
+def is_archive(lines: Sequence[str]) -> bool:
+    """Return whether lines without a header hold the name of a signal, a time, one value and its state."""
     filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
-    for pattern in (_NAMED, _TIMED):
-        if len(filled) >= 10 and sum(bool(pattern.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
-            return pattern
-    return None
+    matches = sum(bool(_NAMED.fullmatch(line)) for line in filled)
+    return len(filled) >= 10 and bool(_NAMED.fullmatch(filled[0])) and matches >= 0.8 * len(filled)  # of the lines looked at
 
 
-def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Request) -> Table:
+def read_archive(lines: Sequence[str], request: Request) -> Table:
     """Return the signals of an archive, each with separate times."""
     refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
-    name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
     signals: dict[str, tuple[list[str], list[float]]] = {}
-    unreadable = 0
+    unreadable, has_states = 0, False
     for line in lines:
-        match = pattern.fullmatch(line)
+        match = _NAMED.fullmatch(line)
         if match is None:
             unreadable += bool(line.strip()) and not line.lstrip().startswith("#")
             continue
-        times, values = signals.setdefault(match[name_at], ([], []))
-        times.append(match[time_at])
+        times, values = signals.setdefault(match[1], ([], []))
+        times.append(match[2])
         values.append(float(match[3].replace(",", ".")))
+        has_states = has_states or bool(match[4])
     if len(signals) > MOST_SIGNALS:
         allowed, mend = f"up to {MOST_SIGNALS}", "Export the log as a table with one column per signal"
         raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
@@ -322,7 +340,63 @@ def read_archive(lines: Sequence[str], pattern: re.Pattern[str], request: Reques
         stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
         series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
     notes = [f"bristle ignores {unreadable} lines without a value of a signal"] if unreadable else []
+    notes += ["bristle ignores the text behind the values"] * has_states
     return table_of_series(series, request, "archive", notes=notes)
+
+
+def are_names(words: Sequence[str], times: np.ndarray, columns: Sequence[np.ndarray]) -> bool:
+    """Return whether words name the signal of each row: values are continuous only among the rows of one word."""
+    place = {word: k for k, word in enumerate(dict.fromkeys(words))}
+    codes = np.array([place[word] for word in words])
+    order, changes = np.argsort(codes, kind="stable"), np.count_nonzero(np.diff(codes))
+    inside = np.diff(codes[order]) == 0
+    if not changes or len(place) > MOST_SIGNALS:
+        return False
+    # Several signals have the same stamps, or the stamps of one start again behind those of another.
+    if np.mean(np.diff(times[order])[inside] > 0.0) > 0.99 and np.sum(np.diff(times) <= 0.0) >= 0.4 * changes:
+        return True
+    # The way of a value over all rows is far longer than within the rows of each word, if it alternates between signals.
+    ways = [(np.diff(values[order])[inside], np.diff(values)) for values in columns if np.any(np.diff(values) < 0.0)]
+    shares = [np.nansum(np.abs(within)) / np.nansum(np.abs(over)) for within, over in ways]
+    return bool(shares) and min(shares) < 0.5 and max(shares) < 1.2
+
+
+def signals_of_rows(
+    words: Mapping[int, list[str]],
+    dates: Mapping[int, np.ndarray],
+    columns: Mapping[int, np.ndarray],
+    layout: Layout,
+    request: Request,
+    notes: Sequence[str],
+) -> Table | None:
+    """Return the signals of a table in long form, whose rows name their joint or signal; None if it is a table of columns."""
+    clock = next((i for i in (*dates, *columns) if i in dates or is_time(layout.names[i])), min(columns))
+    times = dates[clock] if clock in dates else columns[clock]
+    values = {layout.names[i]: (column, layout.units[i]) for i, column in columns.items() if i != clock}
+    # As few columns of words as possible, with the fewest names: a word of a row can depend on its joint.
+    filled = [i for i, column in words.items() if all(column)]
+    keys = [key for size in range(1, len(filled) + 1) for key in combinations(filled, size)]
+    named = {key: list(map(" ".join, zip(*(words[i] for i in key), strict=True))) for key in keys}
+    keys = [key for key in keys if are_names(named[key], times, [column for column, _ in values.values()])]
+    if not keys:
+        return None
+    key = min(keys, key=lambda key: (len(key), len(set(named[key]))))
+    naming, signals = " and column ".join(layout.names[i] for i in key), some_of(dict.fromkeys(named[key]))
+    notes = [*layout.notes, *notes, f"column {naming} names the signal of each row: bristle splits the table into {signals}"]
+    unit = "s" if clock in dates else layout.units[clock] or unit_of_time(layout.names[clock], times)
+    return table_of_series(_series_by_name(named[key], times, values), request, "text", time_unit=unit, notes=notes)
+
+
+def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[str, tuple[np.ndarray, str]]) -> Iterator[Series]:
+    """Yield the columns of a table in long form, given with their units, as signals of each name."""
+    roles = {meaning_of(name).role for name in columns} - {"", "time", "status"}
+    of_row = np.array(words, dtype=object)
+    for word in dict.fromkeys(words):
+        rows = of_row == word
+        for name, (values, unit) in columns.items():
+            called = f"{word}.{name}" if roles or len(columns) > 1 else word
+            filled = rows & np.isfinite(values)
+            yield Series(called, values[filled], times[filled], unit, joint=word if len(roles) > 1 else "")
 
 
 def _date(text: str) -> datetime:

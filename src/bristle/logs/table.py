@@ -56,6 +56,8 @@ class Table:
         Map from ``column_2`` and similar numbers to the name of the column.
     about : mapping of str to str
         Description of a column in the file: a comment, the full name of a symbol, its data type.
+    joints : mapping of str to tuple of str
+        Joint of a column, in files that name the joint of each row, and an empty text.
     """
 
     columns: Mapping[str, np.ndarray]
@@ -73,6 +75,7 @@ class Table:
     facts: Mapping[str, str] = field(default_factory=dict)
     about: Mapping[str, str] = field(default_factory=dict)
     numbers: Mapping[str, str] = field(default_factory=dict)
+    joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if it does not exist."""

@@ -137,6 +137,7 @@ class Series(NamedTuple):
     times: np.ndarray | None = None
     unit: str = ""
     about: str = ""
+    joint: str = ""
 
 
 def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
@@ -189,5 +190,6 @@ def table_of_series(
         stamps=stamps,
         facts=facts or {},
         about={channel.name: channel.about for channel in channels if channel.about},
+        joints={channel.name: (channel.joint, "") for channel in channels if channel.joint},
         source=request.source,
     )

@@ -103,6 +103,7 @@ def with_plain_names(table: Table) -> Table:
         notes=(*table.notes, *notes),
         stamps={called[name]: called[time] for name, time in table.stamps.items()},
         about={called[name]: text for name, text in table.about.items()},
+        joints={called[name]: joint for name, joint in table.joints.items()},
         numbers={number: called.get(name, name) for number, name in table.numbers.items()},
     )
 
@@ -186,7 +187,7 @@ def meaning_of(name: str, about: str = "") -> Meaning:
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
-    if len(words) > 1 and words[-1] == NANOMETERS and (before := _meaning(words[:-1])).role in LENGTHS:
+    if len(words) > 1 and words[-1] in (NANOMETERS, "m") and (before := _meaning(words[:-1])).role in LENGTHS:
         return before
     reference, actual = _says(words, REFERENCE), _says(words, ACTUAL)
     joined = "".join(words)
