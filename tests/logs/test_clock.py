@@ -207,3 +207,12 @@ def test_rows_are_bridged_where_a_tenth_is_missing_at_most(lost, is_bridged):
     gaps, counts, _ = samples_between(stamps, 0.01)
     assert np.count_nonzero(counts > 1.0) == (lost if is_bridged else 0)
     assert np.count_nonzero(gaps) == (0 if is_bridged else lost)
+
+
+@pytest.mark.parametrize(("sample_times", "kept"), [((1e-3, 2e-3), 2e-3), ((1e-3, 1e-2, 1e-3), 1e-2), ((1e-2, 1e-3), 1e-2)])
+def test_a_sample_time_that_changes_is_told_and_the_grid_is_that_of_the_longest_part(sample_times, kept):
+    stamps = np.cumsum(np.repeat(sample_times, 400))
+    clock = clock_of(stamps, "log.csv")
+    assert (clock.sample_time, len(clock.segments)) == (pytest.approx(kept), 1)
+    assert f"the sample time changes ({sample_times[0]:g} s until {stamps[399]:.6g} s, {sample_times[1]:g} s until" in clock.notes[0]
+    np.testing.assert_allclose(clock.sampled(np.sin(9.0 * stamps)), np.sin(9.0 * clock.time), atol=2e-3)

@@ -39,7 +39,7 @@ from bristle.logs.words import distinct, is_time, meaning_of, names_and_units, p
             (
                 ["q", "q_3", "q_2", "q_4"],
                 [
-                    f"column {number} is called 'q', like an earlier column: bristle calls it '{name}'"
+                    f"columns 1 and {number} are called 'q': bristle takes the first one by this name, and the other one by '{name}'"
                     for number, name in ((2, "q_3"), (4, "q_4"))
                 ],
             ),

@@ -345,12 +345,12 @@ def test_opaque_objects_of_matlab_are_no_columns(tmp_path):
 def test_two_columns_of_the_same_name_are_noted(tmp_path, here):
     table = read_table(b"t,q,q,q_2\n" + b"1,2,3,4\n" * 3)
     assert {name: values[0] for name, values in table.columns.items()} == {"t": 1, "q": 2, "q_3": 3, "q_2": 4}
-    assert table.notes == ("column 3 is called 'q', like an earlier column: bristle calls it 'q_3'",)
+    assert table.notes == ("columns 2 and 3 are called 'q': bristle takes the first one by this name, and the other one by 'q_3'",)
     pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     parquet.write_table(pyarrow.table([[1.0, 2.0], [3.0, 4.0]], names=["q", "q"]), tmp_path / "log.parquet")
     table = read_table(tmp_path / "log.parquet")
     assert {name: values[0] for name, values in table.columns.items()} == {"q": 1.0, "q_2": 3.0}
-    assert "like an earlier column" in table.notes[0]
+    assert "bristle takes the first one by this name" in table.notes[0]
 
 
 def test_control_characters_in_names_are_noted_and_in_units_removed():

@@ -234,12 +234,18 @@ def clock_of(
     stamps = order.stamps
     steps = np.diff(stamps)
     gaps, uneven, counts, bridged = np.zeros(steps.size, dtype=bool), False, np.ones(steps.size), []
-    if not step:
+    parts = [] if step else rates_of(steps)
+    rates = np.concatenate([np.full(part.stop - part.start, np.median(steps[part])) for part in parts or [slice(0, steps.size)]])
+    if parts:
+        gaps = steps > (BRIDGED + GAP) * rates
+    elif not step:
         gaps, uneven = _gaps(stamps, steps, usual)
     # A larger deviation of the median step from the usual step means more than a few missing rows.
-    if not step and not uneven and abs(float(np.median(steps)) / usual - 1.0) < 0.1:
+    if not step and not parts and not uneven and abs(float(np.median(steps)) / usual - 1.0) < 0.1:
         gaps, counts, bridged = samples_between(stamps, usual)
     mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
+    if parts:
+        mean = sample_time or float(rates[max(parts, key=lambda part: stamps[part.stop] - stamps[part.start]).start])
     period = float(f"{mean:.12g}")  # significant digits of the sample time: further digits are rounding by the unit of the stamps
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         mend = "Correct the unit of the time column, or sample_time in [timing]"
@@ -259,6 +265,9 @@ def clock_of(
     if step:
         stamps = even
         notes.append(f"time stamps are rounded to {step:.6g} s: bristle treats the samples as evenly spaced, {period:.6g} s apart")
+    elif parts:
+        changes = ", ".join(f"{rates[part.start]:.6g} s until {stamps[part.stop]:.6g} s" for part in parts[:5])
+        notes.append(f"the sample time changes ({changes}): bristle resamples the log onto a uniform grid of {period:.6g} s")
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
         position = position if position is None or order.rows is None else position[order.rows]
@@ -274,8 +283,26 @@ def clock_of(
         message = f"has fewer than {SHORTEST_SEGMENT} evenly spaced samples"
         message += f" in sequence after a shift by the delay of {delay:g} s" if delay else ""
         raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
-    is_uniform = jitter is None and not np.any(counts > 1.0)
+    is_uniform = jitter is None and not parts and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
+
+
+CHANGES, EVEN, FEWEST = 1.2, 0.05, 100  # ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part
+
+
+def rates_of(steps: np.ndarray) -> list[slice]:
+    """Return the parts of a log whose sample times differ; empty if it has only one, or if samples are uneven within a part."""
+    if steps.min() <= 0.0 or steps.max() < CHANGES * steps.min():
+        return []
+    from scipy.ndimage import median_filter
+
+    usual = median_filter(steps, size=33, mode="nearest")  # rows around a step: a median keeps the place of a change
+    edges = np.flatnonzero(np.abs(np.diff(np.log(usual))) > np.log(CHANGES)) + 1
+    parts = [slice(a, b) for a, b in pairwise([0, *edges.tolist(), steps.size])]
+    even = [np.quantile(np.abs(steps[part] / np.median(steps[part]) - 1.0), 0.9) < EVEN for part in parts]
+    sizes = [part.stop - part.start for part in parts]
+    # Fewer slow rows than a tenth are rows with others missing between them.
+    return parts if all(even) and min(sizes) >= FEWEST and max(sizes) < 0.9 * steps.size else []
 
 
 def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:

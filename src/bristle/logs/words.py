@@ -71,8 +71,9 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
         while (candidate := f"{name}_{counts[name]}") in used:
             counts[name] += 1
         used.add(candidate)
+        both = f"columns {unique.index(name) + 1} and {index + 1} are called {name[:60]!r}"
+        notes.append(f"{both}: bristle takes the first one by this name, and the other one by {candidate[:64]!r}")
         unique[index] = candidate
-        notes.append(f"column {index + 1} is called {name[:60]!r}, like an earlier column: bristle calls it {candidate[:64]!r}")
     return unique, notes
 
 
