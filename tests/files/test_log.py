@@ -45,3 +45,37 @@ def test_a_bad_axis_file_is_named_before_the_log_is_read(tmp_path):
     (tmp_path / "axis.toml").write_text(AXIS.replace("gear_ratio", "gear"))
     with pytest.raises(InputError, match=r"axis\.toml: transmission\.gear: unknown key"):
         read_log(tmp_path / "no_such_log.csv", tmp_path / "axis.toml")
+
+
+PARTS = {
+    "speed": 'schema = 1\nkind = "rotational"\n[columns]\ntime = "time"\nvelocity = { column = "speed", unit = "rev/s" }\n',
+    "silent": 'schema = 1\n[columns]\nposition = { column = "x", unit = "mm" }\n',
+    "timed": 'schema = 1\n[columns]\nposition = { column = "x", unit = "mm" }\n[timing]\nsample_time = "2 ms"\n',
+    "stamped": 'schema = 1\n[columns]\ntime = "time"\nposition = { column = "x", unit = "mm" }\n[timing]\nsample_time = "2 ms"\n',
+    "role": 'schema = 1\n[columns]\nposition = { column = "time", unit = "mm" }\n',
+}
+
+
+@pytest.mark.parametrize(
+    ("head", "axis", "step", "factor", "note"),
+    [
+        ("time [s],speed [Hz]", "speed", 2.0, 2.0 * np.pi, "column speed has the unit 'Hz' in the log, but rev/s in the axis file"),
+        ("Sample Period: 4 ms\ntime,x", "timed", 0.002, 1e-3, "states a sample time of 0.004 s, but the axis file gives 0.002 s"),
+        ("time [s],x", "stamped", 0.002, 1e-3, "rises by 2 s per sample by its unit in the log, but sample_time in the axis file is"),
+        ("Sample Period: 4 ms\nn,x", "silent", 0.004, 1e-3, ""),
+        ("Sample Period: 4 ms\nx,time", "role", 0.004, 1e-3, ""),  # the axis file decides which column is the position
+        ("Sample rate: 500 Hz\ntime,x", "silent", None, 0.0, 'column = "time", unit = "s" } in .columns., or sample_time = "0.002 s"'),
+        ("Sample time: 2 ms\nTrace cycle: 4 ms\nn,x", "silent", None, 0.0, "'Sample time: 2 ms' states, or sample_time = \"0.004 s\""),
+    ],
+)
+def test_the_axis_file_outranks_the_log_which_answers_where_it_is_silent(head, axis, step, factor, note):
+    values = np.sin(np.arange(300.0) / 20.0)
+    content = "\n".join([head, *(f"{2.0 * k},{x!r}" for k, x in enumerate(values.tolist())), ""]).encode()
+    if step is None:
+        with pytest.raises(InputError, match=note):
+            read_log(content, read_axis(PARTS[axis].encode()))
+        return
+    log = read_log(content, read_axis(PARTS[axis].encode()))
+    motion = log.velocity or log.position
+    assert (log.sample_time, note in " ".join(log.notes)) == (pytest.approx(step), True)
+    np.testing.assert_allclose(motion.values, factor * values, rtol=1e-9)

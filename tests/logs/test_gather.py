@@ -51,6 +51,14 @@ PLAIN = {"t": TIME, "q": X}
         (MM, PLAIN | {"r": X}, {"position": "q", "reference": "r"}, {"position": 1e-3 * X, "reference": 1e-3 * X}),
         (MM, PLAIN | {"r": X}, {"position": Column("q", "", "m", -2.0), "reference": "r"}, {"position": -2e-3 * X, "reference": 2e-3 * X}),
         (MM | {"r": "m"}, PLAIN | {"r": X}, {"position": "q", "reference": "r"}, {"position": 1e-3 * X, "reference": X}),
+        # The axis file outranks the log, for a reference with the same header, too.
+        (
+            MM | {"r": "mm"},
+            PLAIN | {"r": X},
+            {"position": Column("q", "um", "m"), "reference": "r"},
+            {"position": 1e-6 * X, "reference": 1e-6 * X},
+        ),
+        ({"q": "N"}, PLAIN, {"position": Column("q", "mm", "m")}, {"position": 1e-3 * X}),
     ],
 )
 def test_channels_are_in_si_with_scale_and_shift(units, columns, named, values):
@@ -88,6 +96,12 @@ def test_channels_are_in_si_with_scale_and_shift(units, columns, named, values):
             {"position": "q", "effort": Column("load_M", "", "N", optional=True)},
             "optional column load_M is not in this log. If its name is 'load_N', write this name in the axis file",
         ),
+        (
+            MM,
+            PLAIN,
+            {"position": Column("q", "um", "m")},
+            "column q has the unit 'mm' in the log, but um in the axis file: bristle uses um",
+        ),
     ],
 )
 def test_assumptions_and_ignored_columns_are_noted(units, columns, named, note):
@@ -97,8 +111,20 @@ def test_assumptions_and_ignored_columns_are_noted(units, columns, named, note):
 @pytest.mark.parametrize(
     ("units", "columns", "named", "words"),
     [
-        (MM, PLAIN, {"position": Column("q", "um", "m")}, "has another unit in the log than in the axis file"),
         ({"t": "s", "q": "Skt"}, PLAIN, {"position": "q"}, "has an unknown unit"),
+        (
+            MM | {"v": "Hz"},
+            PLAIN | {"v": X},
+            {"position": "q", "velocity": Column("v", "", "rad/s")},
+            'in the axis file, such as unit = "rev/s"',
+        ),
+        (MM | {"u": "%"}, PLAIN | {"u": X}, {"position": "q", "effort": "u"}, 'in the axis file, such as unit = "%"'),
+        (
+            MM,
+            PLAIN | {"u": X},
+            {"position": "q", "effort": Column("u", "", "rated")},
+            "has no unit; allowed rated, or a unit that converts",
+        ),
         (
             MM | {"u": "N"},
             PLAIN | {"u": X[:-1]},

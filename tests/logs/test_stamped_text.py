@@ -42,6 +42,7 @@ def test_lines_above_a_header_are_facts():
     facts = facts_above(lines, layout("t", "q", first=6))
     assert facts == {"Device": "AX5000", "Rated torque [Nm]": "2,4", "Date": "today now"}
     assert facts_above(lines, layout("t", "q", first=0)) == {}
+    assert facts_above(["Sample period 2 ms", "1;2"], layout("column_1", "column_2")) == {"Sample period": "2 ms"}
 
 
 @pytest.mark.parametrize(
@@ -57,6 +58,11 @@ def test_lines_above_a_header_are_facts():
         ({"fs": "many"}, None),
         ({"name": "5 ms"}, None),
         ({"dt": "5 mm", "Takt": "3 ms"}, 3e-3),
+        ({"Sample Period": "2 ms", "Scan rate": "500 samples per second"}, 2e-3),
+        ({"Sampling Rate": "500 S/s", "Recording time": "20 s", "Period": "1 s"}, 2e-3),  # the others are no sampling
+        ({"Sample time": "2 ms", "Trace cycle": "4 ms"}, None),
+        ({"Sampling rate": "1,000 Hz"}, 1e-3),  # a comma of thousands, as no axis is sampled at 1 Hz
+        ({"Sampling rate": "10,000 Hz"}, None),
     ],
 )
 def test_the_sample_time_is_stated_as_a_time_or_a_rate(facts, period):

@@ -21,9 +21,10 @@ from bristle.logs.channel import clear_step
 from bristle.logs.nameless import REVERSED, Proposed, is_nameless, joint_count, numbered_roles, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
-from bristle.logs.stamped_text import amount_in
+from bristle.logs.stamped_text import amount_in, stated_periods
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
+from bristle.logs.words import is_time
 
 _SCREW = 'with lead = "10 mm", travel per turn of the motor, under [transmission] for a screw'
 HINTS = {
@@ -52,6 +53,7 @@ UNIT_SOURCES = {
     "drive": 'the numbers are whole, as in drives that store ‰ of rated: check that the unit is not "%"',
     "position": "unit from the position",
     "reference": "unit from the reference",
+    "Hz": "the file states Hz: check that these are turns of the axis, not periods of a current",
 }
 
 
@@ -80,7 +82,7 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
     lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
-            lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
+            lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables, table.facts) for key, value in tables[name].items())]
     position = columns.get("position")
     is_open = position is not None and "encoder" not in tables and position["unit"] != FILL_IN
     if position is not None and is_open and (step := clear_step(table.columns[position["column"]])):
@@ -124,13 +126,14 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
 
 
-def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
+def _line(key: str, value: Any, tables: Mapping[str, Any], facts: Mapping[str, str]) -> str:
     hint = "  # the effort depends on sine and cosine of the angle" if key == "plant.gravity" else ""
     if value == FILL_IN:
         unit = tables["columns"].get("effort", {}).get("unit", "A")
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
-        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}"
+        stated = " or ".join(map(repr, stated_periods(facts, named=False))) if key == "timing.sample_time" else ""
+        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}{f'; the log states {stated}' if stated else ''}"
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
@@ -329,8 +332,8 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
-    if "time" not in columns and not table.stamps and table.sample_time is None:
-        tables["timing"] = {"sample_time": FILL_IN}
+    if "time" not in columns and not table.stamps and (table.sample_time is None or any(map(is_time, table.names))):
+        tables["timing"] = {"sample_time": f"{table.sample_time:g} s" if table.sample_time else FILL_IN}
     # Position and effort are measured on both sides of a screw.
     if kind is not None and (turns := _turns(tables)) is not None and turns != (kind == KINDS[1]):
         tables["transmission"] = {"lead": facts.get("transmission.lead", FILL_IN)}

@@ -1,6 +1,6 @@
 """Build a log from the columns of a table: check them, resample them onto a uniform grid of time, and report findings."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -15,7 +15,9 @@ from bristle.logs.channel import CHANNELS, Channel, LogData
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
 from bristle.logs.problems import limits_exceeded, problems_of
+from bristle.logs.stamped_text import stated_periods
 from bristle.logs.table import Table
+from bristle.logs.words import is_time
 
 
 def record_of(table: Table, axis: Axis) -> LogData:
@@ -28,23 +30,36 @@ def record_of(table: Table, axis: Axis) -> LogData:
 
 
 def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
-    """Return the time base of a log, from its column of time or the known sample time."""
-    time, place = gathered.channels.get("time"), str(table.source)
+    """Return the time base of a log: its column of time, or the sample time of the axis file, or that of the log."""
+    time, place, stated = gathered.channels.get("time"), str(table.source), table.sample_time
     if time is not None:
         # Rows that repeat the previous row in all channels.
         values = [channel.values for name, channel in gathered.named() if name != "time"]
         repeats = np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
         position = gathered.motion.values if gathered.motion else None
         place = f"{place}: column {time.column!r}"
-        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)
-    period = axis.sample_time or table.sample_time
-    if period is None:
-        mend = 'Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]'
-        raise InputError("has no column of time and no sample time", path=place, mend=mend)
-    if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
-        message = f"has a sample time of {table.sample_time:g} s, but sample_time in the axis file differs"
-        raise InputError(message, path=place, value=period, mend="Remove sample_time from the axis file")
-    return clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
+        clock = clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)
+        source, period = f"column {time.column}", clock.sample_time
+    else:
+        columns = [name for name in table.names if is_time(name) and name not in [channel.column for _, channel in gathered.named()]]
+        source, period = "the axis file", axis.sample_time or (None if columns else stated)
+        if period is None:
+            raise _asked(table, columns)
+        clock = clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
+    if stated and abs(period / stated - 1.0) > 0.01:
+        states = f"the log states a sample time of {stated:g} s, but {source} gives {period:.6g} s"
+        gathered.notes.append(f"{states}: bristle uses {source}")
+    return clock
+
+
+def _asked(table: Table, columns: Sequence[str]) -> InputError:
+    """Return the question for the time base of a log, with its candidates."""
+    stated = stated_periods(table.facts) or stated_periods(table.facts, named=False)
+    asked = [f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]' for name in columns]
+    asked += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated.items()]
+    asked = asked or ["the column of time in [columns]", 'sample_time = "1 ms" under [timing]']
+    mend = f"Write in the axis file {', or '.join(asked)}"
+    return InputError("has no column of time and no sample time", path=str(table.source), mend=mend)
 
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:

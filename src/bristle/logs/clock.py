@@ -248,7 +248,7 @@ def clock_of(
         mean = sample_time or float(rates[max(parts, key=lambda part: stamps[part.stop] - stamps[part.start]).start])
     period = float(f"{mean:.12g}")  # significant digits of the sample time: further digits are rounding by the unit of the stamps
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
-        mend = "Correct the unit of the time column, or sample_time in [timing]"
+        mend = "Remove sample_time from [timing] to use this column, or the column of time from [columns] to use sample_time"
         raise InputError(
             f"has a time step of {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
         )

@@ -79,7 +79,6 @@ def read_csv(data: bytes, request: Request) -> Table:
         names=tuple(names),
         facts=facts,
         numbers={f"column_{i + 1}": name for i, name in enumerate(layout.names)},
-        sample_time=None if any(map(is_time, names)) else stamped_text.stated_period(facts),
     )
 
 

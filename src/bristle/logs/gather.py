@@ -62,6 +62,8 @@ def gather(table: Table, axis: Axis) -> Gathered:
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
+    if axis.sample_time and "time" in gathered.channels and not axis.columns["time"].unit:
+        gathered.channels["time"] = _in_step(gathered.channels["time"], axis.sample_time, gathered)
     for index, injected in enumerate(axis.injected):
         column = Column(injected.column, "", "", injected.gain, injected.optional)
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
@@ -98,6 +100,17 @@ def _without_open_ends(gathered: Gathered) -> None:
     gathered.change(lambda channel: replace(channel, values=channel.values[inner]))
 
 
+def _in_step(time: Channel, sample_time: float, gathered: Gathered) -> Channel:
+    """Return the stamps in the unit of time in which they are a sample time [s] apart; unchanged if there is no such unit."""
+    usual = median_step(time.values) if time.values.size > 1 else 0.0
+    power = 3 * round(math.log10(sample_time / usual) / 3) if usual > 0.0 else 0
+    if not power or abs(sample_time / usual / 10.0**power - 1.0) > 0.01:
+        return time
+    states = f"column {time.column} rises by {usual:.6g} s per sample by its unit in the log, but sample_time in the axis file is"
+    gathered.notes.append(f"{states} {sample_time:g} s: bristle multiplies the column by 1e{power}")
+    return replace(time, values=time.values * 10.0**power)
+
+
 def _compare_columns(table: Table, gathered: Gathered) -> None:
     """Report columns used twice, refuse columns of different lengths, and derive the reference from a following error."""
     used: dict[str, list[str]] = {}
@@ -124,17 +137,17 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
 
 
 def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
-    """Return the column of a reference; if neither file nor axis states its unit, with the unit of the position."""
+    """Return the column of a reference; if only its header states its unit, and that of the position too, with the unit of the position."""
     name = table.name_of(column.name)
     if position is None or column.unit or name is None or column.base not in ("m", "rad"):
         return column
     leading = table.name_of(position.name) or ""
-    unknown, own = table.unknown_unit(leading), table.units.get(name)
-    unit = position.unit or ("" if unknown else table.units.get(leading, ""))
-    if not unit or (own and own != unknown):
+    stated, own = table.units.get(leading, ""), table.units.get(name, "")
+    unit = position.unit or ("" if table.unknown_unit(leading) else stated)
+    if not unit or own not in ("", stated):
         return column
-    lack = f"an unknown unit, {own!r}" if own else "no unit"
-    gathered.notes.append(f"column {name} has {lack}: bristle assumes the unit of the position, {unit}")
+    if not own:
+        gathered.notes.append(f"column {name} has no unit: bristle assumes the unit of the position, {unit}")
     return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
 
 
@@ -186,27 +199,40 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     return Channel(values, unit, name)
 
 
+# Base unit -> a usual unit of the numbers in a log.
+USUAL_UNITS = {"s": "ms", "m": "mm", "rad": "deg", "m/s": "mm/s", "rad/s": "rev/s", "rated": "%"}
+
+
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
-    """Return the factor from the recorded numbers to the base unit of the column."""
-    unit, place = table.units.get(name, ""), f"{table.source}: column {name!r}"
+    """Return the factor from the recorded numbers to the base unit of the column; a unit in the axis file outranks the log."""
+    stated, place = table.units.get(name, ""), f"{table.source}: column {name!r}"
     if not column.base:
         return 1.0
-    if not unit and not column.unit:
+    if column.unit:
+        factor = units.factor(column.unit, column.base, path=place)
+        if stated and not (_converts(stated, column.base) and np.isclose(factor, units.factor(stated, column.base), rtol=1e-9)):
+            states = f"column {name} has the unit {stated!r} in the log, but {column.unit} in the axis file"
+            gathered.notes.append(f"{states}: bristle uses {column.unit}")
+        return factor
+    if _converts(stated, column.base):
+        return units.factor(stated, column.base, path=place)
+    if not stated and column.base != "rated":
         gathered.notes.append(f"column {name} has no unit: bristle assumes {column.base}")
         return 1.0
-    if unknown := table.unknown_unit(name):
-        if not column.unit:
-            allowed, mend = f"{column.base}, or a unit that converts to it", 'Write the unit in the axis file, such as unit = "mm"'
-            raise InputError("has an unknown unit", path=place, value=unknown, allowed=allowed, mend=mend)
-        gathered.notes.append(f"column {name} has an unknown unit, {unknown!r}: bristle uses {column.unit} from the axis file")
-    if not unit or unknown:
-        return units.factor(column.unit, column.base, path=place)
-    factor = units.factor(unit, column.base, path=place)
-    if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
-        message = "has another unit in the log than in the axis file"
-        mend = f"If the log is right, write unit = {unit!r} in the axis file, or remove the unit from this file"
-        raise InputError(message, path=place, value=unit, allowed=column.unit, mend=mend)
-    return factor
+    is_known = bool(stated) and units.is_unit(stated)
+    drives = ("count", "count/s", "A", "V", "rated", "rad", "rad/s", "N*m")
+    usual = stated if is_known and units.like(stated, drives) else USUAL_UNITS.get(column.base, column.base)
+    message = "has the wrong unit" if is_known else "has an unknown unit" if stated else "has no unit"
+    allowed, mend = (
+        f"{column.base}, or a unit that converts to it",
+        f'Write the unit of the numbers in the axis file, such as unit = "{usual}"',
+    )
+    raise InputError(message, path=place, value=stated or None, allowed=allowed, mend=mend)
+
+
+def _converts(unit: str, base: str) -> bool:
+    """Return whether a text is a unit of the quantity of another unit."""
+    return bool(unit) and units.is_unit(unit) and units.compatible(unit, base)
 
 
 COINCIDES = 1e-6  # of the sample time: closer stamps are the same

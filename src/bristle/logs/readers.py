@@ -55,8 +55,8 @@ def read_table(given: Readable, table: str | None = None, *, choice: Choice = AL
     if table is not None and not log_format.holds_tables:
         notes = (*notes, f"the file is a single table: bristle ignores the table name {table!r}")
     period = read.sample_time
-    if period is None and not read.stamps and not any(map(is_time, read.names)):
-        period = stated_period({re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()})
+    if period is None and not read.stamps:
+        period = stated_period({**read.facts, **{re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in read.constants.items()}})
     counted = {} if read.stamps or read.tables else {f"column_{i + 1}": name for i, name in enumerate(read.names)}
     source = Path(escaped(place))  # only displayed from here on
     changes = {"notes": notes, "sample_time": period, "numbers": {**counted, **read.numbers}, "source": source, "origin": content.origin}

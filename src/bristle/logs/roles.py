@@ -56,6 +56,8 @@ def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None
         unit, unit_source = unit_in_name(name), "name"
     about = table.about.get(name, "")
     meaning = Meaning() if is_nameless else meaning_of(name, about)
+    if meaning.role == "velocity" and unit and units.is_unit(unit) and units.compatible(unit, "Hz"):
+        unit, unit_source = "rev/s", "Hz"
     axis = axis_in(name) or axis_in(about) or table.joints.get(name)
     return Candidate(name, filled, unit, unit_source if unit else "", meaning, axis, unknown)
 

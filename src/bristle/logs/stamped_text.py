@@ -12,6 +12,8 @@ import numpy as np
 from bristle.core import units
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
+from bristle.logs.check import SAMPLED
+from bristle.logs.clock import LONGEST
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
 from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
 from bristle.logs.tables import Series, table_of_series
@@ -19,18 +21,20 @@ from bristle.logs.words import distinct, is_time, listed, meaning_of, plain_unit
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
-PERIOD_NAMES = listed(
-    "sampletime | sample time | sampling time | sampling period | sampling interval | abtastzeit | abtastintervall | abtasttakt | "
-    "takt | sample period | sample interval | sampleinterval | samplingtime | samplingperiod | tsample | t sample | delta x | "
-    "cycle time | zykluszeit | trace cycle | aufzeichnungstakt | interval | dt | ts"
+_ACT = r"(?:sampl\w*|abtast|scan|log|logging|record|recording|acquisition|daq|trace|aufzeichnungs)"
+_PERIOD = re.compile(
+    rf"(?:sampl\w*|abtast|scan|cycle|zyklus)[ -]?(?:time|zeit)|{_ACT}[ -]?(?:period\w*|interval\w*|takt|step|cycle)|takt|interval\w*"
+    "|t ?sample|delta ?[tx]|dt|ts"
 )
-RATE_NAMES = listed("sample rate | samplerate | sampling rate | abtastrate | abtastfrequenz | sampling frequency | sample frequency | fs")
-_FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(.+?)\s*\"?[;,\t]*\s*")
+_RATE = re.compile(rf"{_ACT}[ -]?(?:rate|freq\w*)|sampling|fs")
+_THOUSANDS = re.compile(r"[1-9]\d{0,2},\d{3}(?!\d)")  # or a decimal comma
+_FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?(?:\s*[:=;\t,]\s*\"?\s*|\s+(?=\d[\d.,]*\s*\S+$))(.+?)\s*\"?[;,\t]*\s*")
 
 
 def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     """Return the facts above the header of a text file, as names and values."""
-    above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
+    has_names = layout.first and not all(name.startswith("column_") for name in layout.names)
+    above = [line for line in lines[: layout.first] if line.strip()][: -1 if has_names else None]
     matches = (_FACT.fullmatch(line[:200]) for line in above)
     between = r"[;\t,]+" if layout.delimiter == "," and not layout.decimal_comma else r"[;\t]+"
     return {match[1].strip(): re.sub(between, " ", match[2]).strip() for match in matches if match}
@@ -46,23 +50,34 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     return {name: unit for name, unit in cells if unit and not name.lower().startswith("x_value")}
 
 
-def stated_period(facts: dict[str, str]) -> float | None:
-    """Return the time between samples [s] stated above the columns of a file; None if there is none."""
+def stated_period(facts: Mapping[str, str]) -> float | None:
+    """Return the time between samples [s] stated above the columns of a file; None if there is none, or if lines contradict each other."""
+    periods = list(stated_periods(facts).values())
+    return periods[0] if periods and max(periods) < 1.01 * min(periods) else None
+
+
+def stated_periods(facts: Mapping[str, str], *, named: bool = True) -> dict[str, float]:
+    """Return the lines above the columns of a file that state a time or rate, unless `named` of sampling, and this time [s]."""
+    periods = dict[str, float]()
     for name, text in facts.items():
-        key = re.sub(r"( ms)?( us)?( s)?( hz)?( khz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
-        target = "s" if key in PERIOD_NAMES else "Hz" if key in RATE_NAMES else ""
-        amount = amount_in(name, text) if target else None
-        unit = amount[1] or target if amount is not None else ""
-        if amount is not None and units.is_unit(unit) and units.compatible(unit, target):
-            value = amount[0] * units.factor(unit, target)
-            if 0.0 < value < np.inf:
-                return value if target == "s" else 1.0 / value
-    return None
+        key = re.sub(r"( [mu]?s)?( k?hz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
+        usual = "s" if _PERIOD.fullmatch(key) else "Hz" if _RATE.fullmatch(key) else ""
+        readings = [text, text.replace(",", "", 1)] if _THOUSANDS.match(text) else [text]
+        for reading in readings if usual or not named else ():
+            amount = amount_in(name, reading) or (0.0, "")
+            unit = amount[1] or usual
+            target = next((target for target in ("s", "Hz") if units.is_unit(unit) and units.compatible(unit, target)), "")
+            value = amount[0] * units.factor(unit, target) if target else 0.0
+            period = 1.0 / value if value > 0.0 and target == "Hz" else value
+            low, high = (0.0, LONGEST) if usual and len(readings) == 1 else SAMPLED
+            if low < period <= high:
+                periods[f"{name}: {reading}"] = period
+    return periods
 
 
 def amount_in(name: str, text: str) -> tuple[float, str] | None:
     """Return number and unit of a fact such as ``Rated torque [Nm]: 2,4``; None if it has no number."""
-    match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
+    match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*(?: per \w+)?)?", text)
     if match is None:
         return None
     unit = plain_unit(match[2] or split_unit(name)[1] or unit_in_name(name))

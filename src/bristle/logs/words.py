@@ -40,7 +40,7 @@ WRITTEN = spelt(
     "s: sek | sec | secs | second | seconds | sekunde | sekunden | sec.; ms: msec | millisec | milliseconds | millisekunden; "
     "us: usec | microseconds; m: meter | metre | meters; mm: millimeter; mm/s: mm/sec; m/s: m/sec; "
     "um: micron | microns | mikrometer; inch: inch | in; degC: celsius | °c | deg c | degc; mm/min: mm/min.; kg*m^2: kgm²; s^2: s²; "
-    "m/s^2: m/s²; mm/s^2: mm/s²"
+    "m/s^2: m/s²; mm/s^2: mm/s²; Hz: s/s | sa/s | sps | sample/s | samples/s | samples per second; kHz: ks/s | ksa/s | ksps"
 )
 NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
 CASED = spelt(
