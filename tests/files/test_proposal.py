@@ -61,7 +61,7 @@ def test_unknown_values_must_be_filled_in(tmp_path):
         ("time [s],position [deg],current [A]", (T, POSITION, FRICTION), 'constant = "?"  # torque per A, such as "0.12 N*m/A"'),
         ("time [s],position [deg],force [N]", (T, POSITION, FRICTION), 'kind = "rotational"'),  # before the unit of the effort
         ("position [mm],force [N]", (POSITION, FRICTION), 'sample_time = "?"  # time between samples, such as "1 ms"'),
-        ("dt;2 ms\nts;1 ms\nposition [mm],force [N]", (POSITION, FRICTION), "the log states 'dt: 2 ms' or 'ts: 1 ms'"),
+        ("dt;2 ms\nts;1 ms\nposition [mm],force [N]", (POSITION, FRICTION), "the log states 'dt: 2 ms'; the log states 'ts: 1 ms'"),
         ("dt;2 ms\ntime [s],position [mm],force [N]", (np.floor(T), POSITION, FRICTION), 'sample_time = "0.002 s"'),
         ("time [s],position [mm],force [N],spare", (T, POSITION, FRICTION, np.ones_like(T)), "\n# unused columns: spare\n"),
     ],

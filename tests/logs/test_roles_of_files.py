@@ -207,5 +207,5 @@ def test_an_axis_file_defines_an_unknown_unit_that_is_refused_without_it():
     np.testing.assert_allclose(log.position.values, 1e-3 * POSITION, atol=1e-12)
     np.testing.assert_allclose(log.reference.values, 1e-3 * (POSITION + 1e-6), atol=1e-12)
     assert "column position has the unit 'Skt' in the log, but mm in the axis file: bristle uses mm" in log.notes
-    with pytest.raises(InputError, match="'position': has an unknown unit; found 'Skt', allowed m, or a unit"):
+    with pytest.raises(InputError, match="'position': has the wrong unit; found 'Skt', allowed m, or a unit"):
         read_log(text_log("Skt", "N"))

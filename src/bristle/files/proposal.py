@@ -132,8 +132,8 @@ def _line(key: str, value: Any, tables: Mapping[str, Any], facts: Mapping[str, s
         unit = tables["columns"].get("effort", {}).get("unit", "A")
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
-        stated = " or ".join(map(repr, stated_periods(facts, named=False))) if key == "timing.sample_time" else ""
-        hint = f"  # {turning.get(key, HINTS[key]).format(drive=drive)}{f'; the log states {stated}' if stated else ''}"
+        stated = [f"; the log states {line!r}" for line in stated_periods(facts, named=False) if key == "timing.sample_time"]
+        hint = "".join([f"  # {turning.get(key, HINTS[key]).format(drive=drive)}", *stated])
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 

@@ -1,6 +1,6 @@
 """Build a log from the columns of a table: check them, resample them onto a uniform grid of time, and report findings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TypeVar
 
@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.logs.channel import CHANNELS, Channel, LogData
-from bristle.logs.clock import Clock, clock_of
+from bristle.logs.clock import UNIFORM, Clock, clock_of
 from bristle.logs.gather import Gathered, gather
 from bristle.logs.problems import limits_exceeded, problems_of
 from bristle.logs.stamped_text import stated_periods
@@ -31,35 +31,38 @@ def record_of(table: Table, axis: Axis) -> LogData:
 
 def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     """Return the time base of a log: its column of time, or the sample time of the axis file, or that of the log."""
-    time, place, stated = gathered.channels.get("time"), str(table.source), table.sample_time
-    if time is not None:
+    time, place, source = gathered.channels.get("time"), str(table.source), "the axis file"
+    if time is None:
+        clock = clock_of(_period(table, axis, gathered) * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
+    else:
         # Rows that repeat the previous row in all channels.
         values = [channel.values for name, channel in gathered.named() if name != "time"]
         repeats = np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
-        position = gathered.motion.values if gathered.motion else None
+        position, source = gathered.motion.values if gathered.motion else None, f"column {time.column}"
         place = f"{place}: column {time.column!r}"
         clock = clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)
-        source, period = f"column {time.column}", clock.sample_time
-    else:
-        columns = [name for name in table.names if is_time(name) and name not in [channel.column for _, channel in gathered.named()]]
-        source, period = "the axis file", axis.sample_time or (None if columns else stated)
-        if period is None:
-            raise _asked(table, columns)
-        clock = clock_of(period * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
-    if stated and abs(period / stated - 1.0) > 0.01:
-        states = f"the log states a sample time of {stated:g} s, but {source} gives {period:.6g} s"
+    if table.sample_time and abs(clock.sample_time / table.sample_time - 1.0) > UNIFORM:
+        states = f"the log states a sample time of {table.sample_time:g} s, but {source} gives {clock.sample_time:.6g} s"
         gathered.notes.append(f"{states}: bristle uses {source}")
     return clock
 
 
-def _asked(table: Table, columns: Sequence[str]) -> InputError:
-    """Return the question for the time base of a log, with its candidates."""
-    stated = stated_periods(table.facts) or stated_periods(table.facts, named=False)
+USUAL = "the column of time in [columns]", 'sample_time = "1 ms" under [timing]'
+
+
+def _period(table: Table, axis: Axis, gathered: Gathered) -> float:
+    """Return the sample time of the axis file, or that of a log without a column of time [s]; refuse a log that leaves it open."""
+    if axis.sample_time:
+        return axis.sample_time
+    used = [channel.column for _, channel in gathered.named()]
+    columns = [name for name in table.names if is_time(name) and name not in used]
+    if table.sample_time and not columns:
+        return table.sample_time
     asked = [f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]' for name in columns]
-    asked += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated.items()]
-    asked = asked or ["the column of time in [columns]", 'sample_time = "1 ms" under [timing]']
-    mend = f"Write in the axis file {', or '.join(asked)}"
-    return InputError("has no column of time and no sample time", path=str(table.source), mend=mend)
+    stated = stated_periods(table.facts, named=False).items()
+    asked += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated]
+    mend = f"Write in the axis file {', or '.join(asked or USUAL)}"
+    raise InputError("has no column of time and no sample time", path=str(table.source), mend=mend)
 
 
 def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:

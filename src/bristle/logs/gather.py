@@ -12,10 +12,10 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
-from bristle.logs.clock import median_step
+from bristle.logs.clock import UNIFORM, median_step
 from bristle.logs.nameless import is_nameless
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
-from bristle.logs.words import other_unit_in
+from bristle.logs.words import converts, other_unit_in
 
 
 @dataclass
@@ -62,8 +62,9 @@ def gather(table: Table, axis: Axis) -> Gathered:
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
-    if axis.sample_time and "time" in gathered.channels and not axis.columns["time"].unit:
-        gathered.channels["time"] = _in_step(gathered.channels["time"], axis.sample_time, gathered)
+    stamps = gathered.channels.get("time")
+    if axis.sample_time and stamps is not None and stamps.values.size > 1 and not axis.columns["time"].unit:
+        gathered.channels["time"] = _in_step(stamps, axis.sample_time, gathered)
     for index, injected in enumerate(axis.injected):
         column = Column(injected.column, "", "", injected.gain, injected.optional)
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
@@ -102,13 +103,16 @@ def _without_open_ends(gathered: Gathered) -> None:
 
 def _in_step(time: Channel, sample_time: float, gathered: Gathered) -> Channel:
     """Return the stamps in the unit of time in which they are a sample time [s] apart; unchanged if there is no such unit."""
-    usual = median_step(time.values) if time.values.size > 1 else 0.0
-    power = 3 * round(math.log10(sample_time / usual) / 3) if usual > 0.0 else 0
-    if not power or abs(sample_time / usual / 10.0**power - 1.0) > 0.01:
+    usual = median_step(time.values)
+    scale = next((scale for scale in UNITS_OF_TIME if abs(usual * scale / sample_time - 1.0) < UNIFORM), 1.0)
+    if scale == 1.0:
         return time
     states = f"column {time.column} rises by {usual:.6g} s per sample by its unit in the log, but sample_time in the axis file is"
-    gathered.notes.append(f"{states} {sample_time:g} s: bristle multiplies the column by 1e{power}")
-    return replace(time, values=time.values * 10.0**power)
+    gathered.notes.append(f"{states} {sample_time:g} s: bristle multiplies the column by {scale:g}")
+    return replace(time, values=time.values * scale)
+
+
+UNITS_OF_TIME = [1000.0**power for power in range(-3, 4)]  # ratios of two units, from ns to s
 
 
 def _compare_columns(table: Table, gathered: Gathered) -> None:
@@ -199,8 +203,9 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     return Channel(values, unit, name)
 
 
-# Base unit -> a usual unit of the numbers in a log.
-USUAL_UNITS = {"s": "ms", "m": "mm", "rad": "deg", "m/s": "mm/s", "rad/s": "rev/s", "rated": "%"}
+# Base unit -> another usual unit of the numbers in a log.
+USUAL_UNITS = {"s": "ms", "m": "mm", "rad": "deg", "m/s": "mm/s", "rad/s": "rev/s", "N": "%", "N*m": "%", "rated": "%"}
+OF_DRIVES = "count", "count/s", "A", "V", "rated", "rad", "rad/s", "N*m"  # the axis file converts them by constants, gear and lead
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
@@ -210,29 +215,19 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         return 1.0
     if column.unit:
         factor = units.factor(column.unit, column.base, path=place)
-        if stated and not (_converts(stated, column.base) and np.isclose(factor, units.factor(stated, column.base), rtol=1e-9)):
+        if stated and not (converts(stated, column.base) and np.isclose(factor, units.factor(stated, column.base), rtol=1e-9)):
             states = f"column {name} has the unit {stated!r} in the log, but {column.unit} in the axis file"
             gathered.notes.append(f"{states}: bristle uses {column.unit}")
         return factor
-    if _converts(stated, column.base):
+    if converts(stated, column.base):
         return units.factor(stated, column.base, path=place)
     if not stated and column.base != "rated":
         gathered.notes.append(f"column {name} has no unit: bristle assumes {column.base}")
         return 1.0
-    is_known = bool(stated) and units.is_unit(stated)
-    drives = ("count", "count/s", "A", "V", "rated", "rad", "rad/s", "N*m")
-    usual = stated if is_known and units.like(stated, drives) else USUAL_UNITS.get(column.base, column.base)
-    message = "has the wrong unit" if is_known else "has an unknown unit" if stated else "has no unit"
-    allowed, mend = (
-        f"{column.base}, or a unit that converts to it",
-        f'Write the unit of the numbers in the axis file, such as unit = "{usual}"',
-    )
-    raise InputError(message, path=place, value=stated or None, allowed=allowed, mend=mend)
-
-
-def _converts(unit: str, base: str) -> bool:
-    """Return whether a text is a unit of the quantity of another unit."""
-    return bool(unit) and units.is_unit(unit) and units.compatible(unit, base)
+    usual = next((stated for base in OF_DRIVES if converts(stated, base)), USUAL_UNITS.get(column.base, column.base))
+    allowed = f"{column.base}, or a unit that converts to it"
+    mend = f'Write the unit of the numbers in the axis file, such as unit = "{usual}"'
+    raise InputError("has the wrong unit", path=place, value=stated, allowed=allowed, mend=mend)
 
 
 COINCIDES = 1e-6  # of the sample time: closer stamps are the same

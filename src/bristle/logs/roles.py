@@ -12,7 +12,7 @@ from bristle.core import units
 from bristle.core.axis import LOAD_ENCODER
 from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in, without_index
-from bristle.logs.words import Meaning, is_of_load, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.words import Meaning, converts, is_of_load, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None
         unit, unit_source = unit_in_name(name), "name"
     about = table.about.get(name, "")
     meaning = Meaning() if is_nameless else meaning_of(name, about)
-    if meaning.role == "velocity" and unit and units.is_unit(unit) and units.compatible(unit, "Hz"):
+    if meaning.role == "velocity" and converts(unit, "Hz"):
         unit, unit_source = "rev/s", "Hz"
     axis = axis_in(name) or axis_in(about) or table.joints.get(name)
     return Candidate(name, filled, unit, unit_source if unit else "", meaning, axis, unknown)

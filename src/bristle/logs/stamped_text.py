@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import combinations, zip_longest
+from itertools import combinations, product, zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -13,21 +13,24 @@ from bristle.core import units
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.check import SAMPLED
-from bristle.logs.clock import LONGEST
+from bristle.logs.clock import LONGEST, SHORTEST, UNIFORM
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
 from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import distinct, is_time, listed, meaning_of, plain_unit, unit_in_name, unit_of_time
+from bristle.logs.words import converts, distinct, is_time, listed, meaning_of, plain_unit, unit_in_name, unit_of_time
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
 _ACT = r"(?:sampl\w*|abtast|scan|log|logging|record|recording|acquisition|daq|trace|aufzeichnungs)"
-_PERIOD = re.compile(
-    rf"(?:sampl\w*|abtast|scan|cycle|zyklus)[ -]?(?:time|zeit)|{_ACT}[ -]?(?:period\w*|interval\w*|takt|step|cycle)|takt|interval\w*"
-    "|t ?sample|delta ?[tx]|dt|ts"
-)
-_RATE = re.compile(rf"{_ACT}[ -]?(?:rate|freq\w*)|sampling|fs")
-_THOUSANDS = re.compile(r"[1-9]\d{0,2},\d{3}(?!\d)")  # or a decimal comma
+# Unit -> names of a sample time or rate.
+_SAMPLING = {
+    "s": re.compile(
+        rf"(?:sampl\w*|abtast|scan|cycle|zyklus)[ -]?(?:time|zeit)|{_ACT}[ -]?(?:period\w*|interval\w*|takt|step|cycle)|takt|interval\w*"
+        "|t ?sample|delta ?[tx]|dt|ts"
+    ),
+    "Hz": re.compile(rf"{_ACT}[ -]?(?:rate|freq\w*)|sampling|fs"),
+}
+_THOUSANDS = re.compile(r"^([1-9]\d{0,2}),(\d{3})(?!\d)")  # or a decimal comma
 _FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?(?:\s*[:=;\t,]\s*\"?\s*|\s+(?=\d[\d.,]*\s*\S+$))(.+?)\s*\"?[;,\t]*\s*")
 
 
@@ -53,7 +56,7 @@ def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 def stated_period(facts: Mapping[str, str]) -> float | None:
     """Return the time between samples [s] stated above the columns of a file; None if there is none, or if lines contradict each other."""
     periods = list(stated_periods(facts).values())
-    return periods[0] if periods and max(periods) < 1.01 * min(periods) else None
+    return periods[0] if periods and max(periods) / min(periods) < 1.0 + UNIFORM else None
 
 
 def stated_periods(facts: Mapping[str, str], *, named: bool = True) -> dict[str, float]:
@@ -61,26 +64,25 @@ def stated_periods(facts: Mapping[str, str], *, named: bool = True) -> dict[str,
     periods = dict[str, float]()
     for name, text in facts.items():
         key = re.sub(r"( [mu]?s)?( k?hz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
-        usual = "s" if _PERIOD.fullmatch(key) else "Hz" if _RATE.fullmatch(key) else ""
-        readings = [text, text.replace(",", "", 1)] if _THOUSANDS.match(text) else [text]
-        for reading in readings if usual or not named else ():
-            amount = amount_in(name, reading) or (0.0, "")
-            unit = amount[1] or usual
-            target = next((target for target in ("s", "Hz") if units.is_unit(unit) and units.compatible(unit, target)), "")
-            value = amount[0] * units.factor(unit, target) if target else 0.0
-            period = 1.0 / value if value > 0.0 and target == "Hz" else value
-            low, high = (0.0, LONGEST) if usual and len(readings) == 1 else SAMPLED
-            if low < period <= high:
+        usual = next((unit for unit, names in _SAMPLING.items() if names.fullmatch(key)), "")
+        readings = dict.fromkeys((text, _THOUSANDS.sub(r"\1\2", text)))
+        for reading, (target, power) in product(readings, (("s", 1), ("Hz", -1))):
+            amount = amount_in(name, reading, usual)
+            if amount is None or not converts(amount[1], target) or not SHORTEST <= amount[0] * units.factor(amount[1], target) <= LONGEST:
+                continue
+            period = (amount[0] * units.factor(amount[1], target)) ** power
+            is_sure, is_plausible = bool(usual) and len(readings) == 1, SAMPLED[0] <= period <= SAMPLED[1]
+            if is_sure or (is_plausible and not (named and not usual)):
                 periods[f"{name}: {reading}"] = period
     return periods
 
 
-def amount_in(name: str, text: str) -> tuple[float, str] | None:
+def amount_in(name: str, text: str, usual: str = "") -> tuple[float, str] | None:
     """Return number and unit of a fact such as ``Rated torque [Nm]: 2,4``; None if it has no number."""
     match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*(?: per \w+)?)?", text)
     if match is None:
         return None
-    unit = plain_unit(match[2] or split_unit(name)[1] or unit_in_name(name))
+    unit = plain_unit(match[2] or split_unit(name)[1] or unit_in_name(name) or usual)
     try:
         return float(match[1].replace(",", ".")), units.split(f"1 {unit}")[1] if unit else ""
     except ValueError:

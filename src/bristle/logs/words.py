@@ -48,6 +48,11 @@ CASED = spelt(
 )
 
 
+def converts(unit: str, base: str) -> bool:
+    """Return whether a text is a unit of the quantity of another unit."""
+    return bool(unit) and units.is_unit(unit) and units.compatible(unit, base)
+
+
 def plain_unit(written: str) -> str:
     """Return a unit in the spelling of this package; empty for texts that mean "no unit"."""
     text = normalize("NFC", written).strip().strip("[]").strip()
