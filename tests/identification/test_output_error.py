@@ -200,7 +200,7 @@ def test_an_interruption_returns_the_best_so_far(loop_log, monkeypatch):
     monkeypatch.setattr(OutputError, "residual", counting)
     identification = identify(loop_log, "stribeck", axis=SOUGHT, draws=0)
     assert identification.best.unfinished
-    assert identification.unfinished == "interrupted: the fit of stribeck is incomplete"
+    assert identification.unfinished == "interrupted: 0 of 1 models fitted; the fit of stribeck is incomplete"
     assert warnings_of(identification.best)[0].startswith("unfinished: ")
     assert identification.best.loop_error_percent < 20.0
 

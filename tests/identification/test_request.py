@@ -17,7 +17,8 @@ from bristle.core.axis import Cogging
 from bristle.files import load_code
 from bristle.friction import MODELS, coulomb, coulomb_viscous
 from bristle.identification import least_squares
-from bristle.identification.identify import TURNS, _context, _share, _turn
+from bristle.identification.fits import TURNS, _turn
+from bristle.identification.identify import _context, _share
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import freed, models_of, prior_knowledge_of, settings_of, treatment_of, with_method
 from bristle.identification.settings import DEFAULT, Settings

@@ -14,7 +14,7 @@ import bristle as br
 from bristle.core import Axis, Diagnostic, InputError
 from bristle.core.axis import KnownColumn
 from bristle.files import axis_text, read_axis
-from bristle.identification import HeldOut, intervals
+from bristle.identification import HeldOut, fits, intervals
 from bristle.identification.second_pass import Passed, axis_with, proposed_lines, second_pass
 from bristle.logs import Channel
 from bristle.report.brief import brief
@@ -48,8 +48,8 @@ def taken(passes):
 @pytest.fixture
 def fitted(monkeypatch):
     """The names of the fitted models, in order."""
-    names, original = [], IDENTIFYING.fit
-    monkeypatch.setattr(IDENTIFYING, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
+    names, original = [], fits.fit
+    monkeypatch.setattr(fits, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
     return names
 
 

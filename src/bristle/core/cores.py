@@ -33,6 +33,10 @@ class Abreast(ThreadPoolExecutor):
         """Call a function in a thread, with a copy of the current context."""
         return super().submit(copy_context().run, fn, *args, **kwargs)
 
+    def __exit__(self, *error: Any) -> None:
+        """Wait for all work; an interruption takes effect at once, and each thread ends with the value that it computes."""
+        self.shutdown(wait=not isinstance(error[1], KeyboardInterrupt), cancel_futures=True)
+
 
 def abreast(function: Callable[[A], B]) -> Callable[[Sequence[A]], list[B]]:
     """Return a function that maps values on all cores."""
@@ -40,11 +44,8 @@ def abreast(function: Callable[[A], B]) -> Callable[[Sequence[A]], list[B]]:
     def together(values: Sequence[A]) -> list[B]:
         if len(values) == 1:
             return [function(values[0])]
-        pool = Abreast()
-        try:
+        with Abreast() as pool:
             return list(pool.map(function, values))
-        finally:
-            pool.shutdown(cancel_futures=True)
 
     return together
 

@@ -20,12 +20,12 @@ from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
-from bristle.identification.estimation import Context, Estimation, along_the_motion, context_of, with_harmonics, with_harmonics_of
-from bristle.identification.excitation import checks_of, spread_between_repeats, with_checks
+from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
+from bristle.identification.excitation import checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
-from bristle.identification.fitting import fit
+from bristle.identification.fits import Found, all_fits, ranked
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.intervals import DRAWING, NUMERIC, WITHOUT_DRAWS, message_of, with_intervals
+from bristle.identification.intervals import DRAWING, WITHOUT_DRAWS, with_intervals
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
@@ -33,22 +33,21 @@ from bristle.identification.parameters import STATED, PriorKnowledge, Role, name
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, treat_all
 from bristle.identification.result import Fit, Identification
-from bristle.identification.second_pass import Passed, second_pass
+from bristle.identification.second_pass import Passed, SecondPass, second_pass
 from bristle.identification.settings import Settings
-from bristle.identification.structure import next_models, with_structure
+from bristle.identification.structure import with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
-from bristle.identification.validation import TOO_SHORT, in_order, with_information
+from bristle.identification.validation import TOO_SHORT
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
-WITHOUT_SLOTS = "interrupted: the search for slots is incomplete"
+WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"
 AGAIN = "second pass, "  # before a task of the progress
 _Common = tuple[
     Sequence[FrictionModel], bool, int | None, Settings, Callable[[Axis | None], PriorKnowledge], tuple[float | None, int | None]
 ]  # of each pass: models, whether with slots, blocks, thresholds, prior knowledge, cut-off and decimation
 TELLS_CHANNEL = "lugre"
-TURNS = 2  # rounds of slots added to the best model
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders
 
@@ -76,6 +75,7 @@ def identify(
     method: str | None = None,
     settings: Settings | Mapping[str, float] | None = None,
     progress: Progress | None = None,
+    answer: Callable[[Identification], None] | None = None,
 ) -> Identification:
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -116,7 +116,11 @@ def identify(
     settings : Settings or mapping of str to float, optional
         Thresholds of diagnostics, by name; by default the thresholds of the axis, else the default values.
     progress : callable, optional
-        Called with the share of the work done and the current task.
+        Called with the share of the work done and the current task. If it raises `KeyboardInterrupt`, as after a time
+        limit of yours, `identify` returns the models fitted so far.
+    answer : callable, optional
+        Of several models, called with the first one as soon as it is fitted, without the intervals from simulated logs. A
+        linear regression chooses which model is fitted first.
 
     Returns
     -------
@@ -159,7 +163,8 @@ def identify(
     twice, count = chosen.lines_gain < 1.0 and blocks != 0, len(components) + extended
     fitting = (1 + twice) * count
     share = partial(_share, progress, fitting + DRAWING * bool(draws))
-    better, second = _passed(common, share, pairs), None
+    told = None if answer is None or count < 2 else lambda passed: answer(_result(passed, first_log, chosen))
+    better, second = _passed(common, share, pairs, told=told), None
     if twice:
         again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"), first=better)
         better, second = second_pass(better, pairs, again, chosen.lines_gain)
@@ -167,8 +172,25 @@ def identify(
     unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
         better, unfinished = with_intervals(better, draws, chosen, pairs, partial(share, fitting))
-    best, *rest = better.fits
-    dataset = better.context.dataset
+    coupling = better.context.coupling
+    result = _result(better, first_log, chosen, unfinished, second)
+    result = result if of_load else with_masses_of(result, pairs, coupling)
+    if not of_load or unfinished:
+        return result
+
+    def of_side(*logs: Any, **options: Any) -> Identification:
+        return identify(*logs, model=model, free=free, draws=draws, settings=settings, **options).finished
+
+    try:
+        return with_two_masses(result, of_load, of_side, total, coupling)
+    except KeyboardInterrupt:
+        return replace(result, unfinished=WITHOUT_LOAD)
+
+
+def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", second: SecondPass | None = None) -> Identification:
+    """Return the identification of a pass over a log, and over further logs."""
+    best, *rest = passed.fits
+    dataset = passed.context.dataset
     treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),
@@ -178,15 +200,12 @@ def identify(
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
         **(dataset.alignment.as_data() if dataset.alignment else {}),
         **({"lag": best.lag} if best.lag is not None else {}),
-        **_stiffness_of(first_log),
-        **(better.context.coupling.facts if better.context.coupling is not None else {}),
+        **_stiffness_of(log),
+        **(passed.context.coupling.facts if passed.context.coupling is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
-    further = tuple(log for log, _ in better.pairs[1:])
-    result = Identification((best, *rest), first_log, treatment, further, unfinished, broken, better.left_out, chosen, second)
-    again = partial(identify, model=model, free=free, draws=draws, settings=settings)
-    result = result if of_load else with_masses_of(result, pairs, better.context.coupling)
-    return with_two_masses(result, of_load, again, total, better.context.coupling) if of_load and not unfinished else result
+    logs = tuple(further for further, _ in passed.pairs[1:])
+    return Identification((best, *rest), log, treatment, logs, unfinished, broken, passed.left_out, settings, second)
 
 
 def _stiffness_of(log: Log) -> dict[str, float]:
@@ -202,8 +221,12 @@ def _passed(
     offset_reason: str = STATED,
     *,
     first: Passed | None = None,
+    told: Callable[[Passed], None] | None = None,
 ) -> Passed:
-    """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass."""
+    """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
+
+    `told` receives the first fit of several.
+    """
     components, extended, blocks, settings, prior_of, treatment = common
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
@@ -211,16 +234,25 @@ def _passed(
     context = _context(pairs, prior, settings, share, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short = blocks is None and not held_out
-    fits, estimations, left_out, unfinished = _all_fits(context, components, extended, held_out, share)
+    found = Found([component.name for component in components])
 
-    def judged(omitted: Container[str] = ()) -> list[Fit]:
-        fitted = [fit for fit in fits if fit.name not in omitted]
-        best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fitted, context))
-        best = with_structure(best, estimations[best.name], settings, context.prior, [fit.name for fit in rest], context.coupling)
+    def checked(fitted: Sequence[Fit]) -> list[Fit]:
+        best, *rest = (with_checks(fit, of_logs) for fit in ranked(fitted, context))
+        others = [fit.name for fit in rest]
+        best = with_structure(best, found.estimations[best.name], settings, context.prior, others, context.coupling)
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
-    ranked, interrupted = to_the_end(judged)
-    return Passed(ranked, estimations, left_out, unfinished, interrupted, context, pairs, judged)
+    def judged(omitted: Container[str] = ()) -> list[Fit]:
+        return checked([fit for fit in found.fits if fit.name not in omitted])
+
+    def tell(fit: Fit) -> None:
+        if told is not None:
+            told(Passed(checked([fit]), found.estimations, {}, "", False, context, pairs, judged))
+
+    unfinished = all_fits(context, components, extended, held_out, share, found, tell)
+    # A second interruption ends the work.
+    chosen, interrupted = (judged(), True) if unfinished else to_the_end(judged)
+    return Passed(chosen, found.estimations, found.left_out, unfinished, interrupted, context, pairs, judged)
 
 
 def _context(
@@ -301,89 +333,6 @@ def _left(context: Context) -> float:
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
     return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))
-
-
-def _all_fits(
-    context: Context, components: Sequence[FrictionModel], extended: bool, blocks: int, share: Callable[[int, str], Report]
-) -> tuple[list[Fit], dict[str, Estimation], dict[str, str], str]:
-    """Return the fits of several models, `extended` by slots if requested, and a remark about interrupted work."""
-    fits, estimations, left_out = _fits(context, components, blocks, share)
-    ended = len(fits) + len(left_out) < len(components)
-    if extended and not ended:
-        report = share(len(components), "fitting models with slots")
-        added, ended = _with_slots(context, fits, estimations, left_out, blocks, report)
-        components = (*components, *added)
-    missing = [component.name for component in components if component.name not in left_out][len(fits) :]
-    remarks = [f"the fit of {fit.name} is incomplete" for fit in fits if fit.unfinished]
-    remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
-    return fits, estimations, left_out, f"interrupted: {'; '.join(remarks)}" if remarks else WITHOUT_SLOTS * ended
-
-
-def _fits(
-    context: Context, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
-) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:
-    """Return the fits of several models until an interruption, and the reasons for omitted models."""
-    fits: list[Fit] = []
-    estimations: dict[str, Estimation] = {}
-    left_out: dict[str, Exception] = {}
-    for number, component in enumerate(components):
-        try:
-            model_fit, estimation = fit(context, component, blocks, share(number, f"fitting {component.name}"))
-        except NUMERIC as error:
-            if isinstance(error, InputError) and error.path not in ("model", *component.variables):
-                raise
-            left_out[component.name] = error
-            continue
-        except KeyboardInterrupt:
-            if not fits:
-                raise
-            break
-        fits.append(model_fit)
-        estimations[model_fit.name] = estimation
-        if model_fit.unfinished:
-            break
-    if left_out and not fits:
-        raise next(iter(left_out.values()))
-    return fits, estimations, {name: message_of(error) for name, error in left_out.items()}
-
-
-def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
-    """Return fits with their ranks, best first."""
-    order = in_order(fits, context.settings, spread_between_repeats(context.dataset))
-    return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
-
-
-def _with_slots(
-    context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int, report: Report
-) -> tuple[list[FrictionModel], bool]:
-    """Fit the best model with the slots suggested by its residual, in several rounds."""
-    added: list[FrictionModel] = []
-    for turn in range(TURNS):
-        if any(fit.unfinished for fit in fits):
-            break
-        best = _ranked(fits, context)[0]
-        try:
-            names = next_models(best, estimations[best.name], context.settings, context.coupling)
-        except KeyboardInterrupt:
-            return added, True
-        further = [find(name) for name in names if name not in estimations and name not in left_out]
-        if not further:
-            break
-        try:
-            more, of_them, refused = _fits(context, further, blocks, partial(_turn, report, turn, len(further)))
-        except NUMERIC as error:  # no model can be fitted to this log
-            left_out |= {one.name: message_of(error) for one in further}
-            break
-        added += further
-        fits += more
-        estimations |= of_them
-        left_out |= refused
-    return added, False
-
-
-def _turn(report: Report, turn: int, count: int, number: int, task: str) -> Report:
-    """Return the progress callback of one fit in one round."""
-    return lambda share, remark="": report((turn + (number + share) / count) / TURNS, remark)
 
 
 def _share(progress: Progress | None, count: int, number: int, task: str) -> Report:
