@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
@@ -47,6 +49,8 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --out results
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
+
+WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 
 Method = Annotated[
     str | None,
@@ -162,24 +166,37 @@ def _identify_friction(
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
         axes = axes_for([read_axis(file) for file in axis], len(log))
-        recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
-        identification = identified(recorded, axis=axes, progress=between(report, 0.05, 0.85), **options)
-        outcome = identification.outcome_with(
-            command=output.command,
-            axis_name=axes[0].name if axes[0] else log[0].stem,
-            progress=between(report, 0.85, 0.86),
-            figures=further,
-            files={"axis": axis, "figure": code},
-        )
+        for_reader = not (output.as_json or output.quiet)
+        answer = partial(_show_first, sys.stderr) if for_reader else None
+        try:
+            recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
+            identification = identified(recorded, axis=axes, progress=between(report, 0.05, 0.85), answer=answer, **options)
+        except KeyboardInterrupt:
+            complain("no model is fitted yet, so bristle writes no results")
+            raise
+        words = {"command": output.command, "axis_name": axes[0].name if axes[0] else log[0].stem}
+        words |= {"figures": further, "files": {"axis": axis, "figure": code}}
+        motion = None
+        try:
+            outcome = identification.outcome_with(progress=between(report, 0.85, 0.86), **words)
+            # A rehearsal takes seconds: only a person who reads its line waits for it.
+            if folder and for_reader:
+                motion = _next_motion(identification, options["draws"], between(report, 0.86, 0.9))
+        except KeyboardInterrupt:
+            if identification.unfinished:  # the second interruption
+                raise
+            outcome = replace(identification, unfinished=WITHOUT_LOOP).outcome_with(**words)
+        identification = outcome.identification
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
-        motion = None
         if folder:
-            # A rehearsal takes seconds: only a person who reads its line waits for it.
-            if not (output.as_json or output.quiet):
-                motion = _next_motion(identification, options["draws"], between(report, 0.86, 0.9))
             report(0.9, "writing the report")
-            outcome.write(folder)
+            try:
+                outcome.write(folder)
+            except KeyboardInterrupt:
+                if identification.unfinished:
+                    raise
+                outcome.write(folder)  # nothing is missing
     if output.as_json:
         output.tell(outcome.summary)
     else:
@@ -188,6 +205,13 @@ def _identify_friction(
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
+
+
+def _show_first(stream: TextIO, identification: Identification) -> None:
+    """Show the first of several models, beside the progress and apart from the results."""
+    from bristle.report.brief import first_answer
+
+    show_lines(first_answer(identification), stream)
 
 
 def _next_motion(identification: Identified, draws: int, report: Callable[[float, str], None]) -> NextMotion | None:

@@ -120,13 +120,13 @@ def show_table(table: Table) -> None:
                 console.print(f"  {head}: {one_line(text)}")
 
 
-def show_lines(lines: Iterable[Line]) -> None:
-    """Write labelled lines to the standard output, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
+def show_lines(lines: Iterable[Line], stream: TextIO | None = None) -> None:
+    """Write labelled lines to a stream, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
     from rich.text import Text
 
     from bristle.palette import TERMINAL
 
-    console = _console(sys.stdout)
+    console = _console(stream or sys.stdout)
     width = min(console.width, READ_WELL) - LABEL
     for line in lines:
         style = TERMINAL.get(line.level, "")

@@ -40,6 +40,13 @@ def brief(
     return [*lines, Line("Feedforward", feedforward_of(identification)), verdict(ruling)]
 
 
+def first_answer(identification: Identification) -> list[Line]:
+    """Return model, parameters and verdict of the first of several models, marked as provisional."""
+    lines = [*_model(identification), *_parameters(identification.best), verdict(ruling_of(identification))]
+    provisional = "first of the models, the others follow; intervals from simulated logs may be wider"
+    return [Line("Provisional", provisional), *lines]
+
+
 def advice_to_record(fit: Fit) -> str:
     """Return how to record the axis again, if the log is faulty or moves in one direction only; else an empty text."""
     codes = [diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "error"]

@@ -123,7 +123,8 @@ def no_gain(simulation: SimulationResult | None, following: Following | None, ax
     if not usable:
         reason = "measure again"
     elif simulation is None:
-        reason = "the axis file has no controller" if axis is None or axis.controller is None else "the log has no reference of a loop"
+        without_loop = "the log has no reference of a loop" if following is None else "the command was interrupted"
+        reason = "the axis file has no controller" if axis is None or axis.controller is None else without_loop
     elif following is not None and following.contradiction is not None:
         reason = "the simulated loop does not match the log"
     return Card("Gain", "–", reason, open=True)

@@ -119,7 +119,8 @@ class Identified(Identification, ModelInHand, Result):
         draws = self.best.resampling.bands.draws if self.best.resampling else {}
         if self.best.position_rmse is None:  # fitted to the position: there was no loop
             looped = loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
-        return (None, usual) if looped is None else compensated_loop(looped, self.axis, draws, usual)
+        # After an interruption, the results are due at once: simulations of the loop take seconds.
+        return (looped, usual) if looped is None or self.unfinished else compensated_loop(looped, self.axis, draws, usual)
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
@@ -130,7 +131,7 @@ class Identified(Identification, ModelInHand, Result):
         of_axis = self.plant, self.model, self.log, self.axis or Axis()
         if self.best.position_rmse is not None:
             return None, predict(*of_axis, "open-loop"), following_of(self.log)
-        if experiment is None:
+        if experiment is None or self.unfinished:
             return None, None, following_of(self.log)
         simulation = simulate(experiment, progress)
         return simulation, predict(*of_axis, "closed-loop", lag=self.best.lag), following_of(self.log, simulation, self.settings)
@@ -277,7 +278,7 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         pairs = logs_and_axes(log, options.pop("axis", None))
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
-        words = {name: options[name] for name in parameters.parameters if name in options and name != "progress"}
+        words = {name: options[name] for name in parameters.parameters if name in options and name not in ("progress", "answer")}
         call = _call(logs, model, axes, words, parameters)
         if result.second_pass is not None and result.second_pass.taken:
             named = [axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind) for log, axis in pairs]

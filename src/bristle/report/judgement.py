@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
 DOUBTS = (
+    "unfinished",
     "elastic_load",
     "structure",
     "stages_differ",
