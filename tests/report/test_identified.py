@@ -435,3 +435,13 @@ def test_compared_models_are_not_suggested(log):
     static = next(fit for fit in fits if fit.name == "coulomb_viscous")
     named = structure.with_structure(static, None, settings.DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers
     assert (named["model"], named["compared"]) == ("", "preisach_contact")
+
+
+def test_of_several_logs_those_that_are_too_short_are_named_and_the_others_go_on(columns):
+    whole, *short = ({name: values[:count] for name, values in columns.items()} for count in (4000, 60, 150))
+    result = br.identify([short[0], whole, short[1]], "viscous", draws=0, blocks=0)
+    named = [note for note in result.log.notes if note.startswith("bristle leaves out a log: ")]
+    assert (len(result.axes), len(result.log)) == (1, 4000)
+    assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [True, True]
+    with pytest.raises(InputError, match=r"all 2 logs are too short: .*\(60 instead of .*; .*\(60 instead of"):
+        br.identify(short[:1] * 2, "viscous")

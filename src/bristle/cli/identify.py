@@ -158,18 +158,17 @@ def _identify_friction(
     log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None, *, verbose: bool
 ) -> int:
     from bristle.core import between
-    from bristle.files import axes_for, read_axis
-    from bristle.logs import read_log
+    from bristle.files import logs_and_axes, read_axis
     from bristle.report.identified import identify as identified
 
     out, limit = output.out, size_limit()
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
-        axes = axes_for([read_axis(file) for file in axis], len(log))
         for_reader = not (output.as_json or output.quiet)
         answer = partial(_show_first, sys.stderr) if for_reader else None
         try:
-            recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
+            pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=limit)
+            recorded, axes = map(list, zip(*pairs, strict=True))
             identification = identified(recorded, axis=axes, progress=between(report, 0.05, 0.85), answer=answer, **options)
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
@@ -187,6 +186,9 @@ def _identify_friction(
                 raise
             outcome = replace(identification, unfinished=WITHOUT_LOOP).outcome_with(**words)
         identification = outcome.identification
+        for note in identification.log.notes:
+            if note.startswith("bristle leaves out a log: "):
+                complain(note.removeprefix("bristle "))
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:

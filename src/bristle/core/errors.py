@@ -76,6 +76,10 @@ def located(prefix: object = "", **parts: Any) -> Iterator[None]:
         raise error.at(str(prefix), **parts) from None
 
 
+class TooShortError(InputError):
+    """A recording that is too short; of several, bristle uses the others."""
+
+
 class MissingExtraError(InputError):
     """A required optional dependency is not installed."""
 

@@ -1,18 +1,21 @@
 """Converters of arguments: an axis, a log or an experiment, as an object or as the file that describes it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
 from bristle import files
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import Converter, instance
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, TooShortError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
 from bristle.logs import readers
 from bristle.logs.log import Log, is_table
+
+A = TypeVar("A")
 
 # The readers import the checks of files, so they are imported only when a file is given.
 AXIS: Converter = instance(Axis, "an axis or an axis file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
@@ -21,12 +24,14 @@ EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=l
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 
-def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
+def log_and_axis(log: Any, axis: Any, size_limit: int = SIZE_LIMIT) -> tuple[Log, Axis | None]:
     """Return a log and its axis, if known; read them if a path or a table of columns is given."""
     axis = None if axis is None else looked_at(AXIS, axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
-    converter = instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    converter = instance(
+        Log, "a log or a log file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis, size_limit=size_limit)
+    )
     return looked_at(converter, log, "log", None), axis
 
 
@@ -44,13 +49,33 @@ def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
     return described
 
 
-def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
+def logs_and_axes(log: Any, axis: Any, *, size_limit: int = SIZE_LIMIT) -> list[tuple[Log, Axis | None]]:
     """Return one or several logs, each with its axis: one axis for all logs, or one axis per log."""
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
     if not logs:
         raise InputError("names no log", path="log", mend="Give at least one log")
     axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
-    return [log_and_axis(log, axis) for log, axis in zip(logs, axes, strict=True)]
+    return without_short([partial(log_and_axis, log, axis, size_limit) for log, axis in zip(logs, axes, strict=True)])
+
+
+LEFT_OUT = "bristle leaves out a log: "
+
+
+def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Log, A]]:
+    """Return the logs with their axes; of several, leave out those that are too short, with a note on each in the first of the others."""
+    usable, short = [], []
+    for pair in pairs:
+        try:
+            usable.append(pair())
+        except TooShortError as error:
+            short.append(error)
+    if len(short) == 1 and not usable:
+        raise short[0]
+    facts = [f"{error.path} {error.message} ({error.value} instead of {error.allowed})" for error in short]
+    if not usable:
+        raise TooShortError(f"all {len(short)} logs are too short: {'; '.join(facts)}", path="log", mend=short[0].mend)
+    (first, axis), *others = usable
+    return [(replace(first, notes=(*first.notes, *(f"{LEFT_OUT}{fact}" for fact in facts))), axis), *others]
 
 
 def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:

@@ -31,7 +31,7 @@ from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.position_loop import stiffness_in
-from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, treat_all
+from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, long_enough, treat_all
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, SecondPass, second_pass
 from bristle.identification.settings import Settings
@@ -144,7 +144,9 @@ def identify(
     ('identified', 12.0, 'kg')
     """
     request.refuse_without_draws(method, draws)
-    pairs, of_load = apart(request.with_method(logs_and_axes(log, axis), method))
+    given = logs_and_axes(log, axis)
+    treated = request.treatment_of(cutoff, decimation, given[0][0].kind)
+    pairs, of_load = apart(request.with_method(long_enough(given, *treated), method))
     total, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
     chosen = request.settings_of(pairs[0][1], settings)
     transmits = all(axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs)
@@ -159,7 +161,7 @@ def identify(
     def prior_of(axis: Axis | None) -> PriorKnowledge:
         return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
-    common = components, extended, blocks, chosen, prior_of, request.treatment_of(cutoff, decimation, kind)
+    common = components, extended, blocks, chosen, prior_of, treated
     twice, count = chosen.lines_gain < 1.0 and blocks != 0, len(components) + extended
     fitting = (1 + twice) * count
     share = partial(_share, progress, fitting + DRAWING * bool(draws))

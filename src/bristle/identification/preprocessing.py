@@ -20,15 +20,18 @@ References
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, TooShortError, located
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
+from bristle.files.arguments import without_short
 from bristle.identification.dataset import Alignment, Dataset, Segment
 from bristle.logs.filters import ahead, derivative, low_passed, through_filter
 from bristle.logs.log import Channel, Log
@@ -85,8 +88,17 @@ def treat_all(
     return shifted(merged, delay, smoothing, position_smoothing)
 
 
-def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
-    """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
+class Treatment(NamedTuple):
+    """Cut-off [Hz], samples per row, samples of the transient of the filter, and the stretches that are long enough."""
+
+    cutoff: float
+    decimation: int
+    dropped: int
+    whole: list[slice]
+
+
+def stretches_of(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Treatment:
+    """Return the treatment of a log; refuse one that is too short for it."""
     # By default, the cut-off is a tenth of the sampling frequency and the decimation is 10, less for a plant with terms.
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = axis.cutoff if cutoff is None else cutoff
@@ -98,6 +110,36 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.spring or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
+    dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
+    shortest = 2 * dropped + ROWS_MIN * decimation
+    parts = log.segments or (slice(0, len(log)),)
+    lengths = [len(range(*part.indices(len(log)))) for part in parts]
+    if max(lengths) < shortest:
+        raise TooShortError(
+            "is too short for this filter and decimation",
+            path="log",
+            value=f"{max(lengths)} samples without a gap",
+            allowed=f"at least {shortest}",
+            mend="Record a longer motion, raise the cut-off or lower the decimation",
+        )
+    return Treatment(cutoff, decimation, dropped, [part for part, length in zip(parts, lengths, strict=True) if length >= shortest])
+
+
+def long_enough(pairs: Sequence[tuple[Log, Axis | None]], cutoff: float | None, decimation: int | None) -> list[tuple[Log, Axis | None]]:
+    """Return logs with their axes; of several, without those that are too short for the treatment."""
+
+    def examined(log: Log, axis: Axis | None) -> tuple[Log, Axis | None]:
+        with located(path=log.origin.name or str(log.source)):
+            stretches_of(log, axis, cutoff, decimation)
+        return log, axis
+
+    return without_short([partial(examined, *pair) for pair in pairs]) if len(pairs) > 1 else list(pairs)
+
+
+def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
+    """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
+    cutoff, decimation, dropped, whole = stretches_of(log, axis, cutoff, decimation)
+    dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
@@ -105,19 +147,6 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
             place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before this sample, or repair all {bad.size} such samples"
             raise InputError("is not a finite number", path=place, value=float(values[bad[0]]), mend=mend)
     resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
-    dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
-    shortest = 2 * dropped + ROWS_MIN * decimation
-    parts = log.segments or (slice(0, len(log)),)
-    lengths = [len(range(*part.indices(len(log)))) for part in parts]
-    if max(lengths) < shortest:
-        raise InputError(
-            "is too short for this filter and decimation",
-            path="log",
-            value=f"{max(lengths)} samples without a gap",
-            allowed=f"at least {shortest}",
-            mend="Record a longer motion, raise the cut-off or lower the decimation",
-        )
-    whole = [part for part, length in zip(parts, lengths, strict=True) if length >= shortest]
 
     def rows(*, creeping: bool) -> Dataset | None:
         noises = None if like is None else (like.noise, like.effort_noise)

@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, TooShortError
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
 from bristle.logs.turns import runs
@@ -29,7 +29,7 @@ def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
         if channel.values.size < FEWEST_SAMPLES:
             place, allowed = f"{source}: column {channel.column!r}", f"at least {FEWEST_SAMPLES} samples"
             mend = "Record for longer, or copy the file again"
-            yield InputError(f"is too short to be used as the {name}", path=place, value=channel.values.size, allowed=allowed, mend=mend)
+            yield TooShortError(f"is too short to be used as the {name}", path=place, value=channel.values.size, allowed=allowed, mend=mend)
             return
     for measure in (_no_measurements, _odd):
         refused = [

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core import Content, InputError, between
 from bristle.exports import NAME
-from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, with_columns_of_motion
+from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, logs_and_axes, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
 from bristle.server.errand import Answer, Errand, thinned, zipped
@@ -106,7 +106,8 @@ def identify(errand: Errand) -> Answer:
     import bristle
 
     axis = errand.axis()
-    logs = [bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted]
+    pairs = logs_and_axes([log.content for log in errand.fitted], axis, size_limit=errand.size_limit)
+    logs = [log for log, _ in pairs]
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
     options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
     draws = "" if options["draws"] == DRAWS else str(options["draws"])
