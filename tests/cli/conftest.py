@@ -226,7 +226,7 @@ def remembered(monkeypatch, fits) -> None:
 
     identify = identified.identify
 
-    def once(logs, *, axis, progress, **options):
+    def once(logs, *, axis, progress, answer=None, **options):
         key = repr(([(log.origin, log.segments) for log in logs], axis, options))
         if key not in fits:
             fits[key] = identify(logs, axis=axis, progress=progress, **options)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pkgutil
 import re
 import shlex
 import subprocess
@@ -275,3 +276,34 @@ def test_an_axis_without_a_controller_gets_two_gaps_for_gains(bristle, place):
     errors = {name: item["following_error"]["rms"] for name, item in ran.data["variants"].items()}
     assert errors["compensated"] < errors["as_recorded"]
     bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run", "--force", code=2)
+
+
+WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
+NOTHING = "no model is fitted yet, so bristle writes no results"
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "code", "said"),
+    [
+        ("bristle.logs", "read_log", 130, NOTHING),
+        ("bristle.report.identified", "identify", 130, NOTHING),
+        ("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP),
+        ("bristle.cli.identify", "_next_motion", 130, WITHOUT_LOOP),
+        ("bristle.report.identified.Outcome", "following_experiment", 0, ""),
+    ],
+)
+def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeypatch, owner, name, code, said):
+    work = pkgutil.resolve_name(owner)
+    original, calls = getattr(work, name), []
+
+    def interrupted(*arguments, **options):
+        calls.append(name)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(work, name, interrupted)
+    bristle(*IDENTIFY, "--out", "results", code=code, said=said)
+    written = place / "results" / "summary.json"
+    assert written.exists() is (said != NOTHING)
+    assert not written.exists() or json.loads(written.read_text())["unfinished"] == (said or None)

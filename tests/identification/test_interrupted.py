@@ -15,6 +15,7 @@ from bristle.cli.signals import SignalledError
 from bristle.core import InputError
 from bristle.identification import fits, fitting, intervals
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.report.brief import first_answer
 from bristle.report.messages import warnings_of
 
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
@@ -150,7 +151,7 @@ def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sli
     identify(sliding, "coulomb_viscous,viscous", axis=STATED, blocks=0, draws=20, progress=lambda *message: told.append(message))
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
-    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert 0.0 < shares[0] < 0.5 < shares[-1] == 1.0
     assert len({share for share in shares if share > 0.5}) > 4
     assert {"fitting coulomb_viscous", "fitting viscous"} <= {text.partition(",")[0] for _, text in told}
 
@@ -158,6 +159,13 @@ def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sli
 def test_an_interruption_by_who_is_told_the_progress_is_raised(sliding):
     with pytest.raises(KeyboardInterrupt):
         identify(sliding, "coulomb_viscous", axis=STATED, progress=Mock(side_effect=KeyboardInterrupt), draws=0)
+
+
+def test_a_second_interruption_ends_the_work(log, monkeypatch):
+    monkeypatch.setattr(fits, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=fits.fit))
+    monkeypatch.setattr(IDENTIFYING, "with_structure", Mock(side_effect=KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt):
+        identify(log, "coulomb,viscous", axis=STATED, blocks=2)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
@@ -186,6 +194,16 @@ def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, l
     assert json.loads(printed.out)["unfinished"].startswith("interrupted: 0 of 1 models fitted; the fit of lugre")
     assert "0 of 1 models fitted; the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (tmp_path / "out" / "model.toml").read_text()
+
+
+@pytest.mark.parametrize(("recorded", "first"), [("log", "reformed_dahl"), ("sliding", "coulomb_viscous")])
+def test_the_model_of_the_best_regression_is_fitted_first_and_told(recorded, first, request):
+    told = Mock(side_effect=KeyboardInterrupt)
+    asked = "stribeck,viscous,coulomb_viscous,reformed_dahl"
+    result = identify(request.getfixturevalue(recorded), asked, axis=STATED, blocks=2, draws=0, answer=told)
+    assert [fit.name for fit in result.fits] == [told.call_args.args[0].best.name] == [first]
+    assert result.unfinished.startswith("interrupted: 1 of 4 models fitted; ")
+    assert first_answer(result)[0].label == "Provisional"
 
 
 MODELS = "coulomb_viscous,viscous,coulomb"

@@ -3,7 +3,6 @@
 import inspect
 import math
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,11 +16,11 @@ from bristle.core.axis import Cogging
 from bristle.files import load_code
 from bristle.friction import MODELS, coulomb, coulomb_viscous
 from bristle.identification import least_squares
-from bristle.identification.fits import TURNS, _turn
-from bristle.identification.identify import _context, _share
+from bristle.identification.identify import _context
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import freed, models_of, prior_knowledge_of, settings_of, treatment_of, with_method
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.work import Work
 from bristle.plants import PLANTS, inertia
 from bristle.prediction import predict
 from bristle.report.model_tables import changed_settings
@@ -329,24 +328,18 @@ TURN = 0.01
 def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
     effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
     axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
-    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, partial(_share, None, 1), None, 100.0, 4)
+    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, Work(None, 0.0), None, 100.0, 4)
     assert context.prior.plant.orders == (("motor", 2),) if harmonics is None else context.prior.plant is inertia
 
 
-def test_progress_of_fits_with_slots_is_a_share_of_all_turns():
-    shares = []
-    for turn in range(TURNS):
-        for number in range(2):
-            report = _turn(lambda share, remark: shares.append((share, remark)), turn, 2, number, "")
-            report(0.0)
-            report(0.5, "so far")
-    assert [share for share, _ in shares] == pytest.approx((np.arange(4 * TURNS) / (4.0 * TURNS)).tolist())
-    assert [remark for _, remark in shares[:2]] == ["", "so far"]
-
-
-def test_progress_has_a_task_and_a_remark():
+def test_progress_never_falls_if_work_is_added():
     messages = []
-    _share(lambda *message: messages.append(message), 4, 1, "fitting")(0.5, "start 2")
-    _share(lambda *message: messages.append(message), 4, 3, "fitting")(1.0)
-    assert messages == [(0.375, "fitting, start 2"), (1.0, "fitting")]
-    _share(None, 4, 1, "fitting")(0.5)
+    work = Work(lambda *message: messages.append(message), ahead=6.0, done=2.0)
+    work.task(2.0, "fitting")(0.5, "start 2")
+    work.ahead = 12.0
+    again = work.task(4.0, "fitting again")
+    again(0.0)
+    work.ahead = 0.0
+    again(1.0)
+    assert messages == [(0.375, "fitting, start 2"), (0.375, "fitting again"), (1.0, "fitting again")]
+    Work(None, 1.0).task(1.0, "fitting")(0.5)

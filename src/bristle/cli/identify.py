@@ -50,6 +50,8 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
+# Shares of the work until the models are fitted, the loop is simulated, and the next motion is rehearsed.
+WITH_MOTION, WITHOUT_MOTION = (0.6, 0.68, 0.94), (0.85, 0.94, 0.94)
 WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 
 Method = Annotated[
@@ -166,10 +168,11 @@ def _identify_friction(
     with output.opened("identifying", [*log, *axis]) as (folder, report):
         for_reader = not (output.as_json or output.quiet)
         answer = partial(_show_first, sys.stderr) if for_reader else None
+        fitted, looped, moved = WITH_MOTION if for_reader and folder and options["draws"] else WITHOUT_MOTION
         try:
             pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=limit)
             recorded, axes = map(list, zip(*pairs, strict=True))
-            identification = identified(recorded, axis=axes, progress=between(report, 0.05, 0.85), answer=answer, **options)
+            identification = identified(recorded, axis=axes, progress=between(report, 0.0, fitted), answer=answer, **options)
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
             raise
@@ -177,10 +180,10 @@ def _identify_friction(
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
         motion = None
         try:
-            outcome = identification.outcome_with(progress=between(report, 0.85, 0.86), **words)
+            outcome = identification.outcome_with(progress=between(report, fitted, looped), **words)
             # A rehearsal takes seconds: only a person who reads its line waits for it.
             if folder and for_reader:
-                motion = _next_motion(identification, options["draws"], between(report, 0.86, 0.9))
+                motion = _next_motion(identification, options["draws"], between(report, looped, moved))
         except KeyboardInterrupt:
             if identification.unfinished:  # the second interruption
                 raise
@@ -192,7 +195,7 @@ def _identify_friction(
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
-            report(0.9, "writing the report")
+            report(moved, "writing the report")
             try:
                 outcome.write(folder)
             except KeyboardInterrupt:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import errno
 import io
+import math
 import os
 import sys
 import tempfile
@@ -157,7 +158,8 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=_console(sys.stderr), transient=True)
+    # The remaining time follows from the mean speed since the start: tasks differ in length.
+    bar = Progress(*columns, console=_console(sys.stderr), transient=True, speed_estimate_period=math.inf)
     task = bar.add_task(text, total=None)
     starter = threading.Timer(PATIENCE, bar.start)
     starter.daemon = True

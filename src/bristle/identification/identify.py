@@ -23,7 +23,7 @@ from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
 from bristle.identification.excitation import checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
-from bristle.identification.fits import Found, all_fits, ranked
+from bristle.identification.fits import JUDGING, SEEKING_SLOTS, Found, all_fits, duration_of, ranked
 from bristle.identification.half_cycles import blocks_for
 from bristle.identification.intervals import DRAWING, WITHOUT_DRAWS, with_intervals
 from bristle.identification.least_squares import Report, silent
@@ -33,11 +33,12 @@ from bristle.identification.parameters import STATED, PriorKnowledge, Role, name
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, long_enough, treat_all
 from bristle.identification.result import Fit, Identification
-from bristle.identification.second_pass import Passed, SecondPass, second_pass
+from bristle.identification.second_pass import Passed, SecondPass, proposed_lines, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.structure import with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
 from bristle.identification.validation import TOO_SHORT
+from bristle.identification.work import Work
 from bristle.logs.check import parted
 from bristle.logs.log import Log
 
@@ -162,18 +163,27 @@ def identify(
         return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
     common = components, extended, blocks, chosen, prior_of, treated
-    twice, count = chosen.lines_gain < 1.0 and blocks != 0, len(components) + extended
-    fitting = (1 + twice) * count
-    share = partial(_share, progress, fitting + DRAWING * bool(draws))
-    told = None if answer is None or count < 2 else lambda passed: answer(_result(passed, first_log, chosen))
-    better, second = _passed(common, share, pairs, told=told), None
+    twice, drawing = chosen.lines_gain < 1.0 and blocks != 0, DRAWING * bool(draws)
+    fitting = sum(map(duration_of, components)) + SEEKING_SLOTS * extended + JUDGING
+    work = Work(progress, fitting + drawing)
+
+    def told(passed: Passed) -> None:
+        if twice and proposed_lines(passed.fits[0], pairs[0][1] or Axis(kind=kind)):
+            work.ahead += fitting
+        if answer is not None:
+            answer(_result(passed, first_log, chosen))
+
+    def again(*changed: Any) -> Passed:
+        work.ahead, work.before = fitting + drawing, AGAIN
+        return _passed(common, work, *changed, first=better)
+
+    better, second = _passed(common, work, pairs, told=told if answer else None), None
     if twice:
-        again = partial(_passed, common, lambda number, task: share(count + number, f"{AGAIN}{task}"), first=better)
         better, second = second_pass(better, pairs, again, chosen.lines_gain)
-        share(fitting - 1, f"fitting {components[-1].name}")(1.0)
+    work.ahead, work.before = 0.0, ""
     unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
-        better, unfinished = with_intervals(better, draws, chosen, pairs, partial(share, fitting))
+        better, unfinished = with_intervals(better, draws, chosen, pairs, work)
     coupling = better.context.coupling
     result = _result(better, first_log, chosen, unfinished, second)
     result = result if of_load else with_masses_of(result, pairs, coupling)
@@ -218,7 +228,7 @@ def _stiffness_of(log: Log) -> dict[str, float]:
 
 def _passed(
     common: _Common,
-    share: Callable[[int, str], Report],
+    work: Work,
     pairs: Sequence[tuple[Log, Axis | None]],
     offset_reason: str = STATED,
     *,
@@ -233,7 +243,7 @@ def _passed(
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
     coupling = with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs) if first is None else first.context.coupling
-    context = _context(pairs, prior, settings, share, coupling, *treatment)
+    context = _context(pairs, prior, settings, work, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short = blocks is None and not held_out
     found = Found([component.name for component in components])
@@ -251,7 +261,7 @@ def _passed(
         if told is not None:
             told(Passed(checked([fit]), found.estimations, {}, "", False, context, pairs, judged))
 
-    unfinished = all_fits(context, components, extended, held_out, share, found, tell)
+    unfinished = all_fits(context, components, extended, held_out, work, found, tell)
     # A second interruption ends the work.
     chosen, interrupted = (judged(), True) if unfinished else to_the_end(judged)
     return Passed(chosen, found.estimations, found.left_out, unfinished, interrupted, context, pairs, judged)
@@ -261,7 +271,7 @@ def _context(
     pairs: Sequence[tuple[Log, Axis | None]],
     prior: PriorKnowledge,
     settings: Settings,
-    share: Callable[[int, str], Report],
+    work: Work,
     coupling: Elastic | None,
     cutoff: float | None,
     decimation: int | None,
@@ -297,7 +307,7 @@ def _context(
             alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
-    context = _of_channel(context, treated_dataset, share(0, "looking for the channel that was filtered"))
+    context = _of_channel(context, treated_dataset, work.task(0.0, "looking for the channel that was filtered"))
     return replace(context, coupling=coupling)
 
 
@@ -335,11 +345,3 @@ def _left(context: Context) -> float:
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
     return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))
-
-
-def _share(progress: Progress | None, count: int, number: int, task: str) -> Report:
-    def report(share: float, remark: str = "") -> None:
-        if progress is not None:
-            progress((number + share) / count, f"{task}{remark and f', {remark}'}")
-
-    return report

@@ -1,40 +1,41 @@
 """The intervals of the best model; a model whose intervals fail gives way to the next."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from bristle.core.axis import Axis
+from bristle.core.cores import core_count
 from bristle.core.edge import between
 from bristle.core.errors import InputError
-from bristle.identification.least_squares import Report
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.second_pass import Passed
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops
 from bristle.identification.uncertainty import with_uncertainty
+from bristle.identification.work import Work
 from bristle.logs.log import Log
 
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
-DRAWING = 8  # duration of the intervals in fits
+DRAWING = 13.0 / core_count()  # duration of the intervals in fits
 NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
 
 
 def with_intervals(
-    passed: Passed, draws: int, settings: Settings, pairs: Sequence[tuple[Log, Axis | None]], share: Callable[[str], Report]
+    passed: Passed, draws: int, settings: Settings, pairs: Sequence[tuple[Log, Axis | None]], work: Work
 ) -> tuple[Passed, str]:
     """Return a pass whose best fit has intervals, and a remark about interrupted work; InputError if the last model fails."""
     # An observer moves one mass: of an elastic axis, the fit in the low band remains.
     observed = passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
     while True:
         (best, *rest), remark = passed.fits, ""
-        report, estimation = share(f"fitting {best.name} to simulated logs"), passed.estimations[best.name]
+        report, estimation = work.task(DRAWING, f"fitting {best.name} to simulated logs"), passed.estimations[best.name]
         try:
-            best = with_uncertainty(best, estimation, draws, settings, between(report, 0.0, DRAWING * (0.5 if observed else 1.0)))
+            best = with_uncertainty(best, estimation, draws, settings, between(report, 0.0, 0.5 if observed else 1.0))
             if observed:
                 logs = [log for log, _ in passed.pairs]
-                best = foreseen(best, estimation, passed.context, logs, between(report, 0.5 * DRAWING, DRAWING))
+                best = foreseen(best, estimation, passed.context, logs, between(report, 0.5, 1.0))
             best = with_loops(best, passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER

@@ -25,6 +25,7 @@ from bristle.simulation.statistics import relative_error_percent
 FALLS = (0.01, 0.03, 0.1, 0.3)  # of the largest speed, over which friction may fall
 ELEMENTS = 6  # deflections at which elements slip
 TERMS = {"level": Role.LEVEL, "damping": Role.VISCOUS, "fall": Role.FALL, "elements": Role.STIFFNESS}
+PLANT = "plant"  # terms of every model
 Terms = frozenset[str]
 
 
@@ -53,21 +54,19 @@ def terms_of(component: FrictionModel) -> Terms:
 def _errors(context: Context, choices: set[Terms], blocks: int) -> dict[Terms, HeldOut]:
     """Return the error of a regression with each choice of terms."""
     problem, dataset, errors = sliding_problem(context.dataset, context.prior), context.dataset, dict[Terms, HeldOut]()
+    variables, target = problem.parameters.variables, dataset.effort - problem.fixed_effort
     falls = np.exp(-np.abs(dataset.velocity)[:, None] / (context.scales.speed * np.array(FALLS)))
-    columns = {"fall": np.sign(dataset.velocity)[:, None] * falls, "elements": _elements(context)}
-    variables, plant = problem.parameters.variables, list[np.ndarray]()
-    for place, name in enumerate(problem.parameters.free):
-        term = next((term for term, role in TERMS.items() if role.fits(variables[name])), None)
-        column = problem.columns[:, [place]]
-        if term is None:
-            plant.append(column)
-        else:
-            columns[term] = column
+    columns = np.column_stack([problem.columns, np.sign(dataset.velocity)[:, None] * falls, _elements(context)])
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    owners = [next((term for term, role in TERMS.items() if role.fits(variables[name])), PLANT) for name in problem.parameters.free]
+    owners += ["fall"] * len(FALLS) + ["elements"] * ELEMENTS
     whole = np.ones(dataset.effort.size, dtype=bool)
     folds = problem.parts_of(blocks, context.settings)[1] if blocks else [Fold(whole, whole, whole)] * 2
     for chosen in choices:
-        matrix = np.hstack([*plant, *(column for term, column in columns.items() if term in chosen)])
-        parts = [_error(matrix, dataset.effort - problem.fixed_effort, fold) for fold in folds]
+        used, parts = columns[:, [owner in {PLANT, *chosen} for owner in owners]], list[float]()
+        for fold in folds:
+            theta = unbounded(used[fold.fitted], target[fold.fitted])
+            parts.append(relative_error_percent(target[fold.held_out], used[fold.held_out] @ theta))
         errors[chosen] = HeldOut(tuple(parts), float(np.mean(parts)), float(np.std(parts)))
     return errors
 
@@ -80,11 +79,3 @@ def _elements(context: Context) -> np.ndarray:
         forces = [segment.friction(element, dataset.sample_time) for segment in dataset.segments]
         columns.append(dataset.rows_of([dataset.filtered(force) for force in forces]))
     return np.column_stack(columns)
-
-
-def _error(matrix: np.ndarray, target: np.ndarray, fold: Fold) -> float:
-    """Return the error of held-out rows after a regression of the fitted rows [%]."""
-    scale = np.linalg.norm(matrix[fold.fitted], axis=0)
-    scale[scale == 0.0] = 1.0
-    theta = unbounded(matrix[fold.fitted] / scale, target[fold.fitted]) / scale
-    return relative_error_percent(target[fold.held_out], matrix[fold.held_out] @ theta)
