@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -307,3 +308,23 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
     written = place / "results" / "summary.json"
     assert written.exists() is (said != NOTHING)
     assert not written.exists() or json.loads(written.read_text())["unfinished"] == (said or None)
+
+
+@pytest.mark.slow
+def test_a_signal_during_the_fits_leaves_the_finished_models(place):
+    main = "import sys; from bristle.cli.main import main; sys.exit(main())"
+    command = [sys.executable, "-c", main, "identify", "log.csv", "--axis", "axis.toml", "--model", "all", "--out", "results"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        next(line for line in process.stderr if line.startswith("Verdict"))
+        process.terminate()
+        said = process.stderr.read()
+    assert process.returncode == 143
+    assert re.search(r"interrupted: [1-9]\d* of 1\d models fitted", said)
+    assert json.loads((place / "results" / "summary.json").read_text())["unfinished"] in said
+
+
+def test_a_time_limit_interrupts_what_runs(bristle, place, monkeypatch):
+    monkeypatch.setattr("bristle.report.identified.identify", lambda *_, **__: time.sleep(30.0))
+    ended = bristle(*IDENTIFY, "--time-limit", "10 ms", said=NOTHING)
+    assert ended.code in (130, 143)  # the second in the background, where Ctrl-C is ignored

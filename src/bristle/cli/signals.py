@@ -11,12 +11,14 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
 SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
 INTERRUPTED = 130  # the exit code
-PATIENCE = 20.0  # [s] until the end after a request to terminate; Ctrl-C can be pressed again
+PATIENCE = 60.0  # [s] until the end after a request to terminate, within which results are written; Ctrl-C can be pressed again
 _MARK = b"\xff"
 
 
@@ -108,6 +110,19 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         self._again = threading.Timer(0.01, _interrupt_main, (number,))
         self._again.daemon = True
         self._again.start()
+
+
+@contextmanager
+def interrupted_after(seconds: float) -> Iterator[None]:
+    """Interrupt the block like Ctrl-C after this time [s], in whatever it does; never for an infinite time."""
+    number = signal.SIGTERM if signal.getsignal(signal.SIGINT) == signal.SIG_IGN else signal.SIGINT  # ignored in the background
+    timer = threading.Timer(min(seconds, threading.TIMEOUT_MAX), _interrupt_main, (number,))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 class _Watch:
