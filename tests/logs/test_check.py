@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 
 from bristle.core.axis import Axis, Column
 from bristle.logs import Log, checked
+from bristle.logs.check import checked_together
 from bristle.report.messages import message
 
 DT, COUNT, MASS, LEVEL, DRAG = 1e-3, 16_000, 12.0, 9.0, 14.0
@@ -75,6 +76,7 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
     assert set(codes(log)) & {"sign_reversed", "never_slides"} == {"never_slides"}
     assert "sign_reversed" in codes(replace(log, effort=-effort))
+    assert "never_slides" not in {finding.code for finding in checked_together([(log, None), (Run(seed).log(), None)])}
 
 
 def pulled(force, seed):

@@ -9,7 +9,7 @@ from tests.identification.known_logs import log_of, sines
 
 from bristle.core.axis import Axis
 from bristle.logs.channel import Channel
-from bristle.logs.check import RECORDED, checked, parted
+from bristle.logs.check import RECORDED, checked, checked_together, parted
 from bristle.logs.look import DEFAULT, CheckThresholds, Look, likeness_of
 
 MOTION = sines(8.0)
@@ -220,6 +220,26 @@ TRIANGLE = MOTION._replace(position=0.05 * np.abs(((MOTION.time / 0.8) % 2.0) - 
 def test_one_direction_and_one_speed_have_numbers(motion, effort, code, numbers):
     found = {remark.code: remark.numbers for remark in checked(log_of(motion, effort, step=1e-6))}.get(code)
     assert (found if found is None else {name: found[name] for name in numbers or found}) == numbers
+
+
+REST = MOTION._replace(position=0.0 * MOTION.time)
+SLOWER = TRIANGLE._replace(position=0.5 * TRIANGLE.position)
+
+
+@pytest.mark.parametrize(
+    ("motions", "lacking"),
+    [
+        ([AHEAD, AHEAD], {"one_direction", "one_speed"}),
+        ([AHEAD, AHEAD._replace(position=-AHEAD.position)], {"one_speed"}),
+        ([AHEAD, TRIANGLE], set()),
+        ([TRIANGLE, SLOWER], {"motion_repeats"}),
+        ([TRIANGLE, REST], {"one_speed", "motion_repeats"}),
+        ([REST, REST], {"below_resolution"}),
+    ],
+)
+def test_a_motion_that_one_log_lacks_may_be_in_another(motions, lacking):
+    found = checked_together([(log_of(motion, SIDE, step=1e-6), Axis(resolution=1e-6)) for motion in motions])
+    assert {"one_direction", "one_speed", "motion_repeats", "below_resolution"} & {finding.code for finding in found} == lacking
 
 
 def test_thresholds_decide_on_findings():

@@ -1,7 +1,7 @@
-"""Check a log before a fit: find contradictions, and motions that the fit needs but the log lacks."""
+"""Check logs before a fit: contradictions within a log, and motions that the fit needs but all logs together lack."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TypeVar
@@ -12,10 +12,11 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic, Number, Severity
 from bristle.core.edge import guarded, instance
+from bristle.core.variable import Kind
 from bristle.logs.channel import LogData, clear_step
 from bristle.logs.lines import Line, lost_in
 from bristle.logs.look import DEFAULT, SAME_SCALE, SAME_SIGNAL, CheckThresholds, Look, likeness_of
-from bristle.logs.turns import CHUNKS, CRUISING, FAST, graininess, period_of
+from bristle.logs.turns import CHUNKS, CRUISING, FAST, graininess, period_of, rests_of
 from bristle.logs.words import other_unit_in, plain_unit
 
 Numbers = Mapping[str, Number]
@@ -33,7 +34,7 @@ GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.valu
 
 
 def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
-    """Yield the code of each check, in the order of the report, with the measured numbers; None if the check passes."""
+    """Yield the code of each check of a log, in the order of the report, with the measured numbers; None if the check passes."""
     # `bristle.report.sentences.checks` has the sentence and the mend of each.
     settings, effort, lost, x = look.settings, look.log.effort, look.lost, look.log.position.values
     if lost.size:
@@ -60,7 +61,6 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     reference = look.log.reference
     if reference is not None and np.ptp(reference.values - x) < COPIED_WITHIN * np.ptp(x):
         yield "reference_recorded", {}
-    yield "never_slides", _never_slides(look)
     if look.bend is not None:
         yield "saturates", {"percent": 100.0 * look.bend}
     if look.mass is not None:
@@ -75,19 +75,33 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     for place, code in ((-2, "level_drifts"), (-1, "level_over_position")):
         if place in shares:
             yield code, {"percent": 100.0 * shares[place], "level": level}
-    if look.way < 10.0 * look.resolution:  # the encoder does not resolve the motion
-        yield "below_resolution", {"way": look.way, "resolution": look.resolution}
+
+
+def _of_motion(looks: Sequence[Look]) -> Iterator[tuple[str, Numbers | None]]:
+    """Yield the same for the checks of the motion: a motion that one log lacks may be in another."""
+    stuck = [_never_slides(look) for look in looks]
+    if all(stuck):
+        yield "never_slides", stuck[0]
+    moving = [look for look in looks if look.way >= 10.0 * look.resolution]
+    if not moving:  # the encoder does not resolve the motion
+        yield "below_resolution", {"way": looks[0].way, "resolution": looks[0].resolution}
         return
-    ways = np.concatenate(look.ways)
+    ways = np.concatenate([way for look in moving for way in look.ways])
     ahead, back = float(ways[ways > 0.0].sum()), -float(ways[ways < 0.0].sum())
     share = min(ahead, back) / max(ahead + back, np.finfo(float).tiny)
     if share < 0.03:  # of the travel is in the rarer direction
         yield "one_direction", {"percent": max(100.0 * share, 0.0), "direction": "forward" if ahead >= back else "backward"}
-    yield "one_speed", _one_speed(look)
+    yield "one_speed", _one_speed(moving)
+    periods = list(map(_period, moving))
+    if all(periods):
+        yield "motion_repeats", {"every": max(filter(None, periods))}
+
+
+def _period(look: Look) -> float | None:
+    """Return the period of the longest segment [s]; None if its motion is not periodic."""
     position = max(look.segments, key=len)
     step = max(position.size // 4000, 1)  # of a possibly periodic position
-    period = period_of(position[::step], step * look.log.sample_time)
-    yield "motion_repeats", None if period is None else {"every": period}
+    return period_of(position[::step], step * look.log.sample_time)
 
 
 def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
@@ -170,18 +184,22 @@ def _builds_up(look: Look) -> bool:
     return level > 0.0 and missing - 2.0 * error > 0.5 * level  # of friction: a larger deficit: the contact has not slid
 
 
-def _one_speed(look: Look) -> Numbers | None:
-    """Return the 10 % and 90 % quantiles of steady speeds over the strokes."""
+def _one_speed(looks: Sequence[Look]) -> Numbers | None:
+    """Return the 10 % and 90 % quantiles of steady speeds over the strokes of all logs."""
     # A stroke is steady if most of its parts are as fast as the fastest part. Parts in which the axis waits do not count.
     every, steady = [np.zeros(1)], [np.empty((2, 0))]
-    for x in look.segments:
-        ends = look.turns(x)
+    segments = [(look, x) for look in looks for x in look.segments]
+    for look, x in segments:
+        grain = graininess(x, look.resolution)
+        # A stroke ends at a rest, too: after it, the axis may go on at another speed.
+        edges = [edge for rest in rests_of(x, grain, look.log.sample_time) for edge in (rest.start, rest.stop - 1)]
+        ends = np.union1d(look.turns(x), edges).astype(int)
         marks = np.linspace(ends[:-1], ends[1:], CHUNKS + 1).astype(int)[:, np.diff(ends) >= CHUNKS]
         times = look.log.sample_time * np.diff(marks, axis=0)
         speeds = np.abs(np.diff(x[marks], axis=0)) / times
         top = np.quantile(speeds, FAST, axis=0)
         goes = speeds > 0.05 * top  # of the speed of a cruise: below, the axis waits
-        cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * graininess(x, look.resolution) / times)
+        cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times)
         way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
         every.append(way)
         steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a stroke
@@ -191,7 +209,7 @@ def _one_speed(look: Look) -> Numbers | None:
     order = np.argsort(tops)
     below = np.cumsum(ways[order]) / ways.sum()
     slow, fast = (float(tops[order][np.searchsorted(below, share)]) for share in (0.1, 0.9))
-    return {"slowest": slow, "fastest": fast} if fast < look.settings.one_speed * slow else None
+    return {"slowest": slow, "fastest": fast} if fast < looks[0].settings.one_speed * slow else None
 
 
 SEVERITIES: dict[str, Severity] = {"sign_reversed": "error", "effort_unsigned": "error", "motion_repeats": "note"}
@@ -223,12 +241,24 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
     tuple of Diagnostic
         Findings of the reader first, then those of the checks. Each has a code, a severity and numbers.
     """
-    axis = axis or Axis(kind=log.kind)
-    resolution = axis.resolution or log.position.step
-    lost = lost_in(log, resolution)
-    look = Look(_parted(log, lost), axis, settings, resolution, lost)
-    measured = [(code, numbers) for code, numbers in _measured(look) if numbers is not None]
-    return (*log.findings, *(Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, log.kind) for code, numbers in measured))
+    return checked_together([(log, axis)], settings)
+
+
+def checked_together(pairs: Sequence[tuple[LogData, Axis | None]], settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
+    """Return the same for several logs of one axis, which are one experiment: the checks of the motion look at all logs."""
+    looks, diagnostics = list[Look](), list[Diagnostic]()
+    for log, axis in pairs:
+        described = axis or Axis(kind=log.kind)
+        resolution = described.resolution or log.position.step
+        lost = lost_in(log, resolution)
+        looks.append(Look(_parted(log, lost), described, settings, resolution, lost))
+        diagnostics += (*log.findings, *_diagnostics(_measured(looks[-1]), log.kind))
+    return (*diagnostics, *_diagnostics(_of_motion(looks), looks[0].log.kind))
+
+
+def _diagnostics(measured: Iterator[tuple[str, Numbers | None]], kind: Kind) -> Iterator[Diagnostic]:
+    """Yield the diagnostics of the checks that did not pass."""
+    return (Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, kind) for code, numbers in measured if numbers is not None)
 
 
 def parted(log: AnyLog, axis: Axis | None = None) -> AnyLog:
