@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bristle.files.axis import axis_from
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log
 from bristle.logs.readers import read_table
@@ -65,6 +66,7 @@ def test_rows_that_name_their_joint_are_split_by_it_and_its_effort_stays_with_it
     table = read_table(written(columns, ";"))
     np.testing.assert_allclose([table.columns[f"wrist.{name}"] for name in ("position", "effort")], [0.3 - 0.4 * X, -0.2 * U], atol=1e-8)
     assert "column joint names the signal of each row: bristle splits the table into elbow, wrist" in table.notes
+    assert not any("joint" in note for note in table.notes if note.startswith("bristle ignores"))
     channels = roles_of(table).channels
     assert len({channels[name].column.split(".")[0] for name in ("position", "effort")}) == 1
 
@@ -76,3 +78,12 @@ def test_rows_before_the_first_value_of_a_channel_and_after_the_last_are_left_ou
     log = read_log(path, propose_axis(path).axis)
     np.testing.assert_allclose(log.effort.values, U[5:-3], rtol=1e-12)
     assert "bristle ignores 8 samples at the ends, where column force has no values" in log.notes
+
+
+def test_the_axis_file_states_the_unit_of_time_and_late_decimals_may_have_commas():
+    rows = {**WIDE, "position[mm]": [""] * 50 + X.tolist()[50:], "force[N]": [""] * 40 + U.tolist()[40:]}
+    late = read_table(written(rows | {"time": np.arange(600)}, ";", True))
+    np.testing.assert_array_equal(late.columns["position"][50:], X[50:])
+    columns = {"time": {"column": "time", "unit": "ms"}, "position": {"column": "elbow.position", "unit": "m"}}
+    axis = axis_from({"schema": 1, "kind": "translational", "columns": columns})
+    assert read_log(written(long_form("by time")), axis).sample_time == pytest.approx(1e-6)

@@ -41,6 +41,9 @@ def read_csv(data: bytes, request: Request) -> Table:
     layout = layout_of(lines[:HEAD_LINES], request.source)
     body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)
+    # The first rows may have no decimals.
+    has_commas = layout.delimiter != "," and re.search(rb"\d,\d", body) is not None and re.search(rb"\d\.\d", body) is None
+    layout = replace(layout, decimal_comma=layout.decimal_comma or has_commas)
     words = stamped_text.words_in(body, layout, encoding)
     late = {i for i, column in words.items() if is_number(next(filter(None, column), ""), layout.decimal_comma)}
     layout = replace(layout, numeric=tuple(numeric or i in late for i, numeric in enumerate(layout.numeric)))
@@ -50,11 +53,10 @@ def read_csv(data: bytes, request: Request) -> Table:
     has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
     dates = stamped_text.stamps_in(body, layout, encoding) if has_stamps else {}
     words = {i: column for i, column in words.items() if i not in late and i not in dates}
-    notes += _note_of_text([layout.names[i] for i in words])
     columns = _irregular(body, layout, request, encoding, has_words=any(map(all, words.values())))
-    apart = None
+    apart = None if columns is None else stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
+    notes += stamped_text.note_of_text([layout.names[i] for i in words])
     if columns is not None:
-        apart = stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
         named = replace(layout, names=stamped_text.names_beside_times(layout.names))
         apart = apart or stamped_text.with_own_times(columns, named, request, [*layout.notes, *notes])
     if apart is not None:
@@ -100,10 +102,6 @@ def _irregular(body: bytes, layout: Layout, request: Request, encoding: str, *, 
             else columns
         )
     return None
-
-
-def _note_of_text(names: Sequence[str]) -> list[str]:
-    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:

@@ -15,7 +15,7 @@ from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.clock import UNIFORM, median_step
 from bristle.logs.nameless import is_nameless
 from bristle.logs.table import USUAL_NAMES, Table, some_of, split_unit
-from bristle.logs.words import converts, other_unit_in
+from bristle.logs.words import converts, other_unit_in, unit_of_time
 
 
 @dataclass
@@ -80,7 +80,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
         mend = "Name this column in [columns]"
         gathered.problems.append(InputError("names no column of the position", path=f"axis {axis.name}", mend=mend))
     if implied:
-        _onto_one_time(table, gathered)
+        _onto_one_time(table, gathered, time.unit if time else "")
     _compare_columns(table, gathered)
     _without_open_ends(gathered)
     return gathered
@@ -233,14 +233,15 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
 COINCIDES = 1e-6  # of the sample time: closer stamps are the same
 
 
-def _onto_one_time(table: Table, gathered: Gathered) -> None:
-    """Interpolate all channels to the times of the position, or without it of the velocity."""
+def _onto_one_time(table: Table, gathered: Gathered, unit: str) -> None:
+    """Interpolate all channels to the times of the position, or without it of the velocity; `unit` counts if the file states none."""
     # Keep samples recorded at such a time and interpolate the others.
     motion = gathered.motion
     if motion is None:
         return
     own, place = table.stamps[motion.column], str(table.source)
-    clocks = {name: table.columns[name] * units.factor(table.units.get(name, "s"), "s", path=place) for name in set(table.stamps.values())}
+    stated = {name: table.units.get(name) or unit or unit_of_time(name, table.columns[name]) for name in set(table.stamps.values())}
+    clocks = {name: table.columns[name] * units.factor(stated[name], "s", path=place) for name in stated}
     base = clocks[own]
     step = median_step(base) if base.size > 1 else 0.0
     elsewhere = {id(channel): clocks[stamps] for _, channel in gathered.named() if (stamps := table.stamps.get(channel.column, own)) != own}

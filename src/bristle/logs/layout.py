@@ -115,6 +115,8 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     bare = [without_comments(line) for line in lines]
     best, best_score = None, (0.0,)
     for delimiter in ("\t", ";", ",", None):
+        if delimiter is None and best is not None and best.delimiter == "\t" and best_score[0] == 1.0:
+            break  # blanks between tabs are parts of words
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
             layout = _rows_of_numbers(rows, delimiter, decimal_comma)
@@ -199,6 +201,7 @@ def _score(rows: list[tuple[int, list[str]]], layout: Layout) -> tuple[float, ..
         numbers = sum(bool(cell) and is_numeric for cell, is_numeric in zip(cells, layout.numeric, strict=False))
         words = [cell for cell, is_numeric in zip(cells, layout.numeric, strict=False) if cell and not is_numeric]
         parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], " ,;")]
+        parted[0] += sum(all(is_number(part, layout.decimal_comma) for part in word.split()) for word in words)
         counts.append((numbers / (numbers + parted[0]), is_headed, numbers / (numbers + len(words)), numbers, -parted[1]))
     return (*np.median(counts, axis=0).tolist(), -layout.first)
 

@@ -251,7 +251,7 @@ def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None
     name = table.stamps.get(position) or (time.column if time else None)
     if name is None:
         return None if table.sample_time is None else table.sample_time * np.arange(table.columns[position].size)
-    unit = time.unit if time else table.units.get(name, "s")
+    unit = time.unit if time else table.units.get(name) or unit_of_time(name, table.columns[name])
     return table.columns[name] * units.factor(unit, "s") if unit and units.is_unit(unit) else None
 
 

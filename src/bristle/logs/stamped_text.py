@@ -17,7 +17,7 @@ from bristle.logs.clock import LONGEST, SHORTEST, UNIFORM
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
 from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
 from bristle.logs.tables import Series, table_of_series
-from bristle.logs.words import converts, distinct, is_time, listed, meaning_of, plain_unit, unit_in_name, unit_of_time
+from bristle.logs.words import converts, distinct, is_time, listed, meaning_of, plain_unit, unit_in_name
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
@@ -177,7 +177,7 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
     several = len(clocks) > 1
     if not clocks or not (several or any(map(is_slow, columns.values()))) or (several and clocks[0] != min(columns)):
         return None
-    unit = layout.units[clocks[0]] or unit_of_time(layout.names[clocks[0]], columns[clocks[0]])
+    unit = layout.units[clocks[0]] or unit_in_name(layout.names[clocks[0]])
     series = []
     for index, values in columns.items():
         if index in clocks:
@@ -361,21 +361,20 @@ def read_archive(lines: Sequence[str], request: Request) -> Table:
     return table_of_series(series, request, "archive", notes=notes)
 
 
-def are_names(words: Sequence[str], times: np.ndarray, columns: Sequence[np.ndarray]) -> bool:
-    """Return whether words name the signal of each row: values are continuous only among the rows of one word."""
+def way_within(words: Sequence[str], times: np.ndarray, columns: Sequence[np.ndarray]) -> float:
+    """Return the share of the way of all values within the rows of one word; infinity unless words name the signal of each row."""
     place = {word: k for k, word in enumerate(dict.fromkeys(words))}
     codes = np.array([place[word] for word in words])
     order, changes = np.argsort(codes, kind="stable"), np.count_nonzero(np.diff(codes))
     inside = np.diff(codes[order]) == 0
     if not changes or len(place) > MOST_SIGNALS:
-        return False
-    # Several signals have the same stamps, or the stamps of one start again behind those of another.
-    if np.mean(np.diff(times[order])[inside] > 0.0) > 0.99 and np.sum(np.diff(times) <= 0.0) >= 0.4 * changes:
-        return True
-    # The way of a value over all rows is far longer than within the rows of each word, if it alternates between signals.
+        return np.inf
     ways = [(np.diff(values[order])[inside], np.diff(values)) for values in columns if np.any(np.diff(values) < 0.0)]
-    shares = [np.nansum(np.abs(within)) / np.nansum(np.abs(over)) for within, over in ways]
-    return bool(shares) and min(shares) < 0.5 and max(shares) < 1.2
+    shares = [float(np.nansum(np.abs(within)) / np.nansum(np.abs(over))) for within, over in ways] or [1.0]
+    # Several signals have the same stamps, or the stamps of one start again behind those of another; or values alternate
+    # between signals, so that their way over all rows is far longer than within the rows of each word.
+    is_again = np.mean(np.diff(times[order])[inside] > 0.0) > 0.99 and np.sum(np.diff(times) <= 0.0) >= 0.4 * changes
+    return float(np.mean(shares)) if is_again or (min(shares) < 0.5 and max(shares) < 1.2) else np.inf
 
 
 def signals_of_rows(
@@ -394,14 +393,21 @@ def signals_of_rows(
     filled = [i for i, column in words.items() if all(column)]
     keys = [key for size in range(1, len(filled) + 1) for key in combinations(filled, size)]
     named = {key: list(map(" ".join, zip(*(words[i] for i in key), strict=True))) for key in keys}
-    keys = [key for key in keys if are_names(named[key], times, [column for column, _ in values.values()])]
-    if not keys:
+    shares = {key: way_within(named[key], times, [column for column, _ in values.values()]) for key in keys}
+    least = min(shares.values(), default=np.inf)
+    if least == np.inf:
         return None
-    key = min(keys, key=lambda key: (len(key), len(set(named[key]))))
+    key = min((key for key in keys if shares[key] <= 2.0 * least), key=lambda key: (len(key), len(set(named[key]))))
     naming, signals = " and column ".join(layout.names[i] for i in key), some_of(dict.fromkeys(named[key]))
     notes = [*layout.notes, *notes, f"column {naming} names the signal of each row: bristle splits the table into {signals}"]
-    unit = "s" if clock in dates else layout.units[clock] or unit_of_time(layout.names[clock], times)
+    notes += note_of_text([layout.names[i] for i in words if i not in key])
+    unit = "s" if clock in dates else layout.units[clock] or unit_in_name(layout.names[clock])
     return table_of_series(_series_by_name(named[key], times, values), request, "text", time_unit=unit, notes=notes)
+
+
+def note_of_text(names: Sequence[str]) -> list[str]:
+    """Return the note on columns of text."""
+    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
 
 
 def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[str, tuple[np.ndarray, str]]) -> Iterator[Series]:
