@@ -9,7 +9,7 @@ from tests.excitation.axes import STAGE
 
 from bristle.core import InputError
 from bristle.excitation import excite
-from bristle.excitation.excite import _in_time
+from bristle.excitation.excite import Excitation, _in_time
 from bristle.excitation.limits import prior_of
 from bristle.excitation.rehearsal import recorded
 from bristle.friction import dahl, lugre
@@ -52,6 +52,21 @@ def test_a_log_acts_as_the_model_that_it_gives(result):
     by_model = excite(UNKNOWN, model=(result.prior.plant, result.prior.friction), rehearsed=False)
     assert result.prior.friction.name == "dahl"
     assert np.array_equal(result.motion.position, by_model.motion.position)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "told"),
+    [(40.0, "raise limits.velocity 222 mm/s, limits.stroke to a range of 222 mm"), (20.0, "--duration 44.4 s"), (90.0, "no limit")],
+)
+def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, seconds, told):
+    reach = 0.2 if seconds < 90.0 else 0.05
+    traces = SimpleNamespace(velocity=np.array([reach]), acceleration=np.array([0.5]))
+    log = SimpleNamespace(position=SimpleNamespace(values=np.array([0.0, reach])), duration=40.0)
+    best = SimpleNamespace(plant=inertia(M=30.0), friction=TRUTH, inertia=SimpleNamespace(status="held"), traces=traces)
+    monkeypatch.setitem(_in_time.__globals__, "identify", lambda *asked, **how: SimpleNamespace(best=best, log=log))
+    monkeypatch.setattr(Excitation, "is_worse", True)
+    axis = replace(STAGE, velocity_limit=0.1, stroke=(0.0, 0.1))
+    assert told in excite(axis, log="any.csv", duration=seconds, purposes="presliding", rehearsed=False).notes[-1]
 
 
 @pytest.mark.parametrize(("status", "known"), [("identified", True), ("held", True), ("unidentifiable", False)])

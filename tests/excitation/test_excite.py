@@ -110,7 +110,7 @@ def test_impossible_purposes_are_left_out_with_the_reason():
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
         (replace(STAGE, resolution=0.5e-6, jerk_limit=1e6), {"purposes": "stiffness"}, "too coarse for several amplitudes"),
-        (Axis(), {}, "axis: contains too few data .* Write velocity, acceleration and stroke under"),
+        (Axis(), {}, "axis: contains too few data .*Write velocity under .limits.; write acceleration.*; write stroke under"),
         (STAGE, {"purposes": ""}, "purposes: names no purpose"),
         (STAGE, {"purposes": []}, "purposes: names no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
@@ -126,7 +126,12 @@ def test_impossible_purposes_are_left_out_with_the_reason():
         (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
         (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: contains 2 samples.*Extend the duration"),
         (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck within the limits of the axis: acceleration: "),
-        (replace(STAGE, jerk_limit=200.0), {"purposes": "damping"}, "Raise jerk or acceleration"),
+        (replace(STAGE, jerk_limit=200.0), {"purposes": "damping"}, "Raise jerk to 612 m/s.3 under .limits. for this motion"),
+        (
+            Axis(velocity_limit=0.1, stroke=(0.0, 1.0)),
+            {},
+            r"the acceleration limit of the axis is unknown. Write acceleration under \[limits\],",
+        ),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or an axis file"),
@@ -240,7 +245,7 @@ def test_too_short_a_duration_for_named_purposes_is_refused(chosen):
     assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (needed - 0.5)
 
 
-def followed(lag, again=None, loop=True):
+def followed(lag, again=None):
     """Return what is planned where the controller follows so closely [m], and the limits it is planned with."""
     first, requested = planned(purposes="presliding"), []
 
@@ -250,13 +255,12 @@ def followed(lag, again=None, loop=True):
             raise InputError("no room", path="duration")
         return again
 
-    return _for_the_loop(first, SimpleNamespace(loop=loop, lag=lag), plan), requested
+    return _for_the_loop(first, lag, plan), requested
 
 
 def test_loops_that_the_controller_follows_stay():
     smallest = 0.7e-6
     assert followed(0.99 * smallest) == (None, [])
-    assert followed(2.0 * smallest, loop=False) == (None, [])
 
 
 def test_loops_that_the_controller_does_not_follow_are_planned_again():

@@ -142,8 +142,9 @@ QUICK = {"purposes": "break-away"}
 )
 def test_a_motion_is_slower_if_that_helps(monkeypatch, axis, options, ratios, lag, names, limits):
     """The ratios to the limits are those of one simulation after the other, and rehearsals take no time."""
-    left, lags = list(ratios), [lag, 0.0]
-    monkeypatch.setitem(_in_time.__globals__, "rehearse", lambda *_, **__: SimpleNamespace(loop=True, lag=lags.pop(0)))
+    left = list(ratios)
+    monkeypatch.setitem(_in_time.__globals__, "rehearse", lambda *_, **__: SimpleNamespace(loop=True, lag=0.0))
+    monkeypatch.setitem(_in_time.__globals__, "lag_of", lambda *_: lag)
     monkeypatch.setitem(_in_time.__globals__, "exceeded", lambda *_: left.pop(0) if len(left) > 1 else left[0])
     result = rehearsed(axis, **options)
     assert result.exceeded == names

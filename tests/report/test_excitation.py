@@ -34,6 +34,7 @@ ESTIMATES = (
     estimate("e", 9.0, "held"),
     estimate("f", 3.0, half=None),
 )
+OTHER = log_of(sines(1.0, amplitudes=(1e-4, 0.0, 0.0)), np.zeros(1000), step=1e-7)  # of other strokes than any log here
 TRUTH = {"a": 5.0, "b": 5.0, "c": 1.0, "d": 2.0, "f": 0.0}
 
 
@@ -172,6 +173,33 @@ def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level
     assert report.excitation_ruling(excited(ESTIMATES[:1], **changes))[:2] == (level, words)
 
 
+@pytest.mark.parametrize(
+    ("log", "level", "words", "logs"),
+    [
+        (
+            (2.0, 3.0),
+            "no",
+            "no motion within the limits is better than the log at hand: a ± 5.0 % against ± 2.0 %, b ± 7.0 % against",
+            "at.csv",
+        ),
+        (
+            (2.0, 99.0),
+            "with_care",
+            "biased: b identify both logs together, because the log at hand is better for some parameters: a",
+            "LOG at.csv",
+        ),
+        ((50.0, 99.0), "with_care", "biased: b", "LOG"),
+    ],
+)
+def test_a_motion_is_compared_with_the_log_at_hand(log, level, words, logs):
+    known = Some(best=Some(estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]))
+    found = replace(excited(ESTIMATES[:2]), known=known)
+    ruling = report.excitation_ruling(found)
+    assert (ruling.level, " ".join(ruling.reasons)[: len(words)]) == (level, words)
+    command = report.DesignedMotion(found, None, None, "x", Some(source="at.csv")).next_command("axis.toml")
+    assert command.startswith(f"bristle identify {logs} --axis")
+
+
 def test_each_exceeded_limit_is_a_reason_against_a_motion():
     both = report.excitation_ruling(excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9))
     assert both.reasons == ("the effort exceeds the limit of the drive", "the following error exceeds the limit of the axis")
@@ -272,7 +300,7 @@ def opened(fit, **statuses):
     return replace(fit, estimates=tuple(changed))
 
 
-def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=()):
+def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=(), log=OTHER):
     """Stand in for `excite`: by purposes, the half-width in percent that a rehearsal gives each parameter."""
     asked = []
 
@@ -290,7 +318,7 @@ def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=()):
             )
             for estimate in fit.estimates
         ]
-        return Some(rehearsal=Some(identification=Some(best=Some(estimates=found))), exceeded=exceeded)
+        return Some(rehearsal=Some(identification=Some(best=Some(estimates=found)), log=log), exceeded=exceeded)
 
     monkeypatch.setattr(bristle.excitation, "excite", excite)
     return asked
@@ -327,6 +355,12 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
 def test_a_motion_that_promises_nothing_is_not_proposed(fit, monkeypatch, widths, how):
     rehearsals(monkeypatch, fit, widths, **how)
     assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), sliding_log()) is None
+
+
+def test_a_motion_that_the_log_already_holds_is_not_proposed(fit, monkeypatch):
+    log = sliding_log()
+    rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}}, log=log)
+    assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), log) is None
 
 
 def test_the_motion_that_narrows_more_intervals_is_proposed(fit, monkeypatch):

@@ -1,5 +1,6 @@
 """`excite`: a motion for an axis within its limits, and the parameters that its log will identify."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,17 +16,19 @@ from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
-from bristle.excitation.limits import MotionLimits, Prior, limits_of, prior_of
+from bristle.excitation.limits import MARGIN, MotionLimits, Prior, limits_of, prior_of
 from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of, moves_of
 from bristle.excitation.purposes import PURPOSES, closing
-from bristle.excitation.rehearsal import Rehearsal, exceeded, rehearse
+from bristle.excitation.rehearsal import Rehearsal, exceeded, lag_of, recorded, rehearse
 from bristle.files.arguments import AXIS
 from bristle.files.motion import gcode_of, moves_table, write_motion
-from bristle.identification import identify
+from bristle.identification import Identification, half_width, identify
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
+DRAWS = 40  # simulated logs for the intervals of an earlier log
+NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is not worth a recording
 SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
 LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
@@ -53,6 +56,8 @@ class Excitation:
         The simulation of the motion on the prior, and the identification of the simulated log.
     exceeded : tuple of str
         Quantities beyond their limits in the simulated loop: ``"effort"``, ``"following error"``.
+    known : Identification or None
+        The identification of the earlier log.
     """
 
     motion: ExcitationMotion
@@ -62,6 +67,24 @@ class Excitation:
     notes: tuple[str, ...]
     rehearsal: Rehearsal | None = None
     exceeded: tuple[str, ...] = ()
+    known: Identification | None = None
+
+    @property
+    def half_widths(self) -> dict[str, tuple[float, float]]:
+        """Half-widths of the 95 % intervals by the earlier log and by the rehearsal [%]; empty without both."""
+        if self.known is None or self.rehearsal is None:
+            return {}
+        then = {estimate.name: half_width(estimate) for estimate in self.rehearsal.identification.best.estimates}
+        return {
+            each.name: (half_width(each), then[each.name])
+            for each in self.known.best.estimates
+            if each.status != "held" and each.name in then
+        }
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether the earlier log determines the axis as well as this motion: wider intervals outweigh narrower ones."""
+        return bool(self.half_widths) and math.prod(then / now for now, then in self.half_widths.values() if now) > NARROWER
 
     @property
     def purposes(self) -> list[tuple[str, str]]:
@@ -143,7 +166,12 @@ def excite(
     True
     """
     seconds = 60.0 if duration is None else duration
-    mechanism = _mechanism(model, axis, allow_code) if log is None else _identified(log, model, axis)
+    known = None
+    if log is not None:
+        # By one method for log and motion: half-widths of different methods cannot be compared.
+        axis = replace(axis, method="inverse_dynamics")
+        known = _identified(log, model, axis, draws=rehearsed * DRAWS)
+    mechanism = _mechanism(model, axis, allow_code) if known is None else _of_log(known)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
@@ -162,13 +190,38 @@ def excite(
         raise InputError(f"contains {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
-    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin)
-    excitation = plan(limits_of(axis, prior, sample_time, distance, begin))
-    return _rehearsed(excitation, plan, draws=draws, progress=progress) if rehearsed else excitation
+    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, known=known)
+    limits = limits_of(axis, prior, sample_time, distance, begin)
+    excitation = plan(limits)
+    if rehearsed:
+        excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
+    if known is not None and excitation.is_worse:
+        below = _below(limits, seconds, known) or "no limit: the log reaches none of them"
+        excitation = replace(excitation, notes=(*excitation.notes, f"to record more than the log at hand, raise {below}"))
+    return excitation
+
+
+def _below(limits: MotionLimits, seconds: float, known: Identification) -> str:
+    """Return the limits below the values of an earlier log, with these values."""
+    reached = (
+        ("limits.velocity", "length/time", known.best.traces.velocity, limits.velocity),
+        ("limits.acceleration", "length/time^2", known.best.traces.acceleration, limits.acceleration),
+        ("limits.stroke to a range of", "length", np.ptp(known.log.position.values), limits.travel),
+        ("--duration", "time", known.log.duration, MARGIN * seconds),
+    )
+    values = ((name, of, float(np.max(np.abs(value))) / MARGIN, limit) for name, of, value, limit in reached)
+    return ", ".join(f"{name} {limits.in_unit(value, of)}" for name, of, value, limit in values if limit is not None and value > limit)
 
 
 def _planned(
-    axis: Axis, prior: Prior, limits: MotionLimits, *, seconds: float, purposes: Sequence[str] | None, begin: float | None
+    axis: Axis,
+    prior: Prior,
+    limits: MotionLimits,
+    *,
+    seconds: float,
+    purposes: Sequence[str] | None,
+    begin: float | None,
+    known: Identification | None,
 ) -> Excitation:
     """Return a motion for these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
@@ -194,7 +247,7 @@ def _planned(
     ):
         if limit is not None and value > limit * (1.0 + 1e-9):
             raise RuntimeError(f"the motion exceeds the {name} of the axis: {value:g} > {limit:g}")
-    return Excitation(motion, axis, limits, prior, tuple(notes))
+    return Excitation(motion, axis, limits, prior, tuple(notes), known=known)
 
 
 def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation], *, draws: int, progress: Progress | None) -> Excitation:
@@ -203,11 +256,11 @@ def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation
     rehearsal, failed = None, ()
     try:
         excitation = _within_the_loop(excitation, plan)
-        rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
-        followed = _for_the_loop(excitation, rehearsal, plan)
+        log, _, loop = recorded(excitation.motion, axis, prior)
+        followed = _for_the_loop(excitation, loop * lag_of(excitation.motion, log), plan)
         if followed is not None:
-            excitation, rehearsal = _within_the_loop(followed, plan), None
-            rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+            excitation = _within_the_loop(followed, plan)
+        rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
     except InputError as reason:
         failed = (f"the rehearsal failed: {reason}",)
     return replace(excitation, rehearsal=rehearsal, notes=(*excitation.notes, *_reductions(excitation, limits), *failed))
@@ -252,17 +305,17 @@ def _reductions(excitation: Excitation, limits: MotionLimits) -> list[str]:
     return [f"bristle limited the motion to {' and '.join(reduced)}, {reason}"] if reduced else []
 
 
-def _for_the_loop(excitation: Excitation, rehearsal: Rehearsal, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
+def _for_the_loop(excitation: Excitation, lag: float, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
     """Return a motion without the loops that the controller cannot follow; None if it follows, or none would remain."""
     smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
-    if not rehearsal.loop or smallest is None or rehearsal.lag <= smallest:
+    if smallest is None or lag <= smallest:
         return None
-    limits = replace(excitation.limits, followed=rehearsal.lag)
+    limits = replace(excitation.limits, followed=lag)
     try:
         again = plan(limits)
     except InputError:  # keep requested purposes; the report shows the tracking error
         return None
-    length = limits.in_unit(rehearsal.lag, "length")
+    length = limits.in_unit(lag, "length")
     note = f"the amplitude of pre-sliding loops is at least {length}, the tracking error of the controller in the rehearsal"
     return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
 
@@ -288,13 +341,18 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     return plant, friction
 
 
-def _identified(log: Any, model: Any, axis: Axis) -> tuple[Model | None, Model]:
-    """Return plant and friction of a log of the axis; no plant if the log does not determine its mass."""
+def _identified(log: Any, model: Any, axis: Axis, *, draws: int) -> Identification:
+    """Return the identification of a log of the axis."""
     if model is not None:
         raise InputError(
             "cannot be combined with model", path="log", mend="Leave out log or model: each gives an earlier model of the axis"
         )
-    best = identify(log, "dahl", axis=replace(axis, method="inverse_dynamics"), draws=0).best
+    return identify(log, "dahl", axis=axis, draws=draws)
+
+
+def _of_log(known: Identification) -> tuple[Model | None, Model]:
+    """Return plant and friction of a log of the axis; no plant if the log does not determine its mass."""
+    best = known.best
     is_known = best.inertia is not None and best.inertia.status in ("identified", "held")
     return best.plant if is_known else None, best.friction
 
@@ -312,8 +370,7 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
             raise InputError("is not a purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
-        mend = "Write velocity, acceleration and stroke under [limits], or presliding under [plant]"
-        raise InputError("contains too few data to plan a motion", path="axis", mend=mend)
+        raise InputError("contains too few data to plan a motion", path="axis", mend="; and ".join(dict.fromkeys(reasons.values())))
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot contain {name}, because {reason}", path="purposes")

@@ -51,6 +51,8 @@ class MotionLimits:
         Velocity over which friction falls from break-away to Coulomb friction [m/s or rad/s].
     followed : float
         Tracking error of the controller in slow motion before sliding [m or rad]; 0 if unknown.
+    integral : bool
+        Whether the controller has integral action.
     """
 
     kind: Kind
@@ -64,6 +66,7 @@ class MotionLimits:
     resonance: float | None = None
     stribeck_velocity: float | None = None
     followed: float = 0.0
+    integral: bool = False
 
     @property
     def reach(self) -> float:
@@ -126,6 +129,7 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         presliding=prior.presliding,
         resonance=prior.resonance,
         stribeck_velocity=prior.stribeck_velocity,
+        integral=axis.controller is not None and axis.controller.values.get("k_i", 0.0) > 0.0,
     )
 
 

@@ -65,7 +65,7 @@ def _no_presliding(limits: MotionLimits) -> str:
         return (
             f"the tracking error of the controller is {limits.in_unit(limits.followed, 'length')}, which is not small "
             f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}. Raise the gains of the "
-            "controller for this motion, or add integral action"
+            f"controller for this motion{', or add integral action' * (not limits.integral)}"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
         return f"this motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
@@ -162,14 +162,15 @@ def closing(limits: MotionLimits, pieces: Sequence[ExcitationPiece]) -> list[Exc
 
 def _unknown(limits: MotionLimits) -> str:
     """Return the limit that a long slide needs and that is unknown, with advice; empty if all are known."""
-    for value, quantity, remedy in (
+    limited = (
         (limits.velocity, "velocity", "velocity under [limits]"),
         (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
-    ):
-        if value is None:
-            return f"the {quantity} limit of the axis is unknown. Write {remedy}"
-    return ""
+    )
+    unknown = {quantity: remedy for value, quantity, remedy in limited if value is None}
+    if not unknown:
+        return ""
+    return f"the {' and '.join(unknown)} limit of the axis is unknown. Write {'; write '.join(unknown.values())}"
 
 
 def _no_stribeck(limits: MotionLimits) -> str:
@@ -238,8 +239,8 @@ def _no_damping(limits: MotionLimits) -> str:
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
             f"the limits allow an amplitude of {limits.in_unit(amplitude, 'length')} at {_highest_frequency(limits):.3g} Hz, but "
-            f"the amplitude must be {CHIRP_COUNTS:.0f} steps of the encoder, each {limits.in_unit(limits.count, 'length')}. Raise jerk or "
-            "acceleration under [limits] for this motion"
+            f"the amplitude must be {CHIRP_COUNTS:.0f} steps of the encoder, each {limits.in_unit(limits.count, 'length')}. Raise "
+            f"{_too_low(limits)} under [limits] for this motion"
         )
     return ""
 
@@ -285,6 +286,20 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
     amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
     most = limits.fastest / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
+
+
+def _too_low(limits: MotionLimits) -> str:
+    """Return the limits that allow no chirp of two encoder steps, with the values that do."""
+    omega = 2.0 * math.pi * _highest_frequency(limits)
+    limited = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
+    needed = [
+        (name, usable, omega**power * CHIRP_COUNTS * limits.count, f"length/time^{power}")
+        for power, (name, usable) in enumerate(limited, 1)
+    ]
+    # Only a share of a limit is used; its square leaves some spare.
+    return " and ".join(
+        f"{name} to {limits.in_unit(least / MARGIN**2, of)}" for name, usable, least, of in needed if usable is not None and usable < least
+    )
 
 
 def _highest_frequency(limits: MotionLimits) -> float:

@@ -97,14 +97,18 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     values = prior.plant.values | (prior.friction.values if same_base else {})
     truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}
     assert log.effort is not None
+    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), lag_of(motion, log), identification, truth, loop)
+
+
+def lag_of(motion: ExcitationMotion, log: Log) -> float:
+    """Return the largest tracking error during slow pre-sliding motion [m or rad]."""
     away = np.abs(motion.position - log.position.values)
     slow = [
         away[slice(*np.searchsorted(motion.time, (begin, begin + piece.duration)))]
         for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         if piece.name in ("triangles", "decaying loops")
     ]
-    lag = float(np.max(np.concatenate(slow))) if slow else 0.0
-    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), lag, identification, truth, loop)
+    return float(np.max(np.concatenate(slow))) if slow else 0.0
 
 
 def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:

@@ -6,7 +6,7 @@ from bristle.identification.identify import identify
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.identification.estimate import Estimate
+    from bristle.identification.estimate import OPEN, Estimate, half_width
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of, refuse_options
     from bristle.identification.result import Fit, HeldOut, Identification

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.normal import NORMAL_95
 
+OPEN = 100.0  # half-width of an interval that does not identify a parameter [%]
 ROUGH = 0.5  # half-width over the value, above which a parameter is known only roughly
 MATTERS = 0.02  # smallest share of the friction force that matters in use
 
@@ -95,3 +96,11 @@ class Estimate:
     def matters(self) -> bool:
         """Whether a model without this parameter would lack a share of friction that matters in use."""
         return self.takes > MATTERS
+
+
+def half_width(estimate: Estimate) -> float:
+    """Return the half-width of the interval of a parameter [%], at most that of an open interval."""
+    half = estimate.interval_percent
+    if estimate.status != "identified" or half is None:
+        return OPEN
+    return min(half, OPEN)

@@ -43,6 +43,23 @@ def passages_along(
     return Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []
 
 
+TWICE, MOST = 2.0, 0.8  # largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion
+
+
+def holds(log: Log, other: Log) -> bool:
+    """Return whether a log already contains the strokes of another log, in number, length and duration."""
+    own, asked = _strokes(log), _strokes(other)
+    alike = np.all(np.abs(own[:, None] - asked[None]) < np.log(TWICE), axis=-1)
+    return min(np.sum(alike.any(axis=0)), np.sum(alike.any(axis=1))) >= MOST * len(asked) > 0
+
+
+def _strokes(log: Log) -> np.ndarray:
+    """Return length [m or rad] and duration [s] of the strokes of a log, shape (stroke, 2), in logarithms."""
+    grain, parts = graininess(log.position.values, log.position.step), [log.position.values[part] for part in log.segments]
+    legs = [leg for x in parts for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time)]
+    return np.log([(abs(leg.distance), log.sample_time * (leg.last - leg.first)) for leg in legs]).reshape(-1, 2)
+
+
 @dataclass(frozen=True)
 class Passage:
     """Part of a log with one kind of experiment."""

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 from bristle.core import Content, number, scale_of, unit_of, with_unit
 from bristle.excitation import Excitation, excite
+from bristle.excitation.excite import NARROWER
 from bristle.files import Results, origins_of_code, provenance
-from bristle.identification import Estimate
+from bristle.identification import OPEN, Estimate
 from bristle.logs import Log
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
@@ -19,7 +20,6 @@ from bristle.report.results import write_report
 from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, length_text, span_text
 
-WIDE = 100.0  # half-width of an interval that does not identify a parameter [%]
 EXCEEDED = {"effort": "the effort exceeds the limit of the drive", "following error": "the following error exceeds the limit of the axis"}
 FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
 """Names of the files of a motion, by their content."""
@@ -48,7 +48,9 @@ class DesignedMotion(NamedTuple):
         if presliding and model != "maxwell_slip":
             # Nested loops show whether the contact has non-local memory.
             model += ",maxwell_slip"
-        return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
+        # The log at hand takes part while it is better for a parameter, and alone if the motion is worse.
+        logs = ["LOG"] * (not self.excitation.is_worse) + [str(log.source) for log in [self.log] if log and _wider(self.excitation)]
+        return shlex.join(["bristle", "identify", *logs, "--axis", axis, "--model", model, "--out", "results"])
 
     def summary(self, files: dict[str, str], identify: str) -> dict[str, Any]:
         """Return the motion in numbers, with the names of its files and the next command."""
@@ -131,7 +133,7 @@ def outlook_table(excitation: Excitation) -> Table:
         put_in = excitation.rehearsal.truth.get(estimate.name)
         half, error = estimate.interval_percent, _error(estimate, put_in)
         at_zero = put_in == 0.0
-        known = estimate.status == "identified" and (at_zero or (half or 0.0) < WIDE)
+        known = estimate.status == "identified" and (at_zero or (half or 0.0) < OPEN)
         scale = scale_of(estimate.unit, estimate.value if known and estimate.value else put_in or 0.0)
         rows.append(
             {
@@ -142,12 +144,18 @@ def outlook_table(excitation: Excitation) -> Table:
                 "Unit": scale.unit or "–",
                 "Error [%]": "" if error is None or not known else number(error, digits=2),
                 "95 % interval [%]": f"± {number(half, digits=2)}" if half is not None and known and not at_zero else "–",
+                "Log at hand": half_text(excitation.half_widths[estimate.name][0]) if estimate.name in excitation.half_widths else "",
                 "Remark": "true value outside the interval"
                 if _misses(estimate, put_in)
                 else STATUS_WORDS.get(estimate.status, estimate.status),
             }
         )
     return Table.of(f"Expected results, by a fit of {excitation.rehearsal.identification.best.name}", rows).without_empty_columns()
+
+
+def half_text(percent: float | None) -> str:
+    """Return the half-width of an interval in words; "open" if it does not identify the parameter."""
+    return "open" if percent is None or percent >= OPEN else f"± {number(percent, digits=2)} %"
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:
@@ -172,7 +180,7 @@ def _sure(excitation: Excitation, *, sure: bool = True) -> list[Estimate]:
     """Return the identified parameters with intervals smaller than their values, or the others."""
     truth = {} if excitation.rehearsal is None else excitation.rehearsal.truth
     identified = [estimate for estimate in _sought(excitation) if estimate.status == "identified" and truth.get(estimate.name) != 0.0]
-    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < WIDE) == sure]
+    return [estimate for estimate in identified if ((estimate.interval_percent or 0.0) < OPEN) == sure]
 
 
 def _limits(excitation: Excitation) -> list[tuple[str, float, float | None, str]]:
@@ -250,9 +258,21 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
     if presliding is not None and rehearsal.lag > presliding:
         lag = length_text(rehearsal.lag, excitation.motion.kind)
         reasons.append(f"raise the gains for this motion: the controller follows the pre-sliding loops only within {lag}")
+    wider = _wider(excitation)
+    if excitation.is_worse:
+        against.append(f"no motion within the limits is better than the log at hand: {wider}")
+    elif wider:
+        reasons.append(f"identify both logs together, because the log at hand is better for some parameters: {wider}")
     if against:
         return Ruling("no", "Do not run it", (*against, *reasons))
     return Ruling("with_care", "Run it, with care", tuple(reasons)) if reasons else Ruling("usable", "Run it")
+
+
+def _wider(excitation: Excitation) -> str:
+    """Return the half-widths after a motion and by the earlier log where the log is clearly better, or as good if the motion is worse."""
+    least = NARROWER ** (2 * excitation.is_worse - 1)
+    wider = {name: (now, then) for name, (now, then) in excitation.half_widths.items() if then > least * now}
+    return ", ".join(f"{name} {half_text(then)} against {half_text(now)}" for name, (now, then) in wider.items())
 
 
 def _front(excitation: Excitation, identify: str) -> Front:

@@ -5,15 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core import Axis, InputError, Progress, number, unit_of
+from bristle.core import Axis, InputError, Progress, unit_of
+from bristle.excitation.excite import NARROWER
 from bristle.identification import Estimate, Fit
 from bristle.logs import Log
+from bristle.logs.passages import holds
+from bristle.report.excitation import half_text
 from bristle.report.judgement import ADVICE
 
 DRAWS = 20  # simulated logs for the intervals of a rehearsal
 DURATION = "30 s"
-NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is not worth a recording
-OPEN = 30.0  # half-width [%] above which the interval of a parameter that matters counts as open
+WIDE = 30.0  # half-width [%] above which the interval of a parameter that matters counts as open
 
 
 class NextMotion(NamedTuple):
@@ -30,12 +32,8 @@ class NextMotion(NamedTuple):
     @property
     def text(self) -> str:
         """The parameters with their half-widths before and after the motion."""
-        changes = [f"{name} {_half(now)} → {_half(then)}" for name, (now, then) in self.half_widths.items()]
+        changes = [f"{name} {half_text(now)} → {half_text(then)}" for name, (now, then) in self.half_widths.items()]
         return ", ".join(changes)
-
-
-def _half(percent: float | None) -> str:
-    return "open" if percent is None or percent > 100.0 else f"± {number(percent, digits=2)} %"
 
 
 def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None) -> NextMotion | None:
@@ -61,7 +59,8 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
             motion = excite(limited, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
         except InputError:  # the axis file allows no such motion
             continue
-        if motion.rehearsal is None or motion.exceeded:  # no rehearsal, or beyond the limits of the axis
+        # No rehearsal, beyond the limits of the axis, or already in the log, which then does not keep the promise either.
+        if motion.rehearsal is None or motion.exceeded or holds(log, motion.rehearsal.log):
             continue
         rehearsed = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
         present = {name: estimate.interval_percent if estimate.status == "identified" else None for name, estimate in unknown.items()}
@@ -90,7 +89,7 @@ def is_open(estimate: Estimate) -> bool:
     """Return whether the interval of a parameter that matters to the force is open or wide."""
     if estimate.status == "held" or not (estimate.matters or estimate.is_rough):
         return False
-    return estimate.status != "identified" or (estimate.interval_percent or 0.0) > OPEN
+    return estimate.status != "identified" or (estimate.interval_percent or 0.0) > WIDE
 
 
 def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:
