@@ -218,6 +218,26 @@ def test_cogging_offset_and_gravity_are_proposed_and_applied():
     assert proposed_lines(proposing(*DOUBTS), axis) == ()
 
 
+@pytest.mark.parametrize(
+    ("others", "axis", "keys"),
+    [
+        ((), Axis(), ["spring"]),
+        ((DOUBTS[2],), Axis(kind="rotational"), ["gravity"]),
+        ((Diagnostic("missing_position", numbers={"alike": 1}),), Axis(), ["spring"]),
+        ((), Axis(spring="linear"), []),
+    ],
+)
+def test_friction_like_a_spring_proposes_one_force_over_the_stroke(others, axis, keys):
+    assert [line.key for line in proposed_lines(proposing(*others, Diagnostic("like_a_spring")), axis)] == keys
+
+
+def test_a_rejected_spring_is_not_advised_again():
+    fit = Fit(HeldOut((1.0,), 1.0, 0.0), (Diagnostic("like_a_spring", numbers={"next": "translational"}),))
+    passed = Passed([fit], {}, {}, "", False, None, [], None)
+    again, _ = second_pass(passed, [(None, Axis())], lambda pairs, reason: passed, 0.02)
+    assert again.fits[0].diagnostics[0].numbers["next"] == "motion"
+
+
 def test_a_stated_offset_of_zero_is_kept():
     assert proposed_lines(proposing(DOUBTS[1]), Axis(offset=0.0)) == ()
 

@@ -255,6 +255,7 @@ ZONE = {"zone": 1e-5, "samples": 3.0, "filter_samples": 8.0}
 RIPPLE = {"period": 5e-3, "amplitude": 2.0, "percent": 12.0, "compared": "", "model": ""}
 MOTORS = {"pulls": "alike", "harmonics": (1.0, 2.0), "turner": "motor", "travel": 5e-3}
 FORCE = {"force": 2.0, "percent": 12.0, "share_percent": 50.0, "compared": "", "model": ""}
+GROWN = {"percent": 26.0, "stroke": 0.5, "names": ("F_C",)}
 FILTER = {"cutoff": 60.0, "dropped": 5, "decimation": 1}
 LOOP = {"radius": 1.2, "why": "gains"}
 MARGIN = {"phase": 15.0, "enough": 30.0, "motions": "all"}
@@ -359,6 +360,9 @@ CHOSEN = [
     ("missing_position", FORCE | {"model": "x", "percent": 318.0}, "318 %"),
     ("missing_position", FORCE | {"model": "x"}, "Next: try `x`"),
     ("missing_position", FORCE | {"compared": "x"}, "also compared `x`"),
+    ("like_a_spring", GROWN | {"next": "translational"}, 'Next: write `spring = "cubic"` under `[plant]` of the axis file. F_C and their'),
+    ("like_a_spring", GROWN | {"next": "rotational"}, 'or `gravity = "link"` if the axis turns an arm'),
+    ("like_a_spring", GROWN | {"next": "motion", "names": ()}, "Next: record strokes of several lengths, from several places"),
     ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times larger than in the rest"),
     ("missing_direction", FORCE | {"compared": "x"}, "bristle also compared `x`, but its error is no smaller"),
     ("missing_direction", FORCE, "already has separate parameters for each direction"),

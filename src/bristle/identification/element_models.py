@@ -7,7 +7,7 @@ with :math:`e_i` the deflection of an element that slips at :math:`r_i`, :math:`
 :math:`c_j` of the slots the problem is convex and has one solution, which non-negative least squares finds; around it
 the factors are searched for. Elements without force are omitted. The last threshold is half the range of the log: such an
 element no longer slips once the motion has covered its range, and represents all elements that never slip. With
-``+position`` the force along the axis represents them, and the grid ends earlier.
+``+position`` or a spring, the force along the axis represents them, and the grid ends earlier.
 
 With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. After both directions, this is equivalent to a symmetric element
 and a constant. A log therefore determines only one difference of the levels, :math:`F_{C\pm} = F_C \pm d`.
@@ -104,7 +104,8 @@ class Elements:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
         dataset, reach = self.dataset, 0.5 * stroke_of(self.dataset)
         # An element that never slips is confounded with a force that rises along the axis.
-        reach *= SLIPPING if HALF_RANGE in self.component.variables.values() else 1.0
+        if HALF_RANGE in self.component.variables.values() or names_of(Role.SPRING, self.parameters.plant.variables):
+            reach *= SLIPPING
         least = max(STEPS_LEAST * dataset.resolution, NOISE_LEAST * dataset.noise, reach * 10.0**-DECADES_MOST)
         return thresholds_over(reach, max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0)))), least)
 

@@ -29,13 +29,13 @@ from bristle.identification.intervals import DRAWING, WITHOUT_DRAWS, with_interv
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of
+from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of, stroke_of
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, long_enough, treat_all
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, SecondPass, proposed_lines, second_pass
 from bristle.identification.settings import Settings
-from bristle.identification.structure import with_structure
+from bristle.identification.structure import with_friction_alone, with_spring_named, with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
 from bristle.identification.validation import TOO_SHORT
 from bristle.identification.work import Work
@@ -203,6 +203,7 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
     """Return the identification of a pass over a log, and over further logs."""
     best, *rest = passed.fits
     dataset = passed.context.dataset
+    best = with_friction_alone(best, stroke_of(dataset))
     treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),
@@ -252,6 +253,7 @@ def _passed(
         best, *rest = (with_checks(fit, of_logs) for fit in ranked(fitted, context))
         others = [fit.name for fit in rest]
         best = with_structure(best, found.estimations[best.name], settings, context.prior, others, context.coupling)
+        best = with_spring_named(best, stroke_of(context.dataset))
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     def judged(omitted: Container[str] = ()) -> list[Fit]:

@@ -44,6 +44,7 @@ class Role(Enum):
     BREAK_AWAY = ("force", "stribeck")
     FALL = ("length/time", "stribeck")
     STIFFNESS = ("force/length", "presliding")
+    SPRING = ("force/length", "place")
     MICRO_DAMPING = ("force*time/length", "presliding")
 
     def fits(self, variable: Variable) -> bool:

@@ -15,10 +15,14 @@ from bristle.core.variable import KINDS, unit_of
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit
+from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
 from bristle.plants.inertia import MODEL as inertia
 
 INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
+OVER_PLACE = {"gravity", "spring"}  # keys of forces over the whole stroke
+REJECTED: dict[str, dict[str, Number]] = {"missing_ripple": {"harmonics": ()}, LIKE_A_SPRING: {"next": "motion"}}
+"""Numbers of diagnostics whose lines a second pass rejected."""
 Pairs = list[tuple[Log, Axis | None]]
 
 
@@ -69,6 +73,8 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
         if code == "missing_gravity" and not axis.gravity:
             lines.append(ProposedLine("plant", "gravity", "link", code))
         if code == "missing_position" and "alike" in numbers and not has_spring:
+            lines.append(ProposedLine("plant", "spring", "cubic", code))
+        if code == LIKE_A_SPRING and not has_spring and not OVER_PLACE.intersection(line.key for line in lines):
             lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
 
@@ -144,11 +150,11 @@ def _held_out(fit: Fit) -> float:
 
 
 def _noted(fit: Fit, second: SecondPass, axis: Axis) -> Fit:
-    """Return a fit with the note about a second pass; rejected harmonics are no advice."""
+    """Return a fit with the note about a second pass; rejected lines are no advice."""
     tables = groupby(_written(second.lines, axis), itemgetter(0))
     texts = (f"{' and '.join(f'`{key} = {value}`' for _, key, value in keys)} under `{table}`" for table, keys in tables)
     numbers: dict[str, Number] = {line.key: line.value for line in second.lines}
     numbers |= {"before": second.error_without, "percent": second.error_with, "taken": int(second.taken), "lines": tuple(texts)}
-    rejected: dict[str, Number] = {} if second.taken else {"harmonics": ()}
-    about = [replace(item, numbers={**item.numbers, **rejected}) if item.code == "missing_ripple" else item for item in fit.diagnostics]
+    rejected: dict[str, dict[str, Number]] = {} if second.taken else REJECTED
+    about = [replace(item, numbers={**item.numbers, **rejected.get(item.code, {})}) for item in fit.diagnostics]
     return replace(fit, diagnostics=(*about, Diagnostic("second_pass", "", "note", numbers, axis.kind)))

@@ -21,6 +21,7 @@ DOUBTS = (
     "unfinished",
     "elastic_load",
     "structure",
+    "like_a_spring",
     "stages_differ",
     "filter_suspect",
     "delay_or_filter",
