@@ -7,7 +7,6 @@ import re
 import shlex
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -318,9 +317,3 @@ def test_a_signal_during_the_fits_leaves_the_finished_models(place):
     assert process.returncode == 143
     assert re.search(r"interrupted: [1-9]\d* of 1\d models fitted", said)
     assert json.loads((place / "results" / "summary.json").read_text())["unfinished"] in said
-
-
-def test_a_time_limit_interrupts_what_runs(bristle, place, monkeypatch):
-    monkeypatch.setattr("bristle.report.identified.identify", lambda *_, **__: time.sleep(30.0))
-    # The second code is that of the background, where Ctrl-C is ignored.
-    assert bristle(*IDENTIFY, "--time-limit", "10 ms", said=NOTHING).code in (130, 143)

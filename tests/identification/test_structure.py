@@ -13,6 +13,7 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.engine import force_along
 from bristle.friction import slotted
+from bristle.identification import fits
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
@@ -274,14 +275,14 @@ def test_thresholds_decide_the_diagnostics(motion, cause):
 def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(monkeypatch, refused):
     motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     request = IDENTIFYING.request
-    fit, suggested = IDENTIFYING.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+    fit, suggested = fits.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
 
     def refusing(context, component, *rest):
         if refused and "+" in component.name:
             raise InputError("cannot be fitted", path="model", value=component.name)
         return fit(context, component, *rest)
 
-    monkeypatch.setattr(IDENTIFYING, "fit", refusing)
+    monkeypatch.setattr(fits, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
     log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
     result = identify(log, "all", axis=STATED, blocks=2, draws=0, settings={"lines_gain": 1.0})

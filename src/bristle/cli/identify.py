@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -29,7 +28,7 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.signals import INTERRUPTED, interrupted_after
+from bristle.cli.signals import INTERRUPTED
 from bristle.cli.study import exit_code, interruptible
 from bristle.cli.terminal import complain, progress, show, show_lines
 
@@ -84,10 +83,6 @@ Draws = Annotated[
     int,
     typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 20 to 100000, or 0 for no intervals."),
 ]
-TimeLimit = Annotated[
-    str | None,
-    typer.Option("--time-limit", metavar="TIME", help="End like Ctrl-C after this time, such as '60 s', with the models fitted so far."),
-]
 Free = Annotated[
     str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters that bristle also identifies, such as exponent of dahl.")
 ]
@@ -104,7 +99,6 @@ def identify(
     draws: Draws = 100,
     free: Free = "",
     method: Method = None,
-    time_limit: TimeLimit = None,
     separate: Separate = False,
     robot: Robot = None,
     workers: Workers = None,
@@ -139,7 +133,6 @@ def identify(
             "with --each, the results have no figures",
             "Read the rows with br.read_study(DIR)",
         )
-        refuse({"--time-limit": time_limit}, "applies to one identification", "Press Ctrl-C: the finished logs stay")
     else:
         refuse({"--workers": workers is not None}, "applies to --each only", "Add --each")
     output.context.with_resource(own_readers(reader))
@@ -160,9 +153,7 @@ def identify(
     }
     if separate:
         return _identify_each(log, axes, options, output, readers=reader or (), workers=workers, robot=robot)
-    seconds = amount(Variable("time", "time limit", min=0.0), exclusive=True, endless=True)
-    with interrupted_after(seconds(time_limit or math.inf, "--time-limit", None)):
-        return _identify_friction(log, axes, options, output, figure, verbose=verbose)
+    return _identify_friction(log, axes, options, output, figure, verbose=verbose)
 
 
 def _identify_friction(

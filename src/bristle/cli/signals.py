@@ -11,8 +11,6 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -110,19 +108,6 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         self._again = threading.Timer(0.01, _interrupt_main, (number,))
         self._again.daemon = True
         self._again.start()
-
-
-@contextmanager
-def interrupted_after(seconds: float) -> Iterator[None]:
-    """Interrupt the block like Ctrl-C after this time [s], in whatever it does; never for an infinite time."""
-    number = signal.SIGTERM if signal.getsignal(signal.SIGINT) == signal.SIG_IGN else signal.SIGINT  # ignored in the background
-    timer = threading.Timer(min(seconds, threading.TIMEOUT_MAX), _interrupt_main, (number,))
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 class _Watch:
