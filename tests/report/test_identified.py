@@ -443,5 +443,5 @@ def test_of_several_logs_those_that_are_too_short_are_named_and_the_others_go_on
     named = [note for note in result.log.notes if note.startswith("bristle leaves out a log: ")]
     assert (len(result.axes), len(result.log)) == (1, 4000)
     assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [True, True]
-    with pytest.raises(InputError, match=r"all 2 logs are too short: .*\(60 instead of .*; .*\(60 instead of"):
+    with pytest.raises(InputError, match=r"all 2 logs are too short: .*\(60 instead of .*, .*\(60 instead of"):
         br.identify(short[:1] * 2, "viscous")

@@ -73,7 +73,7 @@ def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Lo
         raise short[0]
     facts = [f"{error.path} {error.message} ({error.value} instead of {error.allowed})" for error in short]
     if not usable:
-        raise TooShortError(f"all {len(short)} logs are too short: {'; '.join(facts)}", path="log", mend=short[0].mend)
+        raise TooShortError(f"all {len(short)} logs are too short: {', '.join(facts)}", path="log", mend=short[0].mend)
     (first, axis), *others = usable
     return [(replace(first, notes=(*first.notes, *(f"{LEFT_OUT}{fact}" for fact in facts))), axis), *others]
 

@@ -88,7 +88,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
 USUAL_UNITS = frozenset(
     listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
 )
-STRONGER = {"\t": "", ";": "\t", ",": "\t;", None: "\t;,"}  # signs that a word in a file with this separator does not contain
+STRONGER = {"\t": "", ";": "\t", ",": ";\t", None: ";\t,"}  # signs that a word in a file with this separator does not contain
 HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines searched for the first numbers, including the first rows
 MOST_COLUMNS = 50_000
 
@@ -200,7 +200,7 @@ def _score(rows: list[tuple[int, list[str]]], layout: Layout) -> tuple[float, ..
     for cells in [cells for index, cells in rows if index >= layout.first][:SAMPLE_ROWS]:
         numbers = sum(bool(cell) and is_numeric for cell, is_numeric in zip(cells, layout.numeric, strict=False))
         words = [cell for cell, is_numeric in zip(cells, layout.numeric, strict=False) if cell and not is_numeric]
-        parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], " ,;")]
+        parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], ";, ")]
         parted[0] += sum(all(is_number(part, layout.decimal_comma) for part in word.split()) for word in words)
         counts.append((numbers / (numbers + parted[0]), is_headed, numbers / (numbers + len(words)), numbers, -parted[1]))
     return (*np.median(counts, axis=0).tolist(), -layout.first)
