@@ -191,9 +191,11 @@ def _one_speed(looks: Sequence[Look]) -> Numbers | None:
     segments = [(look, x) for look in looks for x in look.segments]
     for look, x in segments:
         grain = graininess(x, look.resolution)
-        # A stroke ends at a rest, too: after it, the axis may go on at another speed.
-        edges = [edge for rest in rests_of(x, grain, look.log.sample_time) for edge in (rest.start, rest.stop - 1)]
-        ends = np.union1d(look.turns(x), edges).astype(int)
+        ends = look.turns(x)
+        for rest in rests_of(x, grain, look.log.sample_time):
+            # After a rest within a stroke, the axis may go on at another speed.
+            if np.searchsorted(ends, rest.start - 1) == np.searchsorted(ends, rest.stop, side="right"):
+                ends = np.sort([*ends, rest.start, rest.stop - 1])
         marks = np.linspace(ends[:-1], ends[1:], CHUNKS + 1).astype(int)[:, np.diff(ends) >= CHUNKS]
         times = look.log.sample_time * np.diff(marks, axis=0)
         speeds = np.abs(np.diff(x[marks], axis=0)) / times
