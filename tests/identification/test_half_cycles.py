@@ -82,13 +82,13 @@ def test_the_level_within_each_half_cycle_is_removed():
 
 def test_five_blocks_are_held_out_if_there_is_room(dataset):
     assert room_for_blocks(dataset, DEFAULT) == dataset.effort.size // (20 + 2 * dataset.reach)
-    two = SimpleNamespace(log_of_row=np.array([0, 1]), effort=dataset.effort, reach=dataset.reach)
+    two = rows_like(dataset.velocity, dataset.reach, np.arange(dataset.velocity.size) > 50)
     asked = ((dataset, None, 20.0), (dataset, 3, 20.0), (dataset, None, 120.0), (dataset, None, 200.0), (two, None, 200.0))
-    assert [blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least)) for rows, blocks, least in asked] == [5, 3, 2, 0, 5]
+    assert [blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least)) for rows, blocks, least in asked] == [5, 3, 2, 0, 2]
 
 
-def rows_like(velocity, reach=2):
-    return SimpleNamespace(effort=velocity, velocity=velocity, reach=reach)
+def rows_like(velocity, reach=2, log=None):
+    return SimpleNamespace(effort=velocity, velocity=velocity, reach=reach, log_of_row=np.zeros(velocity.size) if log is None else log)
 
 
 def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
@@ -103,6 +103,22 @@ def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
     assert all(part[750:].any() for part in parts)
     # Each of two pieces of each part is four times the reach of the filters at either end.
     assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [SHORT, TIME, TIME]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "reach", "of", "rows"),
+    [
+        pytest.param((400, 560), 2, SHORT, [[80, 112]] * 5, id="a block of each log, in pieces"),
+        pytest.param((400, 600), 25, TIME, [[80, 120]] * 5, id="a block of each log"),
+        pytest.param((100, 600), 25, TIME, [[100, 120], [0, 120], [0, 120], [0, 120], [0, 120]], id="a short log is one block"),
+        pytest.param((60, 50, 70), 25, TIME, [[12, 10, 14]] * 5, id="short logs"),
+    ],
+)
+def test_each_part_has_blocks_of_all_logs(sizes, reach, of, rows):
+    log = np.repeat(np.arange(len(sizes)), sizes)
+    alone = np.where(np.arange(log.size) < 80, 10.0, 0.1)  # a speed of the first part alone
+    name, parts = time_blocks(rows_like(alone, reach, log), 5)
+    assert (name, [np.bincount(log[part], minlength=len(sizes)).tolist() for part in parts]) == (of, rows)
 
 
 def test_rounding_is_not_jitter():

@@ -12,7 +12,6 @@ from bristle.core import Axis, InputError
 from bristle.engine import force_along
 from bristle.friction import coulomb_viscous, find, with_slots
 from bristle.identification.dataset import Alignment
-from bristle.identification.excitation import repeats_after
 from bristle.identification.preprocessing import aligned, calmed, differentiated, shifted, treat, treat_all
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
@@ -414,11 +413,6 @@ def one_amplitude(length=60e-6):
     motion = strokes(5, length=length, move=0.6, dwell=0.3)
     friction = force_along(find("maxwell_slip")(**SLIPPING), motion.velocity, 1e-3, motion.position)
     return log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.05, friction.size))
-
-
-def test_the_period_is_that_of_the_motion():
-    assert repeats_after(treat(log_of(strokes(6), np.ones(21_600)), None)) == pytest.approx(3.6, abs=0.01)
-    assert repeats_after(treat(log_of(sines(20.0), np.ones(20_000)), None)) is None
 
 
 def test_a_log_that_starts_within_a_cycle_is_run_in():

@@ -125,7 +125,9 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
         spreads.append(spread_between_repeats(dataset))
     assert spreads[0] < 1.0
     assert spreads[1] == pytest.approx(5.0, rel=0.1)
-    assert spread_between_repeats(treat_all([sliding_log()], [None], 50.0, 10)) == 0.0
+    aperiodic = sliding_log()
+    for logs in ([aperiodic], [log_of(motion, effort), aperiodic]):
+        assert spread_between_repeats(treat_all(logs, [None] * len(logs), 50.0, 10)) == 0.0
 
 
 def test_an_interrupted_fit_leads_if_its_error_is_far_below_the_best(made, fit):

@@ -107,9 +107,10 @@ def identify(
 ) -> int:
     """Identify friction models from one log or several.
 
-    bristle ranks several models by their error on stretches of the log that it did not fit, or on each of several logs in
-    turn. Method output_error fits a simulation of the axis to the log, in closed loop if the axis file has a controller.
-    If the axis file names the columns input and output, bristle identifies hysteresis operators.
+    bristle ranks several models by their error on stretches of the log, or of each log, that it did not fit. To test a
+    model on another day, predict the log of that day. Method output_error fits a simulation of the axis to the log, in
+    closed loop if the axis file has a controller. If the axis file names the columns input and output, bristle
+    identifies hysteresis operators.
 
     Writes model.toml, drive_table.csv, summary.json, report.html, experiment.toml (for bristle run) and files for other
     programs and for bristle.load into DIR. Ctrl-C ends the search: bristle then writes the best result so far, marks it
@@ -226,7 +227,8 @@ def _next_motion(identification: Identified, draws: int, report: Callable[[float
 
     if not draws or identification.unfinished:
         return None
-    log = identification.log
+    logs = (identification.log, *identification.further_logs)
+    log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())
     return next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
 
 

@@ -48,7 +48,7 @@ class Diagnostic:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Held-out error on time blocks or whole logs: 100 ||y - y_hat|| / ||y|| for each of them [%]."""
+    """Held-out error on time blocks: 100 ||y - y_hat|| / ||y|| for each of them [%]."""
 
     block_errors_percent: tuple[float, ...]
     mean_percent: float

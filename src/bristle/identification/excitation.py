@@ -10,10 +10,11 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
-from bristle.identification.parameters import PriorKnowledge, Role, Scales, acts_in_sliding, name_of, names_of
+from bristle.identification.half_cycles import most_apart
+from bristle.identification.parameters import PriorKnowledge, Role, Scales, acts_in_sliding, constant_of, name_of, names_of
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
-from bristle.logs.check import checked
+from bristle.logs.check import checked_together
 from bristle.logs.log import Log
 from bristle.logs.passages import passages_along
 from bristle.logs.turns import period_of
@@ -123,20 +124,31 @@ def shortest_zone(dataset: Dataset, settings: Settings) -> float:
     return max(settings.zone_counts * dataset.resolution, settings.zone_noise * dataset.noise)
 
 
-def repeats_after(dataset: Dataset) -> float | None:
-    """Return the period of the motion [s]; None if it is not periodic."""
-    position = max((segment.position for segment in dataset.segments), key=len)
-    return period_of(position, dataset.sample_time)
-
-
 def spread_between_repeats(dataset: Dataset) -> float:
-    """Return the difference of the effort between repetitions [%]; 0 if the motion is not periodic."""
-    period = repeats_after(dataset)
-    if period is None:
-        return 0.0
-    effort = max((segment.effort for segment in dataset.segments), key=len)
-    size, later = float(np.sqrt(np.mean(effort**2))), round(period / dataset.sample_time)
-    return 100.0 * float(np.sqrt(np.mean((effort[later:] - effort[:-later]) ** 2))) / size if size > 0.0 else 0.0
+    """Return the difference of the effort between repetitions [%]; 0 if the motion of a log is not periodic."""
+    efforts, changes = list[np.ndarray](), list[np.ndarray]()
+    for log in range(dataset.segments[-1].log + 1):
+        longest = max((segment for segment in dataset.segments if segment.log == log), key=lambda segment: segment.time.size)
+        period = period_of(longest.position, dataset.sample_time)
+        if period is None:
+            return 0.0
+        later = round(period / dataset.sample_time)
+        efforts.append(longest.effort)
+        changes.append(longest.effort[later:] - longest.effort[:-later])
+    size, change = (float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) for parts in (efforts, changes))
+    return 100.0 * change / size if size > 0.0 else 0.0
+
+
+def about_logs(fit: Fit, dataset: Dataset, names: Sequence[str], settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a note on the log whose friction differs most from that of the others, if the difference is clear."""
+    if len(names) == 1:
+        return ()
+    level = fit.traces.predicted - fit.traces.mechanical - constant_of(fit.friction.component.variables, fit.friction.values)
+    number, share, error = most_apart(dataset, level, fit.traces.residual)
+    if abs(share) <= max(settings.level_drift, settings.sure * error):
+        return ()
+    numbers: dict[str, Number] = {"log": names[number] or f"log {number + 1}", "percent": 100.0 * share}
+    return (Diagnostic("log_differs", "", "note", numbers, dataset.kind),)
 
 
 TRADED = {
@@ -155,12 +167,11 @@ BY_THE_LOG = ("held_one_direction", "held_one_speed")  # Reasons to hold a param
 
 def checks_of(pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return the checks of the logs before an identification, the first of each code."""
-    by_code: dict[str, Diagnostic] = {}
     mass = sum(prior.values[name] for name in names_of(Role.INERTIA, prior.plant.variables) if name in prior.values)
-    for log, axis in pairs:
-        as_known = replace(axis or Axis(kind=log.kind), mass=mass or None)
-        for diagnostic in checked(log, as_known, settings):
-            by_code.setdefault(diagnostic.code, diagnostic)
+    described = [(log, replace(axis or Axis(kind=log.kind), mass=mass or None)) for log, axis in pairs]
+    by_code: dict[str, Diagnostic] = {}
+    for diagnostic in checked_together(described, settings):
+        by_code.setdefault(diagnostic.code, diagnostic)
     return tuple(by_code.values())
 
 

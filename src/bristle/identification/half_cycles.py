@@ -14,7 +14,7 @@ stroke does. The parameters of a fit absorb part of the scatter.
 
 A contiguous held-out part is the harder test, because no neighbouring rows were fitted. It is unfair if that part is a
 separate experiment, as in a designed log: without the only fast slides, viscous friction is unknown. Each part then
-consists of short segments from the whole log.
+consists of short segments from the whole log. Several logs are one experiment: a part has a block of each.
 
 References
 ----------
@@ -36,7 +36,7 @@ from bristle.engine.motion import in_turns
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
-from bristle.identification.settings import Settings
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.filters import derivative, low_passed
 from bristle.logs.turns import half_cycle_numbers, turning_points
 
@@ -119,6 +119,22 @@ def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> tuple[np
     return power, np.divide(pull, power, out=np.zeros_like(pull), where=power > 0.0)
 
 
+def most_apart(dataset: Dataset, slope: np.ndarray, residual: np.ndarray) -> tuple[int, float, float]:
+    """Return the log whose level differs most from that of the others, the relative difference, and its standard error."""
+    cycles = half_cycles(dataset)
+    power, excess = _excess(cycles, slope, residual)
+    log = dataset.log_of_row[cycles.first].astype(int)
+    weight = np.maximum(np.bincount(log, power), np.finfo(float).tiny)
+    level = np.bincount(log, power * excess) / weight
+    # The scatter between the half-cycles of a log, of which each counts by its weight.
+    variance = float(power @ (excess - level[log]) ** 2 / np.sum(weight)) * np.bincount(log, power**2) / weight**2
+    rest = np.sum(weight) - weight
+    others = (weight @ level - weight * level) / rest
+    error = np.sqrt(variance + (weight**2 @ variance - weight**2 * variance) / rest**2)
+    number = int(np.argmax(np.abs(level - others)))
+    return number, float(level[number] - others[number]), float(error[number])
+
+
 def neighbour_correlation(residual: np.ndarray) -> float:
     """Return the correlation of consecutive rows; 0 for a zero residual."""
     square = float(residual @ residual)
@@ -133,24 +149,33 @@ def independent_rows(residual: np.ndarray) -> float:
 
 def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> int:
     """Return the number of held-out blocks: as requested, else five, fewer for a short log, 0 without room."""
-    if requested is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
-        return BLOCKS if requested is None else requested
+    if requested is not None:
+        return requested
     most = room_for_blocks(dataset, settings)
     return min(most, BLOCKS) if most > 1 else 0
 
 
 def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
-    """Return the number of time blocks for which a log has rows, margins excluded."""
-    return dataset.effort.size // (int(settings.held_out_rows) + 2 * dataset.reach)
+    """Return the number of time blocks for which the logs have rows, margins excluded; of several logs, each is a block at least."""
+    return int(np.sum(_room(dataset, settings)))
+
+
+def _room(dataset: Dataset, settings: Settings = DEFAULT) -> np.ndarray:
+    """Return the number of time blocks for which each log has rows, shape (log,)."""
+    rows = np.unique(dataset.log_of_row, return_counts=True)[1]
+    return np.maximum(rows // (int(settings.held_out_rows) + 2 * dataset.reach), rows.size > 1)
 
 
 def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
-    """Return the name of the parts of a log, and a mask of the rows of each of `count` parts, shape (row,) of bool."""
-    rows = dataset.effort.size
-    edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
-    of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
-    pieces = min(8, rows // (count * 2 * LEAST * max(dataset.reach, 1)))  # of each part, at most
-    if pieces > 1:
+    """Return the name of the parts of the logs, and a mask of the rows of each of `count` parts, shape (row,) of bool."""
+    rows, room = np.unique(dataset.log_of_row, return_counts=True)[1], _room(dataset)
+    # A part has a block of each log. A log without room for as many blocks has fewer, which the parts take in turn.
+    blocks = np.minimum(room, count) if np.sum(room) >= count else np.full_like(rows, count)
+    owners = np.split(np.arange(np.sum(blocks)) % count, np.cumsum(blocks)[:-1])
+    edges = [np.linspace(0, size, owner.size + 1).astype(int) for size, owner in zip(rows, owners, strict=True)]
+    of, part = TIME, np.concatenate([np.repeat(owner, np.diff(ends)) for owner, ends in zip(owners, edges, strict=True)])
+    pieces = np.clip(rows // (blocks * 2 * LEAST * max(dataset.reach, 1)), 1, 8)  # of each block
+    if np.any(pieces > 1):
         speed, moving = np.abs(dataset.velocity), dataset.velocity != 0.0
         place = np.floor(BINS * np.log10(speed[moving])).astype(int)
         place -= place.min(initial=0)
@@ -161,8 +186,9 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
             # A part has speeds that the others lack: give each part one piece of each neighbourhood, in random order, so that no
             # periodic motion is in step with it.
             rng = np.random.default_rng(SEED)
-            owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
-            of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
+            owners = [np.concatenate([rng.permutation(owner) for _ in range(n)]) for owner, n in zip(owners, pieces, strict=True)]
+            of = SHORT
+            part = np.concatenate([owner[np.arange(size) * owner.size // size] for size, owner in zip(rows, owners, strict=True)])
     return of, [part == number for number in range(count)]
 
 

@@ -21,7 +21,7 @@ from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
-from bristle.identification.excitation import checks_of, with_checks
+from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import JUDGING, SEEKING_SLOTS, Found, all_fits, duration_of, ranked
 from bristle.identification.half_cycles import blocks_for
@@ -84,8 +84,8 @@ def identify(
     ----------
     log : Log, path-like, or table of columns; or list of these
         Position and effort, or a file with them. A data frame or a dictionary of arrays has columns ``time``,
-        ``position`` and ``effort``, and optionally ``velocity`` and ``reference``, in SI. It needs no axis. Of several
-        logs, bristle holds out each in turn.
+        ``position`` and ``effort``, and optionally ``velocity`` and ``reference``, in SI. It needs no axis. Several
+        logs count as one experiment.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"lugre,maxwell_slip+asymmetry"``, or your model; ``"all"`` for every model of bristle with
         useful slots.
@@ -98,8 +98,8 @@ def identify(
     decimation : int, optional
         Number of samples per row; 10 by default, more if position noise would hide friction.
     blocks : int, optional
-        Number of time blocks. bristle holds out each block in turn, and ranks models by the held-out error; 0 disables
-        this validation. The default is 5, fewer for a short log.
+        Number of time blocks of each log. bristle holds out each block in turn, and ranks models by the held-out error; 0
+        disables this validation. The default is 5, fewer for a short log.
     offset : float, str or "identify", optional
         Constant part of the force [N or N*m] if known, or text with a unit; by default the value of the axis.
     mass : float or str, optional
@@ -213,7 +213,7 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
         **(dataset.alignment.as_data() if dataset.alignment else {}),
         **({"lag": best.lag} if best.lag is not None else {}),
-        **_stiffness_of(log),
+        **_stiffness_of([entry for entry, _ in passed.pairs]),
         **(passed.context.coupling.facts if passed.context.coupling is not None else {}),
     }
     broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
@@ -221,9 +221,10 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
     return Identification((best, *rest), log, treatment, logs, unfinished, broken, passed.left_out, settings, second)
 
 
-def _stiffness_of(log: Log) -> dict[str, float]:
-    """Return the stiffness of the position loop of a log for its treatment; empty if the log does not show it."""
-    stiffness = stiffness_in(log)
+def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
+    """Return the stiffness of the position loop for the treatment, from the log that shows it best; empty if no log shows it."""
+    found = filter(None, map(stiffness_in, logs))
+    stiffness = min(found, key=lambda entry: entry.half_width / entry.value, default=None)
     return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
 
 
@@ -246,11 +247,11 @@ def _passed(
     coupling = with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs) if first is None else first.context.coupling
     context = _context(pairs, prior, settings, work, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
-    short = blocks is None and not held_out
+    short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]
     found = Found([component.name for component in components])
 
     def checked(fitted: Sequence[Fit]) -> list[Fit]:
-        best, *rest = (with_checks(fit, of_logs) for fit in ranked(fitted, context))
+        best, *rest = (with_checks(fit, (*about_logs(fit, context.dataset, names, settings), *of_logs)) for fit in ranked(fitted, context))
         others = [fit.name for fit in rest]
         best = with_structure(best, found.estimations[best.name], settings, context.prior, others, context.coupling)
         best = with_spring_named(best, stroke_of(context.dataset))

@@ -235,15 +235,12 @@ class InverseDynamics:
         return False
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return time blocks of the log; rows next to a block share samples with it through the filters, and are not fitted."""
+        """Return time blocks of the logs; rows next to a block share samples with it through the filters, and are not fitted."""
         name, blocks = cycles.time_blocks(self.dataset, count)
         return name, [Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs if there are several, else `blocks` time blocks; reject a log that is too short."""
-        log = self.dataset.log_of_row
-        if log[0] != log[-1]:
-            return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
+        """Return `blocks` time blocks; reject logs that are too short."""
         if blocks > (most := cycles.room_for_blocks(self.dataset, settings)):
             raise InputError("are too many for this log", path="blocks", value=blocks, allowed=f"2 to {max(most, 2)}, or 0")
         return self.folds(blocks)

@@ -182,24 +182,19 @@ class OutputError:
         return self.loop.refits_linearly(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return the logs if there are several, else `count` parts of the log, or of its period if it is periodic."""
-        rows = self.dataset
-        if len(self.outputs) > 1:
-            sizes = [output.measured.size for output in self.outputs]
-            of_sample, name, count = np.repeat(np.arange(len(sizes)), sizes), "logs", len(sizes)
-            # A segment may be long enough for a simulation, and too short for the filters of the rows.
-            of_row = rows.segment_of_row if len(rows.segments) == len(sizes) else None
-        else:
-            output = next(iter(self.outputs))
-            of_sample = np.floor(output.phase * count).astype(int)
-            begin, period = rows.segments[0].time[0], output.period * rows.sample_time
+        """Return `count` parts of the logs, or of their periods if they are periodic: a part has a block of each log."""
+        rows, of_sample = self.dataset, np.concatenate([np.floor(output.phase * count).astype(int) for output in self.outputs])
+        of_row = None
+        # A segment may be long enough for a simulation, and too short for the filters of the rows.
+        if len(rows.segments) == len(self.outputs):
+            begin = np.array([segment.time[0] for segment in rows.segments])[rows.segment_of_row]
+            period = rows.sample_time * np.array([output.period for output in self.outputs])[rows.segment_of_row]
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
-            name = TIME
         all_rows = np.ones(rows.effort.size, dtype=bool)
-        return name, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
+        return TIME, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs if there are several, else `blocks` parts of the log."""
+        """Return `blocks` parts of the logs."""
         return self.folds(blocks)
 
 

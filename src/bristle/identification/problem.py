@@ -240,11 +240,11 @@ class Problem(Sought, Protocol):
         ...
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return the name of the parts of a log, and the parts to hold out in turn."""
+        """Return the name of the parts of the logs, and the parts to hold out in turn."""
         ...
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs if there are several, else `blocks` parts of the log; reject a log that is too short."""
+        """Return `blocks` parts of the logs to hold out; reject logs that are too short."""
         ...
 
 

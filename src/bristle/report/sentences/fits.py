@@ -114,6 +114,12 @@ FITS: dict[str, Sentence] = {
         "the held-out stretches have the same motion as the fitted stretches",
         "also record another motion of several amplitudes, and predict its log",
     ),
+    "log_differs": says(
+        "friction in {log} differs by {percent:+.0f} % of its level from friction in the other logs. The held-out error does not include "
+        "differences between logs. To see them, identify without this log, and predict it",
+        "friction differs between the logs",
+        "identify without this log, and predict it",
+    ),
     "too_short": says(
         "the log is too short for held-out stretches. All errors are those of the fitted stretches",
         "the log has no held-out stretches",
