@@ -232,7 +232,7 @@ def test_next_motion_excites_the_unidentified_parameters():
     contact = {"F_C": variable("sliding"), "v_S": variable("stribeck"), "k": variable("displacement"), "q": variable("nothing")}
     friction = SimpleNamespace(component=SimpleNamespace(variables=contact))
     names = {"M": "at_edge", "F_C": "unidentifiable", "v_S": "identified", "k": "unidentifiable", "q": "at_edge", "far": "at_edge"}
-    estimates = [SimpleNamespace(name=name, status=status) for name, status in names.items()]
+    estimates = [SimpleNamespace(name=name, status=status, reason=None) for name, status in names.items()]
     reported = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
     assert [(item, WRITTEN_BY in motion) for item, motion in reported] == [("M", True), ("F_C", True), ("k", False)]
     assert reported[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")

@@ -223,9 +223,11 @@ def _show_first(stream: TextIO, identification: Identification) -> None:
 def _next_motion(identification: Identified, draws: int, report: Callable[[float, str], None]) -> NextMotion | None:
     """Return the motion to record next; without draws, intervals are unknown and bristle designs no motion."""
     from bristle.core import Axis
+    from bristle.report.brief import advice_to_record
     from bristle.report.next_motion import next_motion
 
-    if not draws or identification.unfinished:
+    # A motion is designed on the identified axis: of a faulty log, that is not the axis.
+    if not draws or identification.unfinished or advice_to_record(identification.best):
         return None
     logs = (identification.log, *identification.further_logs)
     log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())

@@ -19,6 +19,8 @@ from bristle.logs.log import Log
 from bristle.logs.passages import passages_along
 from bristle.logs.turns import period_of
 
+ENOUGH_REVERSALS = 10  # for friction in both directions: with more of them, a lack of motion is not the cause
+
 
 @dataclass(frozen=True)
 class Excitation:
@@ -46,7 +48,7 @@ class Excitation:
                 code, numbers = self._without_presliding()
             case "displacement":
                 code, numbers = "few_strokes", {"stroke": scales.stroke}
-            case "sliding":
+            case "sliding" if self._reversals < ENOUGH_REVERSALS:
                 code, numbers = "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
         return Diagnostic(code, name, "warning", numbers, dataset.kind)
 
@@ -188,6 +190,8 @@ def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     }
     for diagnostic in diagnostics:
         code = diagnostic.code
+        if code == "level_over_position" and "+position" in fit.friction.name:  # the model has the slot that it proposes
+            continue
         # Parameters that are confounded in this case.
         names = tuple(
             name

@@ -282,6 +282,7 @@ class Judgement:
         opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
         frictionless = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
         if edge == "smallest" and Role.LEVEL.fits(variable) and frictionless:
+            numbers |= {"offset_identified": 1} if "offset" in self.solution.space.names else {}
             return Diagnostic("no_friction", name, "warning", numbers, kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}

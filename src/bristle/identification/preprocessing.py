@@ -120,7 +120,7 @@ def stretches_of(log: Log, axis: Axis | None, cutoff: float | None = None, decim
             path="log",
             value=f"{max(lengths)} samples without a gap",
             allowed=f"at least {shortest}",
-            mend="Record a longer motion, raise the cut-off or lower the decimation",
+            mend="Record a longer motion" + ", raise the cut-off" * (dropped > 1) + ", lower the decimation" * (decimation > 1),
         )
     return Treatment(cutoff, decimation, dropped, [part for part, length in zip(parts, lengths, strict=True) if length >= shortest])
 

@@ -77,6 +77,8 @@ def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnost
         "sample_time": clock.sample_time,
         "position_error": per * clock.error_of(motion.values) if motion else 0.0,
     }
+    if axis.sample_time is not None:
+        numbers["sample_time_stated"] = 1
     if "effort" in gathered.channels:
         numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)
     yield Diagnostic("resampled", "", "warning", numbers, axis.kind)

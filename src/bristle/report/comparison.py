@@ -31,7 +31,7 @@ WORDS = {
 }
 SHORT = {"root mean square": "rms", "largest in a cycle": "peak"}
 MOST_CARDS = 4
-MORE = f"record ten cycles or more of one motion on each side, with the reference: {COMPARE}"
+ENOUGH = 10  # cycles on each side
 HEADS = ("Quantity", "Before", "After", "Change", "95 % interval", "Verdict")
 
 
@@ -57,8 +57,8 @@ VERDICTS = {
     "lower": Wording("usable", "It helped", "the following error is lower", KEEP),
     "hardly": Wording("with_care", "It hardly helped", f"the following error is lower, by less than {100.0 * NO_CHANGE:g} %", KEEP),
     "higher": Wording("no", "It did not help", "the following error is higher", BACK),
-    "no_change": Wording("with_care", "No clear change", ZERO, MORE, is_open=True),
-    "unknown": Wording("with_care", "Effect unknown", "a single cycle gives no interval", MORE, is_open=True),
+    "no_change": Wording("with_care", "No clear change", ZERO, "", is_open=True),
+    "unknown": Wording("with_care", "Effect unknown", "a single cycle gives no interval", "", is_open=True),
 }
 CELLS = {"no_change": "no clear change", "unknown": "no interval"}
 
@@ -176,7 +176,16 @@ def comparison_ruling(compared: Comparison) -> Ruling:
 def advice_of(compared: Comparison) -> str:
     """Return the next step in a sentence, its command in backticks."""
     change = compared.changes.get(RMS)
-    return _wording(change).advice if change else MORE
+    return (change and _wording(change).advice) or _more(compared)
+
+
+def _more(compared: Comparison) -> str:
+    """Return the advice to record more than these logs hold."""
+    cycles = min(compared.shared.cycles_before, compared.shared.cycles_after)
+    count = f"{4 * cycles} cycles on each side, which halves the intervals"
+    if cycles < ENOUGH or compared.shared.motions > 1:
+        count = "ten cycles or more of one motion on each side"
+    return f"record {count}{', with the reference' * (RMS not in compared.changes)}: {COMPARE}"
 
 
 def _text(change: Change, value: float) -> str:

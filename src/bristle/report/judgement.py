@@ -90,6 +90,9 @@ ADVICE = {
 }
 
 
+HAS_MOTION = ("small_effect", "coarse_position")  # reasons that no other motion removes
+
+
 def misfit(fit: Fit) -> list[str]:
     """Return the model error of a fit and its held-out error."""
     kind = fit.plant.kind
@@ -206,6 +209,8 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     variables = fit.plant.component.variables | fit.friction.component.variables
     open_: dict[str, list[str]] = {}
     for estimate in fit.estimates:
+        if estimate.reason is not None and estimate.reason.code in HAS_MOTION:
+            continue
         if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
     motions = {

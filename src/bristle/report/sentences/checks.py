@@ -20,8 +20,10 @@ def _same_speed(numbers: Mapping[str, Any]) -> bool:
 
 
 def _resampled(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    own, even, effort, behind = texts
-    return own if "column" in numbers else even + (effort if "effort_error" in numbers else "") + behind
+    own, even, effort, behind, period = texts
+    if "column" in numbers:
+        return own
+    return even + effort * ("effort_error" in numbers) + behind + period * ("sample_time_stated" not in numbers)
 
 
 def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
@@ -45,12 +47,14 @@ CHECKS: dict[str, Sentence] = {
             "{largest:.0f} %. bristle resampled all channels to steps of {sample_time:time}. The interpolation error is about "
             "{position_error:length} in the position",
             " and {effort_error:force} in the effort",
-            " (root mean square). If only the stamps are uneven, replace the time column in the axis file with sample_time under [timing]",
+            " (root mean square). If only the stamps are uneven, remove time from [columns] of the axis file",
+            " and write sample_time under [timing]",
         ),
         "uneven time stamps, or channels with different sample times: bristle resampled the log",
         "record all channels at one fixed rate. If only the stamps are uneven, write sample_time in the axis file instead of the time "
         "column",
         choose=_resampled,
+        also=("sample_time_stated",),
     ),
     "unit_contradicts": says(
         "the name of column {column} suggests {called}, but its declared unit is {declared}. Correct the unit in the axis file",
@@ -117,7 +121,7 @@ CHECKS: dict[str, Sentence] = {
         (
             "the effort reaches {value:force}, but {key} of the axis file is {limit:force}. The limit, the unit or constant of the effort, "
             "or the gain of a known input is wrong. The limit of the controller applies to its output, before known inputs are "
-            "added. Write a limit of the sum under [effort]",
+            "added; that of the sum belongs under [effort]",
             "the position travels {value:length}, but the stroke of the axis file is {limit:length}. The unit of the position or the "
             "stroke is wrong",
         ),

@@ -33,7 +33,7 @@ _FILTERED = (
 )
 _REMOVED = (
     ". bristle removed this delay, but its uncertainty also makes inertia, damping and pre-sliding stiffness uncertain. Record "
-    "accelerations that change fast, or write `delay` under [timing] of the axis file"
+    "accelerations that change fast, or write its known value as `delay` under [timing] of the axis file"
 )
 
 
@@ -183,9 +183,10 @@ FITS: dict[str, Sentence] = {
     ),
     "delay_unknown": says(
         "this log hardly determines the delay of the effort. An uncorrected delay biases the inertia, and damping "
-        "and pre-sliding stiffness even more. Record accelerations that change fast, or write `delay` under [timing] of the axis file",
+        "and pre-sliding stiffness even more. Record accelerations that change fast, or write its known value as `delay` under [timing] of "
+        "the axis file",
         "the delay between the channels is unknown",
-        "record accelerations that change fast, or write `delay` under [timing]",
+        "record accelerations that change fast, or write the known value as `delay` under [timing]",
     ),
     "delay_rough": Sentence(
         (
@@ -194,7 +195,7 @@ FITS: dict[str, Sentence] = {
             + _REMOVED,
         ),
         "the delay between the channels is only roughly known, and bristle removed it",
-        "record accelerations that change fast, or write `delay` under [timing]",
+        "record accelerations that change fast, or write the known value as `delay` under [timing]",
         choose=lambda texts, numbers: texts[numbers["delay"] < 0.0],
     ),
     "delay_or_filter": Sentence(

@@ -115,10 +115,14 @@ PARAMETERS: dict[str, Sentence] = {
         (
             "no force opposes the motion: the best value is {value:unit}. Likely causes, most common first: a wrong offset for gravity "
             '(write offset = "identify" under [plant]), a reversed sign of the effort, too large a mass in the axis file',
+            "no force opposes the motion: the best value is {value:unit}. Likely causes, most common first: a reversed sign of the effort, "
+            "too large a mass in the axis file",
         ),
         "the log shows no friction that opposes the motion",
         "identify the offset. If that does not help, correct the sign of the effort or the mass in the axis file",
         "edge",
+        choose=lambda texts, numbers: texts["offset_identified" in numbers],
+        also=("offset_identified",),
     ),
     "edge_of_model": Sentence(
         ("the best value is the {edge} allowed value, {value:unit}, because {cause}",),
