@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 
 IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml")
@@ -359,3 +360,36 @@ def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
     assert ended.out == ""
     is_readable(ended.err, bad.words)
     assert {item: item.stat().st_mtime_ns for item in place.rglob("*") if "__pycache__" not in item.parts} == before
+
+
+PLAIN = """
+schema = 1
+kind = "translational"
+columns.time = { column = "t", unit = "s" }
+columns.position = { column = "q", unit = "m" }
+columns.effort = { column = "u", unit = "N" }
+"""
+FAST = '[limits]\nvelocity = "0.1 m/s"\nacceleration = "1 m/s^2"\n'
+CONTACT = '[plant]\nmass = "28 kg"\npresliding = "7 um"\n[encoder]\nresolution = "1 um"\n[effort]\nlimit = "700 N"\n[limits]\njerk = '
+
+
+@pytest.mark.parametrize(
+    ("command", "advice", "before", "after"),
+    [
+        ("excite axis.toml", "Write velocity under [limits]", "", '[limits]\nvelocity = "0.1 m/s"'),
+        ("excite axis.toml --for stribeck", "Write acceleration under [limits]", '[limits]\nvelocity = "0.1 m/s"', FAST),
+        ("excite axis.toml --for stribeck --duration 2s", "Write stroke under [limits]", FAST, f'{FAST}stroke = ["-1 m", "1 m"]'),
+        ("excite axis.toml --for presliding,stribeck", "Write presliding under", "", '[plant]\npresliding = "7 um"'),
+        ("excite axis.toml --for damping,stribeck", "Raise jerk to 4900", f'{CONTACT}"1 m/s^3"', f'{CONTACT}"4900 m/s^3"'),
+        ("identify brief.csv --axis axis.toml", "lower the decimation", "", "identification.decimation = 1"),
+        ("log brief.csv --axis axis.toml", "and write sample_time under [timing]", "", 'timing.sample_time = "1 ms"'),
+        ("predict model.toml brief.csv --axis axis.toml --mode closed-loop", "Describe the controller", "", "[controller]\nk_p = 80.0"),
+    ],
+)
+def test_advice_that_is_followed_is_not_given_again(bristle, place, command, advice, before, after):
+    t = 1e-3 * np.arange(140.0) + 3e-4 * np.random.default_rng(1).uniform(-1.0, 1.0, 140)
+    np.savetxt("brief.csv", np.column_stack([t, np.sin(20.0 * t), np.cos(20.0 * t)]), delimiter=",", header="t,q,u", comments="")
+    for lines in (before, after):
+        Path("axis.toml").write_text(PLAIN + lines, encoding="utf-8")
+        ended = bristle(*command.split())
+        assert (advice in " ".join((ended.out + ended.err).split())) == (lines == before)

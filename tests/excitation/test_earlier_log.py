@@ -55,13 +55,16 @@ def test_a_log_acts_as_the_model_that_it_gives(result):
 
 
 @pytest.mark.parametrize(
-    ("seconds", "told"),
-    [(40.0, "raise limits.velocity 222 mm/s, limits.stroke to a range of 222 mm"), (20.0, "--duration 44.4 s"), (90.0, "no limit")],
+    ("reach", "seconds", "told"),
+    [
+        (0.2, 40.0, "raise limits.velocity to 222 mm/s, limits.stroke to a range of 222 mm"),
+        (0.05, 20.0, "raise --duration to 44.4 s"),
+        (0.05, 40.0, "raise --duration to 160 s, which halves"),
+    ],
 )
-def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, seconds, told):
-    reach = 0.2 if seconds < 90.0 else 0.05
-    traces = SimpleNamespace(velocity=np.array([reach]), acceleration=np.array([0.5]))
+def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, reach, seconds, told):
     log = SimpleNamespace(position=SimpleNamespace(values=np.array([0.0, reach])), duration=40.0)
+    traces = SimpleNamespace(velocity=np.array([reach]), acceleration=np.zeros(1))
     best = SimpleNamespace(plant=inertia(M=30.0), friction=TRUTH, inertia=SimpleNamespace(status="held"), traces=traces)
     monkeypatch.setitem(_in_time.__globals__, "identify", lambda *asked, **how: SimpleNamespace(best=best, log=log))
     monkeypatch.setattr(Excitation, "is_worse", True)

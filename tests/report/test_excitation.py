@@ -350,17 +350,12 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
         ({"stribeck": {"F_S": 4.0}}, {"off": 1.1}),  # the interval of the rehearsal misses its own truth
         ({"stribeck": {"F_S": 4.0}}, {"exceeded": ("effort",)}),  # beyond the limits of the axis
         ({}, {}),  # the axis does not allow it
+        ({"stribeck": {"F_S": 4.0}}, {"log": sliding_log()}),  # the log already holds it
     ],
 )
 def test_a_motion_that_promises_nothing_is_not_proposed(fit, monkeypatch, widths, how):
     rehearsals(monkeypatch, fit, widths, **how)
     assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), sliding_log()) is None
-
-
-def test_a_motion_that_the_log_already_holds_is_not_proposed(fit, monkeypatch):
-    log = sliding_log()
-    rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}}, log=log)
-    assert next_motion(opened(fit, F_S="unidentifiable"), Axis(), log) is None
 
 
 def test_the_motion_that_narrows_more_intervals_is_proposed(fit, monkeypatch):

@@ -22,11 +22,12 @@ from bristle.excitation.purposes import PURPOSES, closing
 from bristle.excitation.rehearsal import Rehearsal, exceeded, lag_of, recorded, rehearse
 from bristle.files.arguments import AXIS
 from bristle.files.motion import gcode_of, moves_table, write_motion
-from bristle.identification import Identification, half_width, identify
+from bristle.identification import Fit, Identification, half_width, identify
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
+ABOVE, HALVES = 1.02, 4.0  # smallest ratio of a recorded value to a limit below it; ratio of durations that halves intervals
 DRAWS = 40  # simulated logs for the intervals of an earlier log
 NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is not worth a recording
 SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
@@ -171,7 +172,7 @@ def excite(
         # By one method for log and motion: half-widths of different methods cannot be compared.
         axis = replace(axis, method="inverse_dynamics")
         known = _identified(log, model, axis, draws=rehearsed * DRAWS)
-    mechanism = _mechanism(model, axis, allow_code) if known is None else _of_log(known)
+    mechanism = _mechanism(model, axis, allow_code) if known is None else _of_log(known.best)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
@@ -196,21 +197,25 @@ def excite(
     if rehearsed:
         excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
     if known is not None and excitation.is_worse:
-        below = _below(limits, seconds, known) or "no limit: the log reaches none of them"
-        excitation = replace(excitation, notes=(*excitation.notes, f"to record more than the log at hand, raise {below}"))
+        note = f"to record more than the log at hand, raise {_below(limits, seconds, known)}"
+        excitation = replace(excitation, notes=(*excitation.notes, note))
     return excitation
 
 
 def _below(limits: MotionLimits, seconds: float, known: Identification) -> str:
-    """Return the limits below the values of an earlier log, with these values."""
+    """Return the limits that an earlier log exceeds, with sufficient values; a longer duration if it exceeds none."""
     reached = (
-        ("limits.velocity", "length/time", known.best.traces.velocity, limits.velocity),
-        ("limits.acceleration", "length/time^2", known.best.traces.acceleration, limits.acceleration),
+        ("limits.velocity to", "length/time", known.best.traces.velocity, limits.velocity),
+        ("limits.acceleration to", "length/time^2", known.best.traces.acceleration, limits.acceleration),
         ("limits.stroke to a range of", "length", np.ptp(known.log.position.values), limits.travel),
-        ("--duration", "time", known.log.duration, MARGIN * seconds),
+        ("--duration to", "time", known.log.duration, seconds),
     )
-    values = ((name, of, float(np.max(np.abs(value))) / MARGIN, limit) for name, of, value, limit in reached)
-    return ", ".join(f"{name} {limits.in_unit(value, of)}" for name, of, value, limit in values if limit is not None and value > limit)
+    below = [
+        f"{name} {limits.in_unit(float(np.max(np.abs(value))) / MARGIN, of)}"
+        for name, of, value, limit in reached
+        if limit is not None and np.max(np.abs(value)) > ABOVE * limit
+    ]
+    return ", ".join(below) or f"--duration to {limits.in_unit(HALVES * seconds, 'time')}, which halves the intervals"
 
 
 def _planned(
@@ -350,9 +355,8 @@ def _identified(log: Any, model: Any, axis: Axis, *, draws: int) -> Identificati
     return identify(log, "dahl", axis=axis, draws=draws)
 
 
-def _of_log(known: Identification) -> tuple[Model | None, Model]:
+def _of_log(best: Fit) -> tuple[Model | None, Model]:
     """Return plant and friction of a log of the axis; no plant if the log does not determine its mass."""
-    best = known.best
     is_known = best.inertia is not None and best.inertia.status in ("identified", "held")
     return best.plant if is_known else None, best.friction
 

@@ -168,9 +168,7 @@ def _unknown(limits: MotionLimits) -> str:
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
     )
     unknown = {quantity: remedy for value, quantity, remedy in limited if value is None}
-    if not unknown:
-        return ""
-    return f"the {' and '.join(unknown)} limit of the axis is unknown. Write {'; write '.join(unknown.values())}"
+    return bool(unknown) * f"the {' and '.join(unknown)} limit of the axis is unknown. Write {'; write '.join(unknown.values())}"
 
 
 def _no_stribeck(limits: MotionLimits) -> str:
@@ -291,14 +289,12 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
 def _too_low(limits: MotionLimits) -> str:
     """Return the limits that allow no chirp of two encoder steps, with the values that do."""
     omega = 2.0 * math.pi * _highest_frequency(limits)
-    limited = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
-    needed = [
-        (name, usable, omega**power * CHIRP_COUNTS * limits.count, f"length/time^{power}")
-        for power, (name, usable) in enumerate(limited, 1)
-    ]
+    limited = enumerate((("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), 1)
     # Only a share of a limit is used; its square leaves some spare.
     return " and ".join(
-        f"{name} to {limits.in_unit(least / MARGIN**2, of)}" for name, usable, least, of in needed if usable is not None and usable < least
+        f"{name} to {limits.in_unit(least / MARGIN**2, f'length/time^{power}')}"
+        for power, (name, usable) in limited
+        if usable is not None and usable < (least := omega**power * CHIRP_COUNTS * limits.count)
     )
 
 

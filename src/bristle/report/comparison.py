@@ -182,10 +182,9 @@ def advice_of(compared: Comparison) -> str:
 def _more(compared: Comparison) -> str:
     """Return the advice to record more than these logs hold."""
     cycles = min(compared.shared.cycles_before, compared.shared.cycles_after)
-    count = f"{4 * cycles} cycles on each side, which halves the intervals"
-    if cycles < ENOUGH or compared.shared.motions > 1:
-        count = "ten cycles or more of one motion on each side"
-    return f"record {count}{', with the reference' * (RMS not in compared.changes)}: {COMPARE}"
+    few = cycles < ENOUGH or compared.shared.motions > 1
+    count = {True: "ten cycles or more of one motion", False: f"{4 * cycles} cycles, which halves the intervals,"}[few]
+    return f"record {count} on each side{', with the reference' * (RMS not in compared.changes)}: {COMPARE}"
 
 
 def _text(change: Change, value: float) -> str:

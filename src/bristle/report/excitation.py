@@ -271,8 +271,9 @@ def excitation_ruling(excitation: Excitation) -> Ruling:
 def _wider(excitation: Excitation) -> str:
     """Return the half-widths after a motion and by the earlier log where the log is clearly better, or as good if the motion is worse."""
     least = NARROWER ** (2 * excitation.is_worse - 1)
-    wider = {name: (now, then) for name, (now, then) in excitation.half_widths.items() if then > least * now}
-    return ", ".join(f"{name} {half_text(then)} against {half_text(now)}" for name, (now, then) in wider.items())
+    return ", ".join(
+        f"{name} {half_text(then)} against {half_text(now)}" for name, (now, then) in excitation.half_widths.items() if then > least * now
+    )
 
 
 def _front(excitation: Excitation, identify: str) -> Front:

@@ -90,9 +90,6 @@ ADVICE = {
 }
 
 
-HAS_MOTION = ("small_effect", "coarse_position")  # reasons that no other motion removes
-
-
 def misfit(fit: Fit) -> list[str]:
     """Return the model error of a fit and its held-out error."""
     kind = fit.plant.kind
@@ -209,9 +206,8 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     variables = fit.plant.component.variables | fit.friction.component.variables
     open_: dict[str, list[str]] = {}
     for estimate in fit.estimates:
-        if estimate.reason is not None and estimate.reason.code in HAS_MOTION:
-            continue
-        if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
+        has_motion = estimate.reason is not None and estimate.reason.code in ("small_effect", "coarse_position")
+        if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables and not has_motion:
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
     motions = {
         needed: text + (f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" if purposes else "")
