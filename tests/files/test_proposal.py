@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.files import proposal
+from bristle.files.axis import read_axis
 from bristle.files.proposal import FILL_IN, missing_of, propose_axis
 from bristle.logs.roles import Role, Roles
 from bristle.logs.table import Table
@@ -205,3 +206,29 @@ def test_guessed_columns_have_a_reason_and_reversed_efforts_a_remark():
     roles = Roles({"effort": Role("c", "N", "header", "it follows the motion")})
     line = proposal._column_line("effort", {"column": "c", "unit": "N", "sign": -1}, roles)
     assert line.endswith("# it follows the motion; the recorded effort takes work out of the axis, so its sign is reversed")
+
+
+WORM = VELOCITY / 6.0  # speed of the load [rpm]
+ASKED, KNOWN = ("effort.rated", "transmission.gear_ratio"), ("effort.rated",)
+
+
+@pytest.mark.parametrize(
+    ("head", "columns", "missing", "scales"),
+    [
+        ("angle [deg]", (POSITION,), ASKED, (1.0, 78.0)),  # of a worm of 60:1 and 1.3 N m
+        ("angle [deg],motor speed [rpm]", (POSITION, -60.0 * WORM), KNOWN, (1.0, 78.0)),
+        ("motor angle [deg],load speed [rpm]", (60.0 * POSITION, WORM), KNOWN, (1.0 / 60.0, 78.0)),
+        ("motor speed [rpm],load speed [rpm]", (60.0 * WORM, WORM), KNOWN, (1.0 / 60.0, 78.0)),
+        ("load speed [rpm],Motordrehzahl [U/min]", (WORM, 60.0 * WORM), KNOWN, (1.0 / 60.0, 78.0)),
+        ("angle [deg],speed [rpm]", (POSITION, 60.0 * WORM), ASKED, (1.0, 78.0)),  # a gear, or a speed in rev/s
+        ("position [mm],motor speed [rpm]", (POSITION, VELOCITY * 6.0), KNOWN, (1.0, 1.3 * 2.0 * math.pi / 0.01)),  # of 10 mm a turn
+    ],
+)
+def test_the_gear_of_a_motor_is_asked_for_where_no_second_speed_shows_it(tmp_path, head, columns, missing, scales):
+    item = propose_axis(written(tmp_path, f"time [s],{head},torque [%]", T, *columns, FRICTION))
+    assert item.missing == missing
+    text = item.text.replace('rated = "?"', 'rated = "1.3 N*m"').replace('gear_ratio = "?"', "gear_ratio = 60")
+    text = text.replace('unit = "deg" }', 'unit = "deg", side = "load" }').replace('unit = "rpm" }', 'unit = "rpm", side = "motor" }')
+    axis = read_axis(text.encode())
+    moved = axis.columns.get("position") or axis.columns["velocity"]
+    assert (moved.scale, abs(axis.columns["effort"].scale)) == pytest.approx(scales, rel=2e-3)

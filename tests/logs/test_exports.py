@@ -120,7 +120,12 @@ def test_of_an_axis_that_turns_a_torque_is_asked_for_and_clear_steps_are_named(s
     assert ('\n# [encoder]\n# resolution = "0.0005 deg"  # ' in text) is says
     assert ("resolution" in text) is says
     if says:  # as it would be without the marks of a comment
-        message = text.replace("# [encoder]", "[encoder]").replace("# resolution", "resolution").replace('"?"', '"1 N*m"')
+        message = (
+            text.replace("# [encoder]", "[encoder]")
+            .replace("# resolution", "resolution")
+            .replace('gear_ratio = "?"', "")
+            .replace('"?"', '"1 N*m"')
+        )
         assert read_axis(message.encode()).resolution == pytest.approx(np.deg2rad(step))
 
 

@@ -175,3 +175,12 @@ def test_without_an_axis_file_usual_names_identify_the_columns():
     assert axis_of(table_of({"v": "m/s"}, t=TIME, v=X)).kind == "translational"
     with pytest.raises(InputError, match="has no column with a usual name of a position"):
         axis_of(table_of(t=TIME, height=X))
+
+
+@pytest.mark.parametrize(("gear", "is_noted"), [(None, True), (60.0, False), (1.0, False)])
+def test_an_axis_file_without_a_gear_means_a_direct_drive(gear, is_noted):
+    columns = {"position": Column("q", "rad", "rad"), "effort": Column("u", "%", "rated", 1.3)}
+    notes = gather(table_of(q=X, u=X), Axis(kind="rotational", columns=columns, arm=1.0, gear=gear)).notes
+    assert (
+        "the axis file states no gear_ratio: bristle takes the effort in column u as that of a direct drive" in " ".join(notes)
+    ) is is_noted

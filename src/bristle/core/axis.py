@@ -239,6 +239,8 @@ class Axis:
     arm : float or None
         Movement of the axis per radian of the motor [m or rad], for an axis with a known transmission: gains may refer to
         the motor.
+    gear : float or None
+        Turns of the motor per turn behind the gear, if the axis file states them.
     presliding : float or None
         Distance over which friction changes its sign at a reversal [m or rad], if known, for the simulation of static
         friction models.
@@ -303,6 +305,7 @@ class Axis:
     pitch: float | None = _positive("length", "movement for a turn")
     arm: float | None = _positive("length", "movement for a radian of the motor", compare=False)
     rated: float | None = _positive("force", "effort at 100 % of rated", compare=False)
+    gear: float | None = _positive("1", "gear ratio", compare=False)
     presliding: float | None = _positive("length", "pre-sliding distance")
     cutoff: float | None = _positive("frequency", "cut-off")
     decimation: int | None = taken(optional(whole(1, 10_000)), None)

@@ -124,6 +124,7 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
         "at_rest": file.log.start == "rest",
         "in_cycle": file.log.start == "cycle",
         "pitch": drive.transmission.lead,
+        "gear": file.transmission.gear_ratio,
         "arm": drive.transmission.travel("rotational", "motor") if is_turned else None,
         "rated": abs(_effort("100 %", file, drive, "effort.rated")) if is_of_rated else None,
         "keeps_rests": file.identification.rests == "keep",

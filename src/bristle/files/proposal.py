@@ -20,13 +20,13 @@ from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
 from bristle.logs.nameless import REVERSED, Proposed, is_nameless, joint_count, numbered_roles, proposed_roles, roles_of_joint
 from bristle.logs.readers import read_table
-from bristle.logs.roles import Roles, pulls_as_a_link, roles_of
+from bristle.logs.roles import Roles, facts_of_speeds, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in, stated_periods
 from bristle.logs.table import Table, some_of
 from bristle.logs.tables import content_of_log
 from bristle.logs.words import is_time
 
-_SCREW = 'with lead = "10 mm", travel per turn of the motor, under [transmission] for a screw'
+_SCREW = 'with lead = "10 mm", travel per turn of the motor, under [transmission] for a screw, or gear_ratio = 60 for a gear'
 HINTS = {
     "columns.time.unit": "unit of the numbers: s, ms, us or ns",
     "columns.position.unit": "unit of the numbers: mm, um, m, deg, rad or rev",
@@ -35,6 +35,8 @@ HINTS = {
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
     "effort.rated": f'effort at 100 %, such as "120 N" (or "2.4 N*m", {_SCREW})',
     "effort.constant": 'force or torque per {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
+    "transmission.gear_ratio": "turns of the motor per turn of the axis, without quotes: 1 for a direct drive, 60 for a worm of 60:1. "
+    'With a gear, add side = "load" or side = "motor" to each column of an angle',
     "transmission.lead": 'travel of the load per turn of the motor, such as "10 mm"; or per turn of the screw, with '
     "gear_ratio = 2 in the next line for a 2:1 gear between them",
     "encoder.resolution": 'movement per count, such as "0.1 um" or "0.01 deg"; or write counts_per_rev = 8192 and side = "motor" instead',
@@ -126,8 +128,14 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
 
 
+REMARKS = {
+    "plant.gravity": "  # the effort depends on sine and cosine of the angle",
+    "transmission.gear_ratio": "  # ratio of two speeds in the log",
+}
+
+
 def _line(key: str, value: Any, tables: Mapping[str, Any], facts: Mapping[str, str]) -> str:
-    hint = "  # the effort depends on sine and cosine of the angle" if key == "plant.gravity" else ""
+    hint = REMARKS.get(key, "")
     if value == FILL_IN:
         unit = tables["columns"].get("effort", {}).get("unit", "A")
         drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
@@ -229,7 +237,10 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
             "Write an axis file that names the columns, and add --axis AXIS.toml",
         )
         raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
-    tables: dict[str, Any] = _tables(table, roles)
+    shown = facts_of_speeds(table, roles)
+    if joints > 1:  # each joint has its own gear
+        shown = {}
+    tables: dict[str, Any] = _tables(table, roles, **shown)
     if name is not None:
         tables["log"] = {"table": name}
     missing = tuple(missing_of(tables))
@@ -245,6 +256,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     ]
     without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [f"{key} is unknown: bristle assumes 1 in SI units" for key in missing if key not in without_unit]
+    notes += [f"column {shown['second']} shows {key} = {value}" for key, value in shown.items() if "." in key]
     if name is not None:
         notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:
@@ -297,8 +309,8 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
     return axis
 
 
-def _tables(table: Table, roles: Roles) -> dict[str, Any]:
-    """Return the content of the proposed file, with markers for missing values."""
+def _tables(table: Table, roles: Roles, **shown: str | float) -> dict[str, Any]:
+    """Return the content of the proposed file, with markers for missing values; `shown` is what a second speed shows."""
     position, effort = roles.channels.get("position"), roles.channels.get("effort")
     motion, per = (position, "") if position else (roles.channels["velocity"], "/s")
     kind: Kind | None = None  # stated by the units
@@ -311,7 +323,7 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts: dict[str, Any] = {}  # data of the drive in the lines above the columns
+    facts: dict[str, Any] = dict(shown)  # data of the drive, from a second speed and from the lines above the columns
     for name, text in table.facts.items():
         for key, pattern in FACTS.items():
             amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
@@ -321,6 +333,9 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
                 amount is not None and amount[0] != 0.0 and amount[1] and units.is_unit(amount[1]) and units.like(amount[1], SPOKEN_OF[key])
             ):
                 facts[key] = f"{amount[0]:.12g} {amount[1]}"
+    is_of_drive = effort is not None and effort.unit != "" and not units.like(effort.unit, EFFORTS)
+    if columns.get("velocity", {}).get("column") == facts.get("second", "") and (is_of_drive or kind == KINDS[0]):
+        del columns["velocity"]
     if position and "velocity" in columns:
         bases = ("m", "rad", "count")
         moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
@@ -329,9 +344,15 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     if units.like(motion.unit, ("count", "count/s")):
         remark = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
-    if effort is not None and effort.unit and not units.like(effort.unit, EFFORTS):
+    if effort is not None and is_of_drive:
         key = "rated" if units.compatible(effort.unit, "rated") else "constant"
         tables["effort"] = {key: facts.get(f"effort.{key}", FILL_IN)}
+        if kind == KINDS[1]:
+            tables["transmission"] = {"gear_ratio": facts.get("transmission.gear_ratio", FILL_IN)}
+            for channel in {"position", "velocity", "reference", "following_error"} & set(columns):
+                columns[channel] |= {key: facts[key] for key in {"side"} & set(facts)}
+        elif "second" in facts:
+            tables["transmission"] = {"lead": facts["transmission.lead"]}
     if "time" not in columns and not table.stamps and (table.sample_time is None or any(map(is_time, table.names))):
         tables["timing"] = {"sample_time": f"{table.sample_time:g} s" if table.sample_time else FILL_IN}
     # Position and effort are measured on both sides of a screw.
@@ -362,9 +383,8 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
             entry["unit"] = unit_of(COLUMNS[name], kind)
     assumed = {**tables, "kind": kind, "columns": columns}
     force, drive = unit_of("force", kind), units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
-    for name, filled in (("effort", force), ("encoder", unit_of("length", kind)), ("timing", "s"), ("transmission", "m")):
-        if name in tables:
-            assumed[name] = {
-                key: f"1 {filled}{f'/{drive}' * (key == 'constant')}" if value == FILL_IN else value for key, value in tables[name].items()
-            }
+    ones = {"rated": f"1 {force}", "constant": f"1 {force}/{drive}", "resolution": f"1 {unit_of('length', kind)}", "gear_ratio": 1.0}
+    ones |= {"sample_time": "1 s", "lead": "1 m"}
+    for name in {"effort", "encoder", "timing", "transmission"} & set(tables):
+        assumed[name] = {key: ones[key] if value == FILL_IN else value for key, value in tables[name].items()}
     return assumed

@@ -47,6 +47,7 @@ EXPECTED = {
     "string_type": "text",
     "bool_type": "true or false",
     "int_type": "a whole number",
+    "float_type": "a number without quotes",
     "too_short": "at least {min_length} values",
     "too_long": "at most {max_length} values",
 }

@@ -65,6 +65,10 @@ def gather(table: Table, axis: Axis) -> Gathered:
     stamps = gathered.channels.get("time")
     if axis.sample_time and stamps is not None and stamps.values.size > 1 and not axis.columns["time"].unit:
         gathered.channels["time"] = _in_step(stamps, axis.sample_time, gathered)
+    effort = axis.columns.get("effort")
+    if effort is not None and effort.base in OF_DRIVES[:5] and axis.kind == KINDS[1] and axis.arm is not None and axis.gear is None:
+        assumed = f"bristle takes the effort in column {effort.name} as that of a direct drive (gear_ratio = 1)"
+        gathered.notes.append(f"the axis file states no gear_ratio: {assumed}")
     for index, injected in enumerate(axis.injected):
         column = Column(injected.column, "", "", injected.gain, injected.optional)
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:

@@ -12,7 +12,18 @@ from bristle.core import units
 from bristle.core.axis import LOAD_ENCODER
 from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in, without_index
-from bristle.logs.words import Meaning, converts, is_of_load, is_time, meaning_of, unit_in_name, unit_of_time, without_part, words_of
+from bristle.logs.words import (
+    Meaning,
+    converts,
+    is_of_load,
+    is_of_motor,
+    is_time,
+    meaning_of,
+    unit_in_name,
+    unit_of_time,
+    without_part,
+    words_of,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,6 +255,35 @@ def roles_of(table: Table) -> Roles:
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     channels |= _effort(table, [column for column in left if column is not error], position)
     return Roles(channels, rivals)
+
+
+def facts_of_speeds(table: Table, roles: Roles) -> dict[str, str | float]:
+    """Return what a second speed, on the other side of a gear or screw, shows: this column, the side of the motion, ratio or lead."""
+    motion = next(roles.channels[name] for name in ("position", "velocity") if name in roles.channels)
+    stamps, base = _stamps(table, motion.column, roles.channels.get("time")), units.like(motion.unit, ("m", "rad", "m/s", "rad/s"))
+    if stamps is None or base is None:
+        return {}
+    steps = np.gradient(stamps)
+    way = table.columns[motion.column] * units.factor(motion.unit, base)
+    if base.endswith("/s"):
+        way = np.cumsum(way * steps)
+    ratios = dict[str, float]()
+    for name in table.columns:
+        column = candidate_of(table, name, is_nameless=False)
+        if column is None or column.meaning.reference or column.values.size != steps.size or not column.is_one_of(("rad/s",)):
+            continue
+        turned = np.cumsum(column.values * steps) * units.factor(column.unit, "rad/s")
+        # On a rotary axis the ratio of two speeds can be that of two units, unless a name says that one is the speed of the motor.
+        is_named = base.startswith("m") or is_of_motor(f"{name} {motion.column}")
+        if is_named and name != motion.column and abs(correlation(turned, way)) > ALMOST_SAME:
+            ratios[name] = abs(1.0 / slope(turned, way))
+    if not ratios:
+        return {}
+    second, ratio = max(ratios.items(), key=lambda entry: abs(np.log(entry[1])))
+    if base.startswith("m"):
+        return {"second": second, "transmission.lead": f"{2.0 * np.pi / ratio:.4g} m"}
+    side = max((ratio, "load"), (1.0, "motor"))[1]
+    return {"second": second, "side": side, "transmission.gear_ratio": float(f"{max(ratio, 1.0 / ratio):.4g}")}
 
 
 def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:

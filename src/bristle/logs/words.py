@@ -244,6 +244,12 @@ def is_of_load(name: str) -> bool:
     return any(word in words or joined.startswith(word) or joined.endswith(word) for word in OF_LOAD)
 
 
+def is_of_motor(name: str) -> bool:
+    """Return whether a name is that of the motor side of a gear."""
+    words = words_of(name)
+    return "motor" in "".join(words) or "mot" in words
+
+
 def is_time(name: str) -> bool:
     """Return whether a column has a usual name of a time."""
     meaning = meaning_of(name)
