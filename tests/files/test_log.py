@@ -76,6 +76,5 @@ def test_the_axis_file_outranks_the_log_which_answers_where_it_is_silent(head, a
             read_log(content, read_axis(PARTS[axis].encode()))
         return
     log = read_log(content, read_axis(PARTS[axis].encode()))
-    motion = log.velocity or log.position
     assert (log.sample_time, note in " ".join(log.notes)) == (pytest.approx(step), True)
-    np.testing.assert_allclose(motion.values, factor * values, rtol=1e-9)
+    np.testing.assert_allclose((log.velocity or log.position).values, factor * values, rtol=1e-9)

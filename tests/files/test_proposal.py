@@ -228,7 +228,6 @@ def test_the_gear_of_a_motor_is_asked_for_where_no_second_speed_shows_it(tmp_pat
     item = propose_axis(written(tmp_path, f"time [s],{head},torque [%]", T, *columns, FRICTION))
     assert item.missing == missing
     text = item.text.replace('rated = "?"', 'rated = "1.3 N*m"').replace('gear_ratio = "?"', "gear_ratio = 60")
-    text = text.replace('unit = "deg" }', 'unit = "deg", side = "load" }').replace('unit = "rpm" }', 'unit = "rpm", side = "motor" }')
-    axis = read_axis(text.encode())
-    moved = axis.columns.get("position") or axis.columns["velocity"]
-    assert (moved.scale, abs(axis.columns["effort"].scale)) == pytest.approx(scales, rel=2e-3)
+    axis = read_axis(text.replace('unit = "deg" }', 'unit = "deg", side = "load" }').replace('"rpm" }', '"rpm", side = "motor" }').encode())
+    moved, effort = axis.columns.get("position", axis.columns.get("velocity")), axis.columns["effort"]
+    assert (moved.scale, abs(effort.scale)) == pytest.approx(scales, rel=2e-3)
