@@ -285,7 +285,7 @@ NOTHING = "no model is fitted yet, so bristle writes no results"
 @pytest.mark.parametrize(
     ("owner", "name", "code", "said"),
     [
-        ("bristle.logs", "read_log", 130, NOTHING),
+        ("bristle.files", "logs_and_axes", 130, NOTHING),
         ("bristle.report.identified", "identify", 130, NOTHING),
         ("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP),
         ("bristle.cli.identify", "_next_motion", 130, WITHOUT_LOOP),

@@ -83,14 +83,16 @@ def folds_of(*outputs, segments=(1,), **rows):
     return OutputError(SimpleNamespace(dataset=dataset), outputs).folds(5)
 
 
-def test_each_of_several_segments_is_held_out_with_its_rows():
-    of_rows = np.array([0, 0, 0, 1, 1, 1, 1, 1])
-    name, folds = folds_of(output(3), output(2), segments=(1, 2), segment_of_row=of_rows)
-    assert name == "logs"
-    assert [fold.held_out.tolist() for fold in folds] == [[True] * 3 + [False] * 2, [False] * 3 + [True] * 2]
+def test_a_block_of_each_of_several_segments_is_held_out_with_its_rows():
+    of_rows, times = np.array([0, 0, 0, 1, 1, 1, 1, 1]), np.array([2.0, 2.12, 2.23, 7.0, 7.12, 7.23, 7.34, 7.45])
+    segments = SimpleNamespace(time=times[:3]), SimpleNamespace(time=times[3:])
+    each = [output(5, phase=np.arange(5) / 5, period=5)] * 2
+    name, folds = folds_of(*each, segments=segments, segment_of_row=of_rows, time=times)
+    assert name == "time blocks"
+    assert [np.flatnonzero(fold.held_out).tolist() for fold in folds] == [[number, number + 5] for number in range(5)]
     assert [fold.fitted.tolist() for fold in folds] == [(~fold.held_out).tolist() for fold in folds]
-    assert [fold.of_dataset.tolist() for fold in folds] == [(of_rows == number).tolist() for number in range(2)]
-    _, unlike = folds_of(output(3), output(2), segment_of_row=np.zeros(8))  # a segment too short for the filters of the rows
+    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [[0, 3], [1, 4], [2, 5], [6], [7]]
+    _, unlike = folds_of(*each, segment_of_row=np.zeros(8))  # a segment too short for the filters of the rows
     assert all(fold.of_dataset.all() for fold in unlike)
 
 
@@ -98,7 +100,9 @@ def test_a_periodic_log_is_held_out_in_parts_of_its_period():
     period = 10
     phase = np.arange(20) % period / period
     times = np.array([3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99])  # from 3 s on, in periods of 1 s
-    name, folds = folds_of(output(20, phase=phase, period=period), segments=(SimpleNamespace(time=times),), time=times)
+    name, folds = folds_of(
+        output(20, phase=phase, period=period), segments=(SimpleNamespace(time=times),), segment_of_row=np.zeros(8, int), time=times
+    )
     assert name == "time blocks"
     for number, fold in enumerate(folds):
         assert np.flatnonzero(fold.held_out).tolist() == [2 * number, 2 * number + 1, 2 * number + 10, 2 * number + 11]

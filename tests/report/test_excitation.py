@@ -193,7 +193,7 @@ def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level
 )
 def test_a_motion_is_compared_with_the_log_at_hand(log, level, words, logs):
     known = Some(best=Some(estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]))
-    found = replace(excited(ESTIMATES[:2]), known=known)
+    found = replace(excited(ESTIMATES[:2]), earlier=known)
     ruling = report.excitation_ruling(found)
     assert (ruling.level, " ".join(ruling.reasons)[: len(words)]) == (level, words)
     command = report.DesignedMotion(found, None, None, "x", Some(source="at.csv")).next_command("axis.toml")

@@ -6,7 +6,7 @@ from bristle.excitation.excite import excite
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.excitation.excite import Excitation
+    from bristle.excitation.excite import NARROWER, Excitation
     from bristle.excitation.motion import ExcitationMotion, ExcitationPiece
     from bristle.excitation.purposes import PURPOSES
     from bristle.excitation.rehearsal import Rehearsal

@@ -57,7 +57,7 @@ class Excitation:
         The simulation of the motion on the prior, and the identification of the simulated log.
     exceeded : tuple of str
         Quantities beyond their limits in the simulated loop: ``"effort"``, ``"following error"``.
-    known : Identification or None
+    earlier : Identification or None
         The identification of the earlier log.
     """
 
@@ -68,18 +68,18 @@ class Excitation:
     notes: tuple[str, ...]
     rehearsal: Rehearsal | None = None
     exceeded: tuple[str, ...] = ()
-    known: Identification | None = None
+    earlier: Identification | None = None
 
     @property
     def half_widths(self) -> dict[str, tuple[float, float]]:
         """Half-widths of the 95 % intervals by the earlier log and by the rehearsal [%]; empty without both."""
-        if self.known is None or self.rehearsal is None:
+        if self.earlier is None or self.rehearsal is None:
             return {}
         then = {estimate.name: half_width(estimate) for estimate in self.rehearsal.identification.best.estimates}
         return {
-            each.name: (half_width(each), then[each.name])
-            for each in self.known.best.estimates
-            if each.status != "held" and each.name in then
+            estimate.name: (half_width(estimate), then[estimate.name])
+            for estimate in self.earlier.best.estimates
+            if estimate.status != "held" and estimate.name in then
         }
 
     @property
@@ -167,12 +167,12 @@ def excite(
     True
     """
     seconds = 60.0 if duration is None else duration
-    known = None
+    earlier = None
     if log is not None:
         # By one method for log and motion: half-widths of different methods cannot be compared.
         axis = replace(axis, method="inverse_dynamics")
-        known = _identified(log, model, axis, draws=rehearsed * DRAWS)
-    mechanism = _mechanism(model, axis, allow_code) if known is None else _of_log(known.best)
+        earlier = _identified(log, model, axis, draws=rehearsed * DRAWS)
+    mechanism = _mechanism(model, axis, allow_code) if earlier is None else _of_log(earlier.best)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
@@ -191,24 +191,24 @@ def excite(
         raise InputError(f"contains {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
     begin = None if start is None else quantity(start, START, axis.kind, path="start")
     distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
-    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, known=known)
+    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, earlier=earlier)
     limits = limits_of(axis, prior, sample_time, distance, begin)
     excitation = plan(limits)
     if rehearsed:
         excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
-    if known is not None and excitation.is_worse:
-        note = f"to record more than the log at hand, raise {_below(limits, seconds, known)}"
+    if earlier is not None and excitation.is_worse:
+        note = f"to record more than the log at hand, raise {_below(limits, seconds, earlier)}"
         excitation = replace(excitation, notes=(*excitation.notes, note))
     return excitation
 
 
-def _below(limits: MotionLimits, seconds: float, known: Identification) -> str:
+def _below(limits: MotionLimits, seconds: float, earlier: Identification) -> str:
     """Return the limits that an earlier log exceeds, with sufficient values; a longer duration if it exceeds none."""
     reached = (
-        ("limits.velocity to", "length/time", known.best.traces.velocity, limits.velocity),
-        ("limits.acceleration to", "length/time^2", known.best.traces.acceleration, limits.acceleration),
-        ("limits.stroke to a range of", "length", np.ptp(known.log.position.values), limits.travel),
-        ("--duration to", "time", known.log.duration, seconds),
+        ("limits.velocity to", "length/time", earlier.best.traces.velocity, limits.velocity),
+        ("limits.acceleration to", "length/time^2", earlier.best.traces.acceleration, limits.acceleration),
+        ("limits.stroke to a range of", "length", np.ptp(earlier.log.position.values), limits.travel),
+        ("--duration to", "time", earlier.log.duration, seconds),
     )
     below = [
         f"{name} {limits.in_unit(float(np.max(np.abs(value))) / MARGIN, of)}"
@@ -226,7 +226,7 @@ def _planned(
     seconds: float,
     purposes: Sequence[str] | None,
     begin: float | None,
-    known: Identification | None,
+    earlier: Identification | None,
 ) -> Excitation:
     """Return a motion for these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
@@ -252,7 +252,7 @@ def _planned(
     ):
         if limit is not None and value > limit * (1.0 + 1e-9):
             raise RuntimeError(f"the motion exceeds the {name} of the axis: {value:g} > {limit:g}")
-    return Excitation(motion, axis, limits, prior, tuple(notes), known=known)
+    return Excitation(motion, axis, limits, prior, tuple(notes), earlier=earlier)
 
 
 def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation], *, draws: int, progress: Progress | None) -> Excitation:

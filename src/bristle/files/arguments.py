@@ -74,8 +74,8 @@ def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Lo
     facts = [f"{error.path} {error.message} ({error.value} instead of {error.allowed})" for error in short]
     if not usable:
         raise TooShortError(f"all {len(short)} logs are too short: {', '.join(facts)}", path="log", mend=short[0].mend)
-    (first, axis), *others = usable
-    return [(replace(first, notes=(*first.notes, *(f"{LEFT_OUT}{fact}" for fact in facts))), axis), *others]
+    (first, axis), *further = usable
+    return [(replace(first, notes=(*first.notes, *(f"{LEFT_OUT}{fact}" for fact in facts))), axis), *further]
 
 
 def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:

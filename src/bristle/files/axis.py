@@ -303,7 +303,7 @@ def _text_of(axis: Axis) -> bytes:
         "name": axis.name,
         "kind": axis.kind,
         "injected": [_entry(column, column=column.column, gain=column.gain) for column in axis.injected],
-        "known": [_known_entry(known) for known in axis.regressors],
+        "known": [_known_entry(column) for column in axis.regressors],
         "cogging": [{"turn": term.turner, "harmonics": "identify" if term.harmonics is None else term.harmonics} for term in axis.cogging],
         "columns": {
             name: _entry(column, column=column.name, unit=column.unit or None, sign=-1 if column.scale < 0.0 else None)

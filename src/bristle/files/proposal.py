@@ -237,10 +237,10 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
             "Write an axis file that names the columns, and add --axis AXIS.toml",
         )
         raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
-    shown = facts_of_speeds(table, roles)
+    transmission = facts_of_speeds(table, roles)
     if joints > 1:  # each joint has its own gear
-        shown = {}
-    tables: dict[str, Any] = _tables(table, roles, **shown)
+        transmission = {}
+    tables: dict[str, Any] = _tables(table, roles, **transmission)
     if name is not None:
         tables["log"] = {"table": name}
     missing = tuple(missing_of(tables))
@@ -256,7 +256,7 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     ]
     without_unit = {f"columns.{channel}.unit" for channel in unknown}
     notes += [f"{key} is unknown: bristle assumes 1 in SI units" for key in missing if key not in without_unit]
-    notes += [f"column {shown['second']} shows {key} = {value}" for key, value in shown.items() if "." in key]
+    notes += [f"column {transmission['second']} shows {key} = {value}" for key, value in transmission.items() if "." in key]
     if name is not None:
         notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:
@@ -309,8 +309,8 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
     return axis
 
 
-def _tables(table: Table, roles: Roles, **shown: str | float) -> dict[str, Any]:
-    """Return the content of the proposed file, with markers for missing values; `shown` is what a second speed shows."""
+def _tables(table: Table, roles: Roles, **transmission: str | float) -> dict[str, Any]:
+    """Return the content of the proposed file, with markers for missing values; `transmission` is what a second speed shows."""
     position, effort = roles.channels.get("position"), roles.channels.get("effort")
     motion, per = (position, "") if position else (roles.channels["velocity"], "/s")
     kind: Kind | None = None  # stated by the units
@@ -323,7 +323,7 @@ def _tables(table: Table, roles: Roles, **shown: str | float) -> dict[str, Any]:
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts: dict[str, Any] = dict(shown)  # data of the drive, from a second speed and from the lines above the columns
+    facts: dict[str, Any] = dict(transmission)  # data of the drive, from a second speed and from the lines above the columns
     for name, text in table.facts.items():
         for key, pattern in FACTS.items():
             amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
@@ -383,8 +383,8 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
             entry["unit"] = unit_of(COLUMNS[name], kind)
     assumed = {**tables, "kind": kind, "columns": columns}
     force, drive = unit_of("force", kind), units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
-    ones = {"rated": f"1 {force}", "constant": f"1 {force}/{drive}", "resolution": f"1 {unit_of('length', kind)}", "gear_ratio": 1.0}
-    ones |= {"sample_time": "1 s", "lead": "1 m"}
+    unity = {"rated": f"1 {force}", "constant": f"1 {force}/{drive}", "resolution": f"1 {unit_of('length', kind)}", "gear_ratio": 1.0}
+    unity |= {"sample_time": "1 s", "lead": "1 m"}
     for name in {"effort", "encoder", "timing", "transmission"} & set(tables):
-        assumed[name] = {key: ones[key] if value == FILL_IN else value for key, value in tables[name].items()}
+        assumed[name] = {key: unity[key] if value == FILL_IN else value for key, value in tables[name].items()}
     return assumed

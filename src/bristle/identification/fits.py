@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import base_of, find
+from bristle.friction import find
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.fitting import fit
@@ -20,13 +20,12 @@ WITHOUT_SLOTS = "the search for models with slots is incomplete"
 TURNS = 2  # rounds of slots added to the best model
 # Durations in fits of a model with a state, measured on logs of 10 s to 30 s at 1 kHz.
 STATIC, OF_SLOT, SEEKING_SLOTS, JUDGING = 0.05, 1.5, 5.0, 2.5
-LONG = {"elastoplastic": 3.0, "gms": 4.0, "gap_slider": 4.5, "preisach_lugre": 3.0, "leuven": 3.0}
 
 
 def duration_of(component: FrictionModel) -> float:
     """Return the duration of a fit, roughly."""
     has_shape = bool(terms_of(component) & {"fall", "elements"})
-    return LONG.get(base_of(component).name, 1.0 if has_shape else STATIC) * (1.0 + OF_SLOT * component.name.count("+"))
+    return (1.0 if has_shape else STATIC) * (1.0 + OF_SLOT * component.name.count("+"))
 
 
 @dataclass

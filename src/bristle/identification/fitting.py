@@ -27,7 +27,7 @@ from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedMode
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import PROPOSED, Fixed, Role, Scales, acts_in_sliding, names_of
+from bristle.identification.parameters import OFFSET, PROPOSED, Fixed, Role, Scales, acts_in_sliding, name_of, names_of
 from bristle.identification.problem import Contrast, Covariance, covariance_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
@@ -282,7 +282,7 @@ class Judgement:
         opposing = (part for role in roles for part in names_of(role, self.excitation.variables))
         frictionless = all(self.solution.at_edge.get(part) == "smallest" or not self.excitation.values[part] for part in opposing)
         if edge == "smallest" and Role.LEVEL.fits(variable) and frictionless:
-            numbers |= {"offset_identified": 1} if "offset" in self.solution.space.names else {}
+            numbers |= {"offset_identified": 1} if name_of(OFFSET, self.excitation.variables) in self.solution.space.names else {}
             return Diagnostic("no_friction", name, "warning", numbers, kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}

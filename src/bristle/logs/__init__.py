@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bristle.logs.formats import reading
     from bristle.logs.listing import LogFile, listed_logs
     from bristle.logs.log import Channel, Log, is_table
-    from bristle.logs.passages import Passage
+    from bristle.logs.passages import Passage, holds
     from bristle.logs.readers import read_log
     from bristle.logs.summary import summarize
 

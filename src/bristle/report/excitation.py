@@ -7,8 +7,7 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from bristle.core import Content, number, scale_of, unit_of, with_unit
-from bristle.excitation import Excitation, excite
-from bristle.excitation.excite import NARROWER
+from bristle.excitation import NARROWER, Excitation, excite
 from bristle.files import Results, origins_of_code, provenance
 from bristle.identification import OPEN, Estimate
 from bristle.logs import Log

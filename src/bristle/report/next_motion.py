@@ -6,10 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core import Axis, InputError, Progress, unit_of
-from bristle.excitation.excite import NARROWER
+from bristle.excitation import NARROWER
 from bristle.identification import Estimate, Fit
-from bristle.logs import Log
-from bristle.logs.passages import holds
+from bristle.logs import Log, holds
 from bristle.report.excitation import half_text
 from bristle.report.judgement import ADVICE
 
