@@ -334,7 +334,7 @@ def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
 
 def test_progress_never_falls_if_work_is_added():
     messages = []
-    work = Work(lambda *message: messages.append(message), ahead=6.0, done=2.0)
+    work = Work(lambda *message: messages.append(message), ahead=6.0, completed=2.0)
     work.task(2.0, "fitting")(0.5, "start 2")
     work.ahead = 12.0
     again = work.task(4.0, "fitting again")

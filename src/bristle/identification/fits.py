@@ -29,23 +29,23 @@ def duration_of(component: FrictionModel) -> float:
 
 
 @dataclass
-class Found:
+class Collected:
     """The names of all models to fit, with the fits, their estimations, and the reasons for omitted models so far."""
 
-    asked: list[str]
+    names: list[str]
     fits: list[Fit] = field(default_factory=list)
     estimations: dict[str, Estimation] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)
 
     def in_words(self) -> str:
         """Return how far interrupted work came."""
-        whole, missing = 0, [name for name in self.asked if name not in self.estimations and name not in self.left_out]
+        complete, missing = 0, [name for name in self.names if name not in self.estimations and name not in self.left_out]
         remarks = list[str]()
         for model in self.fits:
-            whole += not model.unfinished
+            complete += not model.unfinished
             remarks += [f"the fit of {model.name} is incomplete"] if model.unfinished else []
         remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
-        return "; ".join([f"interrupted: {whole} of {len(self.asked)} models fitted", *(remarks or [WITHOUT_SLOTS])])
+        return "; ".join([f"interrupted: {complete} of {len(self.names)} models fitted", *(remarks or [WITHOUT_SLOTS])])
 
 
 def all_fits(
@@ -54,20 +54,20 @@ def all_fits(
     extended: bool,
     blocks: int,
     work: Work,
-    found: Found,
+    collected: Collected,
     tell: Callable[[Fit], None],
 ) -> str:
     """Fit several models, `extended` by slots if requested; return a remark about interrupted work."""
     try:
-        _fits(context, screened(context, components, blocks), blocks, work, found, tell)
+        _fits(context, screened(context, components, blocks), blocks, work, collected, tell)
         if extended:
-            _with_slots(context, blocks, work, found)
+            _with_slots(context, blocks, work, collected)
     except KeyboardInterrupt:
-        if not found.fits:
+        if not collected.fits:
             raise
-        return found.in_words()
+        return collected.in_words()
     finally:
-        found.fits.sort(key=lambda fit: found.asked.index(fit.name))
+        collected.fits.sort(key=lambda fit: collected.names.index(fit.name))
     return ""
 
 
@@ -76,7 +76,7 @@ def _fits(
     components: Sequence[FrictionModel],
     blocks: int,
     work: Work,
-    found: Found,
+    collected: Collected,
     tell: Callable[[Fit], None] = lambda fit: None,
 ) -> None:
     """Fit several models; tell the first fit of all if more are to follow."""
@@ -88,15 +88,15 @@ def _fits(
             if isinstance(error, InputError) and error.path not in ("model", *component.variables):
                 raise
             errors.append(error)
-            found.left_out[component.name] = message_of(error)
+            collected.left_out[component.name] = message_of(error)
             continue
-        found.estimations[model_fit.name] = estimation
-        found.fits.append(model_fit)
+        collected.estimations[model_fit.name] = estimation
+        collected.fits.append(model_fit)
         if model_fit.unfinished:
             raise KeyboardInterrupt
-        if len(found.fits) == 1 < len(found.asked):
+        if len(collected.fits) == 1 < len(collected.names):
             tell(model_fit)
-    if errors and not found.fits:
+    if errors and not collected.fits:
         raise errors[0]
 
 
@@ -106,15 +106,15 @@ def ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
 
 
-def _with_slots(context: Context, blocks: int, work: Work, found: Found) -> None:
+def _with_slots(context: Context, blocks: int, work: Work, collected: Collected) -> None:
     """Fit the best model with the slots suggested by its residual, in several rounds."""
     ahead = work.ahead - SEEKING_SLOTS
     for _ in range(TURNS):
-        best = ranked(found.fits, context)[0]
-        names = next_models(best, found.estimations[best.name], context.settings, context.coupling)
-        further = [find(name) for name in names if name not in found.estimations and name not in found.left_out]
+        best = ranked(collected.fits, context)[0]
+        names = next_models(best, collected.estimations[best.name], context.settings, context.coupling)
+        further = [find(name) for name in names if name not in collected.estimations and name not in collected.left_out]
         if not further:
             break
-        found.asked += [model.name for model in further]
-        _fits(context, further, blocks, work, found)
+        collected.names += [model.name for model in further]
+        _fits(context, further, blocks, work, collected)
     work.ahead = min(work.ahead, ahead)

@@ -129,10 +129,10 @@ def most_apart(dataset: Dataset, slope: np.ndarray, residual: np.ndarray) -> tup
     # The scatter between the half-cycles of a log, of which each counts by its weight.
     variance = float(power @ (excess - level[log]) ** 2 / np.sum(weight)) * np.bincount(log, power**2) / weight**2
     rest = np.sum(weight) - weight
-    others = (weight @ level - weight * level) / rest
+    level_of_rest = (weight @ level - weight * level) / rest
     error = np.sqrt(variance + (weight**2 @ variance - weight**2 * variance) / rest**2)
-    number = int(np.argmax(np.abs(level - others)))
-    return number, float(level[number] - others[number]), float(error[number])
+    number = int(np.argmax(np.abs(level - level_of_rest)))
+    return number, float(level[number] - level_of_rest[number]), float(error[number])
 
 
 def neighbour_correlation(residual: np.ndarray) -> float:
@@ -157,10 +157,10 @@ def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> i
 
 def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
     """Return the number of time blocks for which the logs have rows, margins excluded; of several logs, each is a block at least."""
-    return int(np.sum(_room(dataset, settings)))
+    return int(np.sum(_capacity(dataset, settings)))
 
 
-def _room(dataset: Dataset, settings: Settings = DEFAULT) -> np.ndarray:
+def _capacity(dataset: Dataset, settings: Settings = DEFAULT) -> np.ndarray:
     """Return the number of time blocks for which each log has rows, shape (log,)."""
     rows = np.unique(dataset.log_of_row, return_counts=True)[1]
     return np.maximum(rows // (int(settings.held_out_rows) + 2 * dataset.reach), rows.size > 1)
@@ -168,9 +168,9 @@ def _room(dataset: Dataset, settings: Settings = DEFAULT) -> np.ndarray:
 
 def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     """Return the name of the parts of the logs, and a mask of the rows of each of `count` parts, shape (row,) of bool."""
-    rows, room = np.unique(dataset.log_of_row, return_counts=True)[1], _room(dataset)
+    rows, capacity = np.unique(dataset.log_of_row, return_counts=True)[1], _capacity(dataset)
     # A part has a block of each log. A log without room for as many blocks has fewer, which the parts take in turn.
-    blocks = np.minimum(room, count) if np.sum(room) >= count else np.full_like(rows, count)
+    blocks = np.minimum(capacity, count) if np.sum(capacity) >= count else np.full_like(rows, count)
     owners = np.split(np.arange(np.sum(blocks)) % count, np.cumsum(blocks)[:-1])
     edges = [np.linspace(0, size, owner.size + 1).astype(int) for size, owner in zip(rows, owners, strict=True)]
     of, part = TIME, np.concatenate([np.repeat(owner, np.diff(ends)) for owner, ends in zip(owners, edges, strict=True)])

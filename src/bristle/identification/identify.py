@@ -23,7 +23,7 @@ from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
-from bristle.identification.fits import JUDGING, SEEKING_SLOTS, Found, all_fits, duration_of, ranked
+from bristle.identification.fits import JUDGING, SEEKING_SLOTS, Collected, all_fits, duration_of, ranked
 from bristle.identification.half_cycles import blocks_for
 from bristle.identification.intervals import DRAWING, WITHOUT_DRAWS, with_intervals
 from bristle.identification.least_squares import Report, silent
@@ -145,9 +145,9 @@ def identify(
     ('identified', 12.0, 'kg')
     """
     request.refuse_without_draws(method, draws)
-    given = logs_and_axes(log, axis)
-    treated = request.treatment_of(cutoff, decimation, given[0][0].kind)
-    pairs, of_load = apart(request.with_method(long_enough(given, *treated), method))
+    recorded = logs_and_axes(log, axis)
+    treated = request.treatment_of(cutoff, decimation, recorded[0][0].kind)
+    pairs, of_load = apart(request.with_method(long_enough(recorded, *treated), method))
     total, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
     chosen = request.settings_of(pairs[0][1], settings)
     transmits = all(axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs)
@@ -167,7 +167,7 @@ def identify(
     fitting = sum(map(duration_of, components)) + SEEKING_SLOTS * extended + JUDGING
     work = Work(progress, fitting + drawing)
 
-    def told(passed: Passed) -> None:
+    def first_told(passed: Passed) -> None:
         if twice and proposed_lines(passed.fits[0], pairs[0][1] or Axis(kind=kind)):
             work.ahead += fitting
         if answer is not None:
@@ -177,7 +177,7 @@ def identify(
         work.ahead, work.before = fitting + drawing, AGAIN
         return _passed(common, work, *changed, first=better)
 
-    better, second = _passed(common, work, pairs, told=told if answer else None), None
+    better, second = _passed(common, work, pairs, after_first=first_told if answer else None), None
     if twice:
         better, second = second_pass(better, pairs, again, chosen.lines_gain)
     work.ahead, work.before = 0.0, ""
@@ -223,8 +223,8 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
 
 def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
     """Return the stiffness of the position loop for the treatment, from the log that shows it best; empty if no log shows it."""
-    found = filter(None, map(stiffness_in, logs))
-    stiffness = min(found, key=lambda entry: entry.half_width / entry.value, default=None)
+    stiffnesses = filter(None, map(stiffness_in, logs))
+    stiffness = min(stiffnesses, key=lambda entry: entry.half_width / entry.value, default=None)
     return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
 
 
@@ -235,7 +235,7 @@ def _passed(
     offset_reason: str = STATED,
     *,
     first: Passed | None = None,
-    told: Callable[[Passed], None] | None = None,
+    after_first: Callable[[Passed], None] | None = None,
 ) -> Passed:
     """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
 
@@ -248,26 +248,26 @@ def _passed(
     context = _context(pairs, prior, settings, work, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]
-    found = Found([component.name for component in components])
+    collected = Collected([component.name for component in components])
 
     def checked(fitted: Sequence[Fit]) -> list[Fit]:
         best, *rest = (with_checks(fit, (*about_logs(fit, context.dataset, names, settings), *of_logs)) for fit in ranked(fitted, context))
-        others = [fit.name for fit in rest]
-        best = with_structure(best, found.estimations[best.name], settings, context.prior, others, context.coupling)
+        names_of_rest = [fit.name for fit in rest]
+        best = with_structure(best, collected.estimations[best.name], settings, context.prior, names_of_rest, context.coupling)
         best = with_spring_named(best, stroke_of(context.dataset))
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     def judged(omitted: Container[str] = ()) -> list[Fit]:
-        return checked([fit for fit in found.fits if fit.name not in omitted])
+        return checked([fit for fit in collected.fits if fit.name not in omitted])
 
     def tell(fit: Fit) -> None:
-        if told is not None:
-            told(Passed(checked([fit]), found.estimations, {}, "", False, context, pairs, judged))
+        if after_first is not None:
+            after_first(Passed(checked([fit]), collected.estimations, {}, "", False, context, pairs, judged))
 
-    unfinished = all_fits(context, components, extended, held_out, work, found, tell)
+    unfinished = all_fits(context, components, extended, held_out, work, collected, tell)
     # A second interruption ends the work.
     chosen, interrupted = (judged(), True) if unfinished else to_the_end(judged)
-    return Passed(chosen, found.estimations, found.left_out, unfinished, interrupted, context, pairs, judged)
+    return Passed(chosen, collected.estimations, collected.left_out, unfinished, interrupted, context, pairs, judged)
 
 
 def _context(

@@ -94,7 +94,7 @@ class Treatment(NamedTuple):
     cutoff: float
     decimation: int
     dropped: int
-    whole: list[slice]
+    stretches: list[slice]
 
 
 def stretches_of(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Treatment:
@@ -138,7 +138,7 @@ def long_enough(pairs: Sequence[tuple[Log, Axis | None]], cutoff: float | None, 
 
 def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
     """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
-    cutoff, decimation, dropped, whole = stretches_of(log, axis, cutoff, decimation)
+    cutoff, decimation, dropped, stretches = stretches_of(log, axis, cutoff, decimation)
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
@@ -151,7 +151,7 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     def rows(*, creeping: bool) -> Dataset | None:
         noises = None if like is None else (like.noise, like.effort_noise)
         segments, noise, effort_noise = zip(
-            *(segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in whole), strict=True
+            *(segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in stretches), strict=True
         )
         moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
         if axis.in_cycle:

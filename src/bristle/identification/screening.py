@@ -60,8 +60,8 @@ def _errors(context: Context, choices: set[Terms], blocks: int) -> dict[Terms, H
     columns /= np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
     owners = [next((term for term, role in TERMS.items() if role.fits(variables[name])), PLANT) for name in problem.parameters.free]
     owners += ["fall"] * len(FALLS) + ["elements"] * ELEMENTS
-    whole = np.ones(dataset.effort.size, dtype=bool)
-    folds = problem.parts_of(blocks, context.settings)[1] if blocks else [Fold(whole, whole, whole)] * 2
+    all_rows = np.ones(dataset.effort.size, dtype=bool)
+    folds = problem.parts_of(blocks, context.settings)[1] if blocks else [Fold(all_rows, all_rows, all_rows)] * 2
     for chosen in choices:
         used, parts = columns[:, [owner in {PLANT, *chosen} for owner in owners]], list[float]()
         for fold in folds:

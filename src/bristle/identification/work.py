@@ -14,19 +14,19 @@ class Work:
 
     progress: Progress | None
     ahead: float
-    done: float = PREPARING
-    shown: float = 0.0
+    completed: float = PREPARING
+    reported: float = 0.0
     before: str = ""  # text in front of each task
 
     def task(self, weight: float, text: str) -> Report:
         """Begin a task, and return its report."""
-        begun, task = self.done, f"{self.before}{text}"
-        self.done += weight
+        begun, task = self.completed, f"{self.before}{text}"
+        self.completed += weight
         self.ahead = max(self.ahead - weight, 0.0)
 
         def report(share: float, remark: str = "") -> None:
             if self.progress is not None:
-                self.shown = max((begun + weight * share) / (self.done + self.ahead), self.shown)
-                self.progress(self.shown, f"{task}{remark and f', {remark}'}")
+                self.reported = max((begun + weight * share) / (self.completed + self.ahead), self.reported)
+                self.progress(self.reported, f"{task}{remark and f', {remark}'}")
 
         return report

@@ -58,10 +58,10 @@ def _period(table: Table, axis: Axis, gathered: Gathered) -> float:
     columns = [name for name in table.names if is_time(name) and name not in used]
     if table.sample_time and not columns:
         return table.sample_time
-    asked = [f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]' for name in columns]
+    ways = [f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]' for name in columns]
     stated = stated_periods(table.facts, named=False).items()
-    asked += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated]
-    mend = f"Write in the axis file {', or '.join(asked or USUAL)}"
+    ways += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated]
+    mend = f"Write in the axis file {', or '.join(ways or USUAL)}"
     raise InputError("has no column of time and no sample time", path=str(table.source), mend=mend)
 
 

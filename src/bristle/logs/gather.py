@@ -93,9 +93,9 @@ def gather(table: Table, axis: Axis) -> Gathered:
 def _without_open_ends(gathered: Gathered) -> None:
     """Leave out the rows before the first value, and after the last one, of any channel: loggers start them one by one."""
     missing = {channel.column: np.isnan(channel.values) for _, channel in gathered.named()}
-    is_whole = len({each.size for each in missing.values()}) == 1
+    is_whole = len({gaps.size for gaps in missing.values()}) == 1
     complete = np.flatnonzero(~np.any(list(missing.values()), axis=0)) if is_whole else np.empty(0)
-    late = [column for column, each in missing.items() if each.size and (each[0] or each[-1])]
+    late = [column for column, gaps in missing.items() if gaps.size and (gaps[0] or gaps[-1])]
     if not complete.size or not late:
         return
     inner = slice(int(complete[0]), int(complete[-1]) + 1)

@@ -46,11 +46,11 @@ def passages_along(
 TWICE, MOST = 2.0, 0.8  # largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion
 
 
-def holds(log: Log, other: Log) -> bool:
+def holds(log: Log, motion: Log) -> bool:
     """Return whether a log already contains the strokes of another log, in number, length and duration."""
-    own, asked = _strokes(log), _strokes(other)
-    alike = np.all(np.abs(own[:, None] - asked[None]) < np.log(TWICE), axis=-1)
-    return min(np.sum(alike.any(axis=0)), np.sum(alike.any(axis=1))) >= MOST * len(asked) > 0
+    own, strokes = _strokes(log), _strokes(motion)
+    alike = np.all(np.abs(own[:, None] - strokes[None]) < np.log(TWICE), axis=-1)
+    return min(np.sum(alike.any(axis=0)), np.sum(alike.any(axis=1))) >= MOST * len(strokes) > 0
 
 
 def _strokes(log: Log) -> np.ndarray:

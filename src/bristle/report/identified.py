@@ -278,8 +278,8 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         pairs = logs_and_axes(log, options.pop("axis", None))
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
-        kept = {id(log.time) for log in (result.log, *result.further_logs)}  # logs that are too short are left out
-        axes = [axis for log, axis in pairs if id(log.time) in kept] if len(kept) < len(pairs) else axes
+        used_logs = {id(log.time) for log in (result.log, *result.further_logs)}  # logs that are too short are left out
+        axes = [axis for log, axis in pairs if id(log.time) in used_logs] if len(used_logs) < len(pairs) else axes
         words = {name: options[name] for name in parameters.parameters if name in options and name not in ("progress", "answer")}
         call = _call(logs, model, axes, words, parameters)
         if result.second_pass is not None and result.second_pass.taken:
