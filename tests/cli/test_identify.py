@@ -104,6 +104,7 @@ def test_a_prediction_uses_the_treatment_of_the_identification(bristle, place):
     assert abs(otherwise.data["metrics"]["force_error_percent"] / error - 1.0) > 0.01
 
 
+@pytest.mark.slow
 def test_without_draws_intervals_include_correlated_residuals(bristle, place):
     data = bristle(*IDENTIFY, "--out", "run", "--json").data
     assert data["resampling"] is None
