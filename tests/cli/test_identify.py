@@ -193,7 +193,7 @@ def test_the_command_line_takes_several_logs(bristle, place):
     assert {"log", "log_2", "log_2_sha256", "axis"} <= set(result.data["provenance"])
     assert result.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
     page = (place / "both" / "report.html").read_text()
-    assert ", over logs" in page
+    assert ", over time blocks" in page
     assert "Further logs" in page
     bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml", code=2, said="axis: 2 axis files for 1 log")
 
