@@ -183,6 +183,13 @@ def test_output_of_a_user_model_is_not_part_of_the_json(bristle, place, monkeypa
     assert ended.err == "hello\n"
 
 
+def test_a_log_that_is_too_short_is_named_and_left_out(bristle, place):
+    (place / "short.csv").write_text("".join((place / "log.csv").read_text().splitlines(keepends=True)[:60]))
+    (place / "axis.toml").write_text((place / "axis.toml").read_text().partition("[controller]")[0])
+    ended = bristle("identify", "log.csv", "short.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", 0, "--json", code=0)
+    assert "leaves out a log: short.csv" in ended.err
+
+
 @pytest.mark.slow
 def test_the_command_line_takes_several_logs(bristle, place):
     text = (place / "log.csv").read_text().splitlines()

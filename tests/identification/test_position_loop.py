@@ -7,10 +7,11 @@ import pytest
 from tests.controllers.test_own_law import PID
 from tests.examples.data import measured
 from tests.golden.logs import emps
+from tests.identification.rigid import IDENTIFYING
 
 import bristle as br
 from bristle.demo import axis_simulated
-from bristle.identification.position_loop import stiffness_in, stiffness_of
+from bristle.identification.position_loop import Stiffness, stiffness_in, stiffness_of
 from bristle.prediction.claims import reach_of
 
 GAINS = {"k_p": 60.0, "k_v": 5000.0, "k_i": 2e5}
@@ -65,6 +66,12 @@ def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
 def test_a_treatment_states_the_stiffness_of_its_loop():
     log = log_of_a_loop()
     assert br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["stiffness"] == stiffness_in(log).value
+
+
+def test_the_stiffness_of_several_logs_is_that_of_the_log_that_shows_it_best(monkeypatch):
+    monkeypatch.setattr(IDENTIFYING, "stiffness_in", lambda log: log)
+    logs = [Stiffness(2e5, 2e4), None, Stiffness(4e5, 1e4), Stiffness(3e5, 1.5e4)]
+    assert IDENTIFYING._stiffness_of(logs) == {"stiffness": 4e5, "stiffness_half_width": 1e4}
 
 
 def test_a_friction_that_grows_without_bound_has_no_reach():

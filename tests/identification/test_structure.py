@@ -19,6 +19,7 @@ from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
 from bristle.identification.spring_in_friction import spring_share
+from bristle.identification.structure import with_friction_alone, with_spring_named
 from bristle.report.identification import why_only_similar
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
@@ -420,6 +421,18 @@ def elements(*shares_and_ways):
 )
 def test_only_a_long_element_beside_a_contact_may_be_a_spring(model, share):
     assert spring_share(model, 0.5) == pytest.approx(share, rel=0.06)
+
+
+@pytest.mark.parametrize(("way", "share"), [(0.5, 0.25), (1e-5, 0.0)])
+def test_the_interval_of_friction_like_a_spring_reaches_down_to_friction_without_it(rippling, way, share):
+    estimate = rippling.best.parameters["F_C"]
+    fit = replace(rippling.best, friction=elements((0.75, 1e-5), (0.25, way)), diagnostics=())
+    fit = with_friction_alone(with_spring_named(fit, 0.5), 0.5)
+    low, high = estimate.ends
+    assert fit.parameters["F_C"].ends == pytest.approx((min(low, (1.0 - share) * estimate.value), high), rel=0.02)
+    assert [(item.code, item.numbers["percent"], "F_C" in fit.effective) for item in fit.diagnostics] == [
+        ("like_a_spring", pytest.approx(100.0 * share, rel=0.06), True)
+    ] * bool(share)
 
 
 @pytest.mark.slow

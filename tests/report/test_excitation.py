@@ -198,6 +198,7 @@ def test_a_motion_is_compared_with_the_log_at_hand(log, level, words, logs):
     assert (ruling.level, " ".join(ruling.reasons)[: len(words)]) == (level, words)
     command = report.DesignedMotion(found, None, None, "x", Some(source="at.csv")).next_command("axis.toml")
     assert command.startswith(f"bristle identify {logs} --axis")
+    assert report._front(found, command).next[0].startswith("Run motion.csv" if "LOG" in logs else "Identify the log at hand")
 
 
 def test_each_exceeded_limit_is_a_reason_against_a_motion():

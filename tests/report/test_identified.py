@@ -23,7 +23,7 @@ from bristle.files.axis import axis_from, axis_text
 from bristle.identification import settings, structure
 from bristle.prediction import kept
 from bristle.prediction.drive_table import drive_table, level_values
-from bristle.report import model_in_hand, model_tables
+from bristle.report import identified, model_in_hand, model_tables
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -445,3 +445,12 @@ def test_of_several_logs_those_that_are_too_short_are_named_and_the_others_go_on
     assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [True, True]
     with pytest.raises(InputError, match=r"all 2 logs are too short: .*\(60 instead of .*, .*\(60 instead of"):
         br.identify(short[:1] * 2, "viscous")
+
+
+def test_lines_of_a_second_pass_stand_in_the_axis_of_the_log_that_was_used(result):
+    def fitted(log, model, axis):
+        return replace(result, log=log[1], second_pass=Some(taken=True, lines=()))
+
+    logs = [replace(result.log, source=Path(name)) for name in ("short.csv", "long.csv")]
+    logs[0] = replace(logs[0], time=replace(logs[0].time))
+    assert [axis.name for axis in identified._in_hand(fitted)(logs, "viscous", None).axes] == ["long"]

@@ -323,7 +323,7 @@ class Variant:
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
     start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
     coupling: Coupling | None = taken(optional(instance(Coupling, "an object of class Coupling")), None)
-    draws: Mapping[str, np.ndarray] = taken(instance(Mapping, "a mapping"), default_factory=dict)
+    draws: Mapping[str, np.ndarray] = taken(instance(Mapping, "a mapping"), default_factory=dict, compare=False)
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""
@@ -333,8 +333,8 @@ class Variant:
         return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def is_like(self, second: Variant) -> bool:
-        """Return whether a second loop is equal, including the samples of efforts and disturbances."""
-        for field in fields(Variant):
+        """Return whether a second loop runs alike: it is equal, including the samples of efforts and disturbances."""
+        for field in (field for field in fields(Variant) if field.compare):
             pair = getattr(self, field.name), getattr(second, field.name)
             if isinstance(pair[0], Effort) and isinstance(pair[1], Effort):
                 pair = pair[0].values, pair[1].values

@@ -196,7 +196,8 @@ def excite(
     excitation = plan(limits)
     if rehearsed:
         excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
-    if earlier is not None and excitation.is_worse:
+    # Of unknown limits, the notes on purposes already say which to write.
+    if earlier is not None and excitation.is_worse and None not in (limits.velocity, limits.acceleration, limits.travel):
         note = f"to record more than the log at hand, raise {_below(limits, seconds, earlier)}"
         excitation = replace(excitation, notes=(*excitation.notes, note))
     return excitation

@@ -239,7 +239,7 @@ def _passed(
 ) -> Passed:
     """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
 
-    `told` receives the first fit of several.
+    `after_first` receives the first fit of several.
     """
     components, extended, blocks, settings, prior_of, treatment = common
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)

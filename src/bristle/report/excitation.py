@@ -299,5 +299,5 @@ def _front(excitation: Excitation, identify: str) -> Front:
         title=title,
         basis="(rehearsed)" if excitation.rehearsal else "(not rehearsed)",
         cards=cards,
-        next=Step("Run motion.csv, then identify its log:", identify),
+        next=Step("Identify the log at hand:" if excitation.is_worse else "Run motion.csv, then identify its log:", identify),
     )

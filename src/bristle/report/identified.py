@@ -279,11 +279,13 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
         used_logs = {id(log.time) for log in (result.log, *result.further_logs)}  # logs that are too short are left out
-        axes = [axis for log, axis in pairs if id(log.time) in used_logs] if len(used_logs) < len(pairs) else axes
+        if len(used_logs) < len(pairs):
+            pairs = [pair for pair in pairs if id(pair[0].time) in used_logs]
+            axes = [axis for _, axis in pairs]
         words = {name: options[name] for name in parameters.parameters if name in options and name not in ("progress", "answer")}
         call = _call(logs, model, axes, words, parameters)
         if result.second_pass is not None and result.second_pass.taken:
-            named = [axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind) for log, axis in zip(logs, axes, strict=False)]
+            named = [axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind) for log, axis in pairs]
             axes = [axis_with(axis, result.second_pass.lines) for axis in named]
         return Identified(
             **{name: getattr(result, name) for name in Identification.__dataclass_fields__},
