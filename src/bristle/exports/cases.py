@@ -7,7 +7,8 @@ the model or equal; where the 95 % interval of its level is wider, it differs by
 The error of a case is the mean of the peak-to-peak errors of its moves. Without the feed the larger one of two noises counts.
 
 A promise needs a margin, because few cases do not show all that can happen: the error falls by 40 %. During a rest of
-1 s an integral takes the whole load over; there the feed halves the error.
+1 s an integral takes the whole load over; there the feed halves the error. The promised factor counts a part that no friction
+feedforward removes: the drive feeds an inertia forward that is 4 % wrong, with the acceleration that the axis file states.
 """
 
 import math
@@ -52,6 +53,7 @@ SPREAD, MOST = 0.13, 0.9  # deviation of the friction level from the model, rela
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
 OF_SHORT_RESTS, OF_LONG_RESTS = 0.6, 0.5  # largest ratio of the errors of a promised move
+INERTIA = 0.04  # deviation of the inertia that a drive feeds forward, relative
 CAREFUL = 0.75  # promised factor over that of the worst case, because few cases do not show all that can happen
 POOR, CLEAR = 0.85, 5.0  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
@@ -101,10 +103,9 @@ class Tried(NamedTuple):
         most = OF_LONG_RESTS if self.case.rest > LONGEST_REST else OF_SHORT_RESTS
         return self.with_it <= most * self.without
 
-    @property
-    def ratio(self) -> float:
-        """The error with the feed divided by the error without it."""
-        return self.with_it / max(self.without, 1e-12)
+    def ratio(self, common: float = 0.0) -> float:
+        """Return the error with the feed divided by the error without it, beside an error of both [m or rad]."""
+        return (self.with_it + common) / max(self.without + common, 1e-12)
 
 
 def cases_over(reach: float) -> list[Case]:
@@ -123,8 +124,11 @@ def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
     return [Tried(run.case, run.error, _error(run.loop, fed(run.loop, run.case.late), run.starts)) for run in unfed]
 
 
-def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], bool]:
-    """Return the moves that no case shows to get worse, and whether the axis hunts."""
+def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tuple[tuple[Claim, ...], bool]:
+    """Return the moves that no case shows to get worse, and whether the axis hunts.
+
+    An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor.
+    """
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
     # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
     rested = [trial for trial in tried if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach]
@@ -135,13 +139,13 @@ def claims_of(tried: Sequence[Tried], reach: float) -> tuple[tuple[Claim, ...], 
         inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
         doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
         # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.
-        poor = max((trial.case.distance for trial in inside if not trial.ratio <= POOR), default=0.0)
+        poor = max((trial.case.distance for trial in inside if not trial.ratio() <= POOR), default=0.0)
         if poor >= LEAST * reach * (1.0 - 1e-9):
             doubtful = max(doubtful, CLEAR * poor)
         least = max(LEAST * reach, min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf))
         if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
-            worst = max(trial.ratio for trial in inside if 2.0 * trial.case.distance > least)
-            claims.append(Claim(least, slowest, rest, CAREFUL / worst))
+            worst = max(trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least)
+            claims.append(Claim(least, slowest, rest, max(1.0, CAREFUL / worst)))
     return tuple(claims), hunts
 
 
@@ -152,7 +156,7 @@ def least_of(claims: Sequence[Claim]) -> float:
 
 def score_of(tried: Sequence[Tried], reach: float) -> float:
     """Return the mean ratio of the errors over moves with short rests that are long enough for a promise."""
-    counted = [trial.ratio for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= LEAST * reach * (1.0 - 1e-9)]
+    counted = [trial.ratio() for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= LEAST * reach * (1.0 - 1e-9)]
     return float(np.mean(counted))
 
 

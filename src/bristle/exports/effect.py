@@ -25,7 +25,7 @@ from bristle.core.variable import Kind, unit_of
 from bristle.engine import conditioned
 from bristle.engine.contact import level_of, sliding_level
 from bristle.engine.motion import compensation_along
-from bristle.exports.cases import Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
+from bristle.exports.cases import INERTIA, Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
 from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moved_by, moves_over, turning_distance
 from bristle.exports.targets import Request
@@ -165,21 +165,17 @@ class Effect:
         return tuple(lines)
 
     def as_data(self) -> dict[str, Any]:
-        """Return the effect as data for JSON, in SI units of the axis; null for infinite or missing values."""
-
-        def finite(value: float) -> float | None:
-            return value if math.isfinite(value) else None
-
+        """Return the effect as data for JSON, in SI units of the axis."""
         along = [
-            {"motion": path.motion, "distance": path.distance or None, "without": path.without, "with": finite(path.with_it)}
-            | {"worse": path.is_worse, "not_fed_ahead": finite(path.not_ahead)}
+            {"motion": path.motion, "distance": path.distance or None, "without": path.without, "with": path.with_it}
+            | {"worse": path.is_worse, "not_fed_ahead": path.not_ahead}
             for path in self.along
         ]
         return (
             {"quantity": "following_error", "unit": unit_of("length", self.kind), "reach": self.reach}
             | {"claims": None if self.claims is None else [claim._asdict() for claim in self.claims], "hunts": self.hunts}
             | {"samples_ahead": self.ahead, "late": self.late, "mass": self.mass, "harmful": self.is_harmful}
-            | {"least_distance": finite(self.least_distance), "along": along}
+            | {"least_distance": self.least_distance, "along": along}
         )
 
     def _verdict(self) -> list[str]:
@@ -318,9 +314,14 @@ class InLoop:
         promising = [choice for choice, tried in choices.items() if least_of(claims_of(tried, self.reach)[0]) <= enough]
         return min(promising or choices, key=lambda choice: score_of(choices[choice], self.reach))
 
+    def claims(self, tried: list[Tried]) -> tuple[tuple[Claim, ...], bool]:
+        """Return the promise of cases, and whether the axis hunts."""
+        wrong = INERTIA * moved_by(self.loop.plant) * self.limits.stated_acceleration  # effort that the drive feeds forward too much
+        return claims_of(tried, self.reach, 2.0 * wrong / level_of(self.loop.friction, self.limits.velocity) * self.reach)
+
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""
-        claims, hunts = claims_of(tried, self.reach)
+        claims, hunts = self.claims(tried)
         along = tuple(_worst_of(path, tried) if path.motion == MOVES else path for path in effect.along)
         return replace(effect, along=along, claims=claims, hunts=hunts)
 
@@ -336,7 +337,7 @@ class InLoop:
 def _worst_of(path: Along, tried: list[Tried]) -> Along:
     """Return a move with the errors of its worst case among quick moves with short rests."""
     near = [trial for trial in tried if math.isclose(trial.case.distance, path.distance) and not trial.case.lasting]
-    worst = max((trial for trial in near if trial.case.rest <= LONGEST_REST), key=lambda trial: trial.ratio)
+    worst = max((trial for trial in near if trial.case.rest <= LONGEST_REST), key=Tried.ratio)
     return path._replace(without=worst.without, with_it=worst.with_it)
 
 
@@ -418,7 +419,7 @@ def promise_of_law(variant: Variant) -> tuple[Claim, ...]:
     within, drive = loop_of_law(variant), drive_of_law(variant.feedforward)
     if within is None or drive is None:
         return ()
-    return claims_of(within.tried(drive), within.reach)[0]
+    return within.claims(within.tried(drive))[0]
 
 
 def loop_of_law(variant: Variant) -> InLoop | None:
@@ -460,6 +461,6 @@ def compensated_loop(
         return replace(feedforward, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
 
     rule, drive = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
-    claims, _ = claims_of(within.tried(drive), within.reach)
+    claims = within.claims(within.tried(drive))[0]
     variants = (*plain, replace(compensated, feedforward=with_rule(rule)))
     return replace(experiment, variants=variants), Compensation(rule, within.reach, claims)

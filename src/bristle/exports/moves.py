@@ -24,11 +24,12 @@ HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness be
 
 
 class Limits(NamedTuple):
-    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis."""
+    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis; the acceleration that the axis file states."""
 
     velocity: float
     acceleration: float
     jerk: float = math.inf
+    stated_acceleration: float = 0.0
 
 
 def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, float]:
@@ -113,4 +114,5 @@ def limits_within(friction: Model, plant: Model | None, fastest: float, axis: Ax
         min(fastest, stated.velocity_limit or math.inf),
         min(acceleration, stated.acceleration_limit or math.inf),
         stated.jerk_limit or math.inf,
+        stated.acceleration_limit or acceleration,
     )
