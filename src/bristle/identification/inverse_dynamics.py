@@ -274,8 +274,8 @@ class RowReplicates:
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
         late, bent, plant = self._wrong(rng, side)
-        motions = zip(self._motion, self._between, self._starts, self._residual, strict=True)
-        for segment, between, starts, residual in motions:
+        motions = zip(self._recovered, self._between, self._starts, self._residual, strict=True)
+        for (segment, _), between, starts, residual in motions:
             transmitted = transmitted_by(self._friction, self._plant, between)
             fine = cycles.force_with_scatter(
                 self._friction,
@@ -334,18 +334,14 @@ class RowReplicates:
         return cycles.half_cycle_starts(self.problem.dataset)
 
     @cached_property
-    def _motion(self) -> tuple[Segment, ...]:
-        """The unfiltered motion of the log."""
-        return tuple(motion.segment for motion in self._recovered)
-
-    @cached_property
     def _recovered(self) -> tuple[cycles.Recovered, ...]:
+        """The unfiltered motion of the log."""
         return tuple(cycles.recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
 
     @cached_property
     def _between(self) -> tuple[Segment, ...]:
         """The same motion on a finer grid."""
-        return tuple(cycles.between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
+        return tuple(cycles.between_samples(motion.segment, self.problem.dataset.sample_time) for motion in self._recovered)
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:
