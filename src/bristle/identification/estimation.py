@@ -238,8 +238,12 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     # The wave passes the filter at half of the speeds.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
-        swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
-        raise InputError("covers too few turns to find the pitch of the screw", path="log.position", value=swept, mend=mend)
+        raise InputError(
+            "covers too few turns to find the pitch of the screw",
+            path="log.position",
+            value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
+            mend="Give the lead in [transmission] of the axis file",
+        )
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 
@@ -282,9 +286,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < 1.5:  # fewest turns in the log
-        mend = "Write the harmonics, such as [6, 12], or record more turns"
         raise InputError(
-            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns", path=path, value="identify", mend=mend
+            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns",
+            path=path,
+            value="identify",
+            mend="Write the harmonics, such as [6, 12], or record more turns",
         )
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
@@ -314,12 +320,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         residual = apart_from(pair, residual)
         waves = {order: apart_from(pair, columns) for order, columns in waves.items()}
     if not orders:
-        mend = "Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]"
         raise InputError(
             f"cannot be identified, because no part of the effort in this log repeats with the {cogging.turner}",
             path=path,
             value="identify",
-            mend=mend,
+            mend="Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]",
         )
     return sorted(orders)
 
