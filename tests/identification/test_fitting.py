@@ -561,22 +561,13 @@ def test_bands_grow_until_they_contain_19_of_20_held_out_rows(monkeypatch, size,
     assert _inflation(None, fit, estimation, linear=True) == pytest.approx(factor)
 
 
-SLIDING = with_slots(coulomb, [])(F_C=8.0)
-STICKING = lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5)
-
-
-@pytest.mark.parametrize(
-    ("friction", "errors", "linear"),
-    [
-        (STICKING, {"position_rmse": 1e-6}, True),
-        (STICKING, {"loop_rmse": 1.0}, False),
-        (SLIDING, {"loop_rmse": 1.0}, True),
-        (SLIDING, {}, False),
-    ],
-)
-def test_fits_to_replicates_of_a_position_and_of_a_loop_without_presliding_are_linear(friction, errors, linear):
-    fit = SimpleNamespace(friction=friction, **({"position_rmse": None, "loop_rmse": None} | errors))
-    assert _refits_linearly(fit) == linear
+@pytest.mark.parametrize(("errors", "linear"), [((1e-6, None), [True, True]), ((None, 1.0), [False, True]), ((None, None), [False, False])])
+def test_fits_to_replicates_of_a_position_and_of_a_loop_without_presliding_are_linear(errors, linear):
+    fits = [
+        SimpleNamespace(friction=friction, position_rmse=errors[0], loop_rmse=errors[1])
+        for friction in (lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5), coulomb(F_C=8.0))
+    ]
+    assert list(map(_refits_linearly, fits)) == linear
 
 
 @pytest.mark.parametrize(("position_rmse", "unexplained"), [(None, 0.3), (1e-6, 0.0)])
