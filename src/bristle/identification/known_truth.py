@@ -244,9 +244,11 @@ class SimulatedLog(NamedTuple):
 
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield the slice of each segment, and the effort of the axis along the recorded motion."""
-        (plant, friction), delay, channel = (self.fit.plant, self.fit.friction), self.treatment.get("delay", 0.0), self._channel
+        plant, friction, channel = self.fit.plant, self.fit.friction, self._channel
         lag = self.treatment.get("position_smoothing", 0.0)
-        alignment = Alignment(delay, smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0)
+        alignment = Alignment(
+            self.treatment.get("delay", 0.0), smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0
+        )
         dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
         values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
         problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))

@@ -138,8 +138,9 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDy
         first = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
         # If the intervals of the inertia from the fit and from the first stage are disjoint, use their union.
         if variable is not None and Role.INERTIA.fits(variable) and (high < first[0] or first[1] < low):
-            numbers = {"first": alignment.mass, "value": estimate.value}
-            warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
+            warning = Diagnostic(
+                "stages_differ", estimate.name, "warning", {"first": alignment.mass, "value": estimate.value}, problem.dataset.kind
+            )
             low, high = min(first[0], low), max(first[1], high)
     return replace(estimate, interval=(min(low, estimate.value), max(high, estimate.value))), warning
 
