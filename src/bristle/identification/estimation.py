@@ -251,8 +251,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
         waves = np.hstack([waves, side * waves])  # a force over the position, and a level that reverses with the motion
-        gram, right = waves.T @ waves, waves.T @ residual
-        return float(right @ unbounded(gram, right))
+        return _energy(waves, residual)
 
     best = max(turns.tolist(), key=explained)
     return stroke / max(np.linspace(best - step, best + step, REFINED).tolist(), key=explained)
@@ -305,11 +304,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     waves = {order: apart_from(basis, pair) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
     least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
     while len(orders) < MOST:
-        # The sum of squares that each pair of waves explains.
-        energies = dict[float, float]()
-        for order, pair in waves.items():
-            gram, right = pair.T @ pair, pair.T @ residual
-            energies[order] = float(right @ unbounded(gram, right, rcond=1e-9))
+        energies = {order: _energy(pair, residual, rcond=1e-9) for order, pair in waves.items()}
         of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
         chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
         best = max(of_turns, key=lambda order: of_turns[order], default=0)
@@ -327,6 +322,12 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
             mend="Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]",
         )
     return sorted(orders)
+
+
+def _energy(waves: np.ndarray, residual: np.ndarray, rcond: float | None = None) -> float:
+    """Return the sum of squares of a residual that waves explain."""
+    right = waves.T @ residual
+    return float(right @ unbounded(waves.T @ waves, right, rcond=rcond))
 
 
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:

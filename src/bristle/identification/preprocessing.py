@@ -293,9 +293,8 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
         return rows, 0.0
-    slow = list[np.ndarray]()
-    for segment in dataset.segments:
-        slow.append(dataset.without_edges(low_passed(segment.effort - alignment.mass * segment.acceleration, alignment.slow, dt)))
+    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
+    slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:
