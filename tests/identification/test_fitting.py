@@ -39,7 +39,7 @@ from bristle.identification.parameters import (
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
-from bristle.identification.uncertainty import _bands, _inflation, _judged, _with_interval
+from bristle.identification.uncertainty import _bands, _inflation, _judged, _refits_linearly, _with_interval
 from bristle.plants import inertia
 
 SCALES = Scales(
@@ -561,9 +561,18 @@ def test_bands_grow_until_they_contain_19_of_20_held_out_rows(monkeypatch, size,
     assert _inflation(None, fit, estimation, linear=True) == pytest.approx(factor)
 
 
-@pytest.mark.parametrize(("is_effort", "unexplained"), [(True, 0.3), (False, 0.0)])
-def test_bands_contain_the_draws_the_disturbance_and_the_unexplained_effort(is_effort, unexplained):
-    problem = SimpleNamespace(is_effort=is_effort, row_time=0.01, parameters=SimpleNamespace(loop={"lag": None}))
+@pytest.mark.parametrize(("errors", "linear"), [((1e-6, None), [True, True]), ((None, 1.0), [False, True]), ((None, None), [False, False])])
+def test_fits_to_replicates_of_a_position_and_of_a_loop_without_presliding_are_linear(errors, linear):
+    fits = [
+        SimpleNamespace(friction=friction, position_rmse=errors[0], loop_rmse=errors[1])
+        for friction in (lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5), coulomb(F_C=8.0))
+    ]
+    assert list(map(_refits_linearly, fits)) == linear
+
+
+@pytest.mark.parametrize(("position_rmse", "unexplained"), [(None, 0.3), (1e-6, 0.0)])
+def test_bands_contain_the_draws_the_disturbance_and_the_unexplained_effort(position_rmse, unexplained):
+    problem = SimpleNamespace(row_time=0.01, parameters=SimpleNamespace(loop={"lag": None}))
     replicates = SimpleNamespace(
         members=[{"F_C": 1.0, "lag": 2.0}, {"F_C": 3.0, "lag": 4.0}],
         unexplained=0.3,
@@ -571,11 +580,11 @@ def test_bands_contain_the_draws_the_disturbance_and_the_unexplained_effort(is_e
         disturbance=Disturbance(0.0, 0.2, 1e-6, 1e-7),
         scatter=SimpleNamespace(value=0.0),
     )
-    bands = _bands(replicates, SimpleNamespace(resampled=(problem, None), finished=dict))
+    bands = _bands(replicates, SimpleNamespace(position_rmse=position_rmse), SimpleNamespace(resampled=(problem, None), finished=dict))
     assert {name: draws.tolist() for name, draws in bands.draws.items()} == {"F_C": [1.0, 3.0]}
     assert (bands.scatter, bands.noise, bands.unexplained) == (0.0, 0.2, unexplained)
     assert (bands.left_in_closed_loop, bands.left_in_open_loop) == (1e-7, 1e-7)
-    assert bands.lasting == pytest.approx(0.01 * COUNT / 40 if is_effort else 0.0)
+    assert bands.lasting == pytest.approx(0.01 * COUNT / 40 if unexplained else 0.0)
 
 
 class AskedError(Exception):
@@ -587,7 +596,7 @@ class AskedError(Exception):
 )
 def test_errors_of_replicates_grow_by_a_missing_force_and_a_doubtful_treatment(monkeypatch, structure, scale):
     problem, solution = fitted({"F_C": 2.0, "sigma_0": 3.0}, WALSH[:2], 0.5)
-    problem.parameters.variables, problem.refits_linearly = lugre.variables, lambda friction: True
+    problem.parameters.variables = lugre.variables
     asked = []
 
     def bootstrap(problem, solution, draws, **requested):
@@ -597,7 +606,7 @@ def test_errors_of_replicates_grow_by_a_missing_force_and_a_doubtful_treatment(m
     monkeypatch.setattr(uncertainty, "bootstrap", bootstrap)
     about = [Diagnostic("structure", numbers={"missing": structure[0], "chance": structure[1]})] if structure else []
     for doubts, wide in (([], None), ([Diagnostic("delay_rough")], [1.0, 2.5])):
-        fit = SimpleNamespace(estimates=[], diagnostics=[*about, *doubts], friction=None)
+        fit = SimpleNamespace(estimates=[], diagnostics=[*about, *doubts], position_rmse=1e-6)
         with pytest.raises(AskedError):
             uncertainty.with_uncertainty(fit, SimpleNamespace(resampled=(problem, solution)), 7, DEFAULT)
         requested = asked[-1]

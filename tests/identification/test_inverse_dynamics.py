@@ -113,11 +113,11 @@ def test_rows_away_are_two_periods_from_a_reversal_and_steady_ones_six_times_as_
 
 
 def test_time_blocks_are_held_out(problem):
-    _, folds = problem.parts_of(3, DEFAULT)
+    _, folds = problem.folds(3, DEFAULT)
     assert np.sum([fold.held_out for fold in folds], axis=0).tolist() == [1] * problem.measured.size
     assert not any(np.any(fold.fitted & fold.held_out) for fold in folds)
     with pytest.raises(InputError, match="are too many for this log"):
-        problem.parts_of(400, DEFAULT)
+        problem.folds(400, DEFAULT)
 
 
 def test_the_time_between_rows_includes_decimated_samples_and_rows_as_recorded_are_sure(problem):

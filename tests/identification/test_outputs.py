@@ -172,12 +172,11 @@ def test_a_position_without_steps_has_only_jitter():
     assert np.mean(change) == pytest.approx(0.0, abs=3e-5)
 
 
-def test_a_position_has_the_period_of_its_effort_and_refits_linearly():
+def test_a_position_has_the_period_of_its_effort():
     item, _ = position()
     assert item.period == 500
     assert item.phase[[0, 250, 500, 750]].tolist() == [0.0, 0.5, 0.0, 0.5]
     assert item.leaning(None, np.arange(3.0)).tolist() == [0.0, 1.0, 2.0]
-    assert Position.refits_linearly(friction.lugre)
 
 
 def test_errors_of_a_fit_have_the_unit_of_its_signal_and_its_lag():
@@ -237,11 +236,8 @@ def test_an_effort_is_read_through_the_encoder_from_a_random_phase():
     assert disturbance.tolist() == push.tolist()
 
 
-def test_an_effort_closes_the_loop_and_a_position_is_integrated_more_finely_at_the_end():
-    facts = [(kind.in_loop, kind.is_effort, kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)]
-    assert facts == [(False, False, True, 15), (True, True, False, 5)]
-    assert not Effort.refits_linearly(friction.lugre(F_C=1.0, F_S=2.0, v_S=1e-3, sigma_0=1e5))
-    assert Effort.refits_linearly(SLIDING)
+def test_a_position_is_integrated_more_finely_at_the_end():
+    assert [(kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)] == [(True, 15), (False, 5)]
 
 
 def test_a_position_is_that_of_the_plant_with_its_friction():

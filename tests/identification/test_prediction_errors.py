@@ -14,6 +14,7 @@ from bristle.core import Axis, InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification import intervals, observed_fit, observer
 from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.half_cycles import Disturbance
 from bristle.identification.ladder import Ladder
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import BEND, DELAY, Expected, Recorded, observable
@@ -446,7 +447,7 @@ def test_a_diverging_replicate_is_dropped(monkeypatch):
     monkeypatch.setattr(observed_fit, "IdentifiedAxis", lambda *_: axis)
     inverse = Some(parameters=Some(complete=lambda _: {DELAY: 0.0, BEND: 0.0}), plant=str, model=str, dataset=None)
     rung = Some(problem=Some(inverse=inverse, parts=(None,), lag=0.0, dt=DT, steps=2), solution=Some(values={}))
-    assert observed_fit.replicate(rung, observed_fit.Unseen(0.0, 0.0, 0.0), None) is None
+    assert observed_fit.replicate(rung, Disturbance(0.0, 0.0, 0.0), None) is None
 
 
 def test_a_replicate_has_the_known_forces_of_its_log(columns):
@@ -458,7 +459,7 @@ def test_a_replicate_has_the_known_forces_of_its_log(columns):
     for plant, effort, known in ((plain, columns["effort"], ()), (pulled, columns["effort"] + 0.5 * weight, (weight,))):
         axis = observed_fit.IdentifiedAxis(plant, friction, dataset, DT, 4, channel)
         part = Recorded(columns["position"], effort, known)
-        logs.append(axis.replicate(part, observed_fit.Unseen(0.0, 0.0, 0.0), np.random.default_rng(1)))
+        logs.append(axis.replicate(part, Disturbance(0.0, 0.0, 0.0), np.random.default_rng(1)))
     assert logs[1].position == pytest.approx(logs[0].position, abs=0.2 * STEP)
     assert (logs[1].effort - logs[0].effort)[100:-100] == pytest.approx(0.5 * weight[100:-100], abs=0.05)
     assert logs[1].columns == (weight,)

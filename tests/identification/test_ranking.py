@@ -166,7 +166,7 @@ def test_criteria_use_the_squares_of_rows_or_of_the_simulated_signal(made):
 def test_held_out_errors_are_relative_to_the_signal_of_each_part():
     measured = np.array([3.0, 4.0, 6.0, 8.0])
     folds = [SimpleNamespace(held_out=np.arange(4) // 2 == number, fitted=np.arange(4) // 2 != number) for number in range(2)]
-    problem = SimpleNamespace(parts_of=lambda blocks, settings: ("time blocks", folds), measured=measured)
+    problem = SimpleNamespace(folds=lambda blocks, settings: ("time blocks", folds), measured=measured)
     estimation = SimpleNamespace(problem=problem, residual_without=lambda rows: np.where(rows, 9.0, [0.3, 0.4, 1.2, 1.6]))
     shares = []
     held_out = held_out_error(estimation, 2, DEFAULT, shares.append)

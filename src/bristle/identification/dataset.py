@@ -20,6 +20,7 @@ from bristle.engine.motion import along
 from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import butterworth, low_passed
+from bristle.logs.log import Log
 from bristle.logs.turns import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
@@ -29,6 +30,12 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 OFF_GRID, OFTEN = 0.1, 0.2  # deviation of a change from a whole number of encoder steps; share of such changes
 
 EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
+
+
+def effort_of(log: Log) -> np.ndarray:
+    """Return the effort of a log that has one [N or N*m], shape (sample,)."""
+    assert log.effort is not None
+    return log.effort.values
 
 
 def spread(size: int, length: int) -> list[slice]:

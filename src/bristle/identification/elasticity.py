@@ -43,8 +43,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.dataset import Alignment
-from bristle.identification.preprocessing import smallest_step
+from bristle.identification.dataset import Alignment, effort_of
+from bristle.identification.preprocessing import step_of
 from bristle.logs.filters import derivative, low_passed
 from bristle.logs.log import Log
 from bristle.logs.turns import runs
@@ -325,11 +325,6 @@ class _Search:
         return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
 
 
-def step_of(log: Log, axis: Axis | None) -> float:
-    """Return the resolution of the encoder of an axis, or the smallest step of a log."""
-    return smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
-
-
 def starts_of_groups(frequency: np.ndarray, width: float) -> list[int]:
     """Return the first place of each group of rising frequencies, whose last exceeds its first by at most a relative width."""
     starts = [0]
@@ -380,11 +375,10 @@ def motor_spectra(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra 
 
 def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Yield position and effort of each slide: a motion in one direction that is not slow."""
-    assert log.effort is not None
     dt, step = log.sample_time, step_of(log, axis)
     longest = round(LONGEST / dt)
     for part in log.segments or (slice(0, len(log)),):
-        position, effort, slides = log.position.values[part], log.effort.values[part], list[slice]()
+        position, effort, slides = log.position.values[part], effort_of(log)[part], list[slice]()
         if position.size * dt < SHORTEST:
             continue
         smooth = low_passed(position - position[0], min(0.1 / dt, SIDES), dt)

@@ -238,8 +238,12 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     # The wave passes the filter at half of the speeds.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
-        swept, mend = f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}", "Give the lead in [transmission] of the axis file"
-        raise InputError("covers too few turns to find the pitch of the screw", path="log.position", value=swept, mend=mend)
+        raise InputError(
+            "covers too few turns to find the pitch of the screw",
+            path="log.position",
+            value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
+            mend="Give the lead in [transmission] of the axis file",
+        )
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
 
@@ -247,8 +251,7 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
         waves = np.hstack([waves, side * waves])  # a force over the position, and a level that reverses with the motion
-        gram, right = waves.T @ waves, waves.T @ residual
-        return float(right @ unbounded(gram, right))
+        return _energy(waves, residual)
 
     best = max(turns.tolist(), key=explained)
     return stroke / max(np.linspace(best - step, best + step, REFINED).tolist(), key=explained)
@@ -282,9 +285,11 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     dataset = problem.dataset
     turns = float(np.ptp(dataset.position)) / cogging.turn
     if turns < 1.5:  # fewest turns in the log
-        mend = "Write the harmonics, such as [6, 12], or record more turns"
         raise InputError(
-            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns", path=path, value="identify", mend=mend
+            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns",
+            path=path,
+            value="identify",
+            mend="Write the harmonics, such as [6, 12], or record more turns",
         )
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
@@ -299,11 +304,7 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     waves = {order: apart_from(basis, pair) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
     least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
     while len(orders) < MOST:
-        # The sum of squares that each pair of waves explains.
-        energies = dict[float, float]()
-        for order, pair in waves.items():
-            gram, right = pair.T @ pair, pair.T @ residual
-            energies[order] = float(right @ unbounded(gram, right, rcond=1e-9))
+        energies = {order: _energy(pair, residual, rcond=1e-9) for order, pair in waves.items()}
         of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
         chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
         best = max(of_turns, key=lambda order: of_turns[order], default=0)
@@ -314,14 +315,19 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
         residual = apart_from(pair, residual)
         waves = {order: apart_from(pair, columns) for order, columns in waves.items()}
     if not orders:
-        mend = "Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]"
         raise InputError(
             f"cannot be identified, because no part of the effort in this log repeats with the {cogging.turner}",
             path=path,
             value="identify",
-            mend=mend,
+            mend="Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]",
         )
     return sorted(orders)
+
+
+def _energy(waves: np.ndarray, residual: np.ndarray, rcond: float | None = None) -> float:
+    """Return the sum of squares of a residual that waves explain."""
+    right = waves.T @ residual
+    return float(right @ unbounded(waves.T @ waves, right, rcond=rcond))
 
 
 def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:

@@ -254,8 +254,13 @@ class Judgement:
             level = float(np.mean([self.excitation.values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
             share = component.share_within(least.zone_counts * dataset.resolution, value, level)
             if share > least.blurred_share:
-                numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": dataset.resolution}
-                return Diagnostic("coarse_elements", name, "warning", numbers, dataset.kind)
+                return Diagnostic(
+                    "coarse_elements",
+                    name,
+                    "warning",
+                    {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": dataset.resolution},
+                    dataset.kind,
+                )
         if self.filtered and is_inertia and dataset.acceleration_noise_share > least.noisy_inertia:
             return structure.noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
@@ -333,8 +338,9 @@ def about_level(estimates: Sequence[Estimate], excitation: Excitation) -> tuple[
     levels = tuple(name for name in names_of(Role.LEVEL, variables) if name in names)
     if not levels or not names_of(Role.FALL, variables) or not names.isdisjoint(curve):
         return ()
-    numbers: dict[str, Number] = {"names": levels, "speed": excitation.scales.speed}
-    return (Diagnostic("level_as_seen", levels[0], "warning", numbers, excitation.dataset.kind),)
+    return (
+        Diagnostic("level_as_seen", levels[0], "warning", {"names": levels, "speed": excitation.scales.speed}, excitation.dataset.kind),
+    )
 
 
 def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind) -> tuple[Estimate, ...]:
@@ -346,7 +352,16 @@ def combinations_of(component: FrictionModel, by_name: Mapping[str, Estimate], k
             member = by_name[name]
             unit = unit_of("*".join(component.variables[part].quantity for part in (factor.name, name)), kind)
             std, robust = (None if deviation is None else abs(factor.value) * deviation for deviation in (member.std, member.robust_std))
-            product, description = f"{factor.name}*{name}", f"product of {factor.name} and {name}"
-            combination = Estimate(product, unit, description, factor.value * member.value, std, member.status, member.reason, robust)
-            combinations.append(combination)
+            combinations.append(
+                Estimate(
+                    f"{factor.name}*{name}",
+                    unit,
+                    f"product of {factor.name} and {name}",
+                    factor.value * member.value,
+                    std,
+                    member.status,
+                    member.reason,
+                    robust,
+                )
+            )
     return tuple(combinations)

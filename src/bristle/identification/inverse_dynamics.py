@@ -51,10 +51,6 @@ class InverseDynamics:
     parameters: ParameterSet
     contacts: tuple[float | None, ...] | None = None
 
-    is_effort = True
-    in_loop = False
-    intervals_code = "intervals"
-
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m] along the recorded motion."""
         component = self.parameters.component
@@ -230,20 +226,12 @@ class InverseDynamics:
         """Return the replicates of the fitted model."""
         return RowReplicates(self, values)
 
-    def refits_linearly(self, friction: Model) -> bool:
-        """Return False: the coordinates know their linearity."""
-        return False
-
-    def folds(self, count: int) -> tuple[str, list[Fold]]:
+    def folds(self, count: int, settings: Settings | None = None) -> tuple[str, list[Fold]]:
         """Return time blocks of the logs; rows next to a block share samples with it through the filters, and are not fitted."""
+        if settings is not None and count > (most := cycles.room_for_blocks(self.dataset, settings)):
+            raise InputError("are too many for this log", path="blocks", value=count, allowed=f"2 to {max(most, 2)}, or 0")
         name, blocks = cycles.time_blocks(self.dataset, count)
         return name, [Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks]
-
-    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return `blocks` time blocks; reject logs that are too short."""
-        if blocks > (most := cycles.room_for_blocks(self.dataset, settings)):
-            raise InputError("are too many for this log", path="blocks", value=blocks, allowed=f"2 to {max(most, 2)}, or 0")
-        return self.folds(blocks)
 
 
 @dataclass(frozen=True)
@@ -286,8 +274,8 @@ class RowReplicates:
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
         late, bent, plant = self._wrong(rng, side)
-        motions = zip(self._motion, self._between, self._starts, self._residual, strict=True)
-        for segment, between, starts, residual in motions:
+        motions = zip(self._recovered, self._between, self._starts, self._residual, strict=True)
+        for (segment, _), between, starts, residual in motions:
             transmitted = transmitted_by(self._friction, self._plant, between)
             fine = cycles.force_with_scatter(
                 self._friction,
@@ -346,18 +334,14 @@ class RowReplicates:
         return cycles.half_cycle_starts(self.problem.dataset)
 
     @cached_property
-    def _motion(self) -> tuple[Segment, ...]:
-        """The unfiltered motion of the log."""
-        return tuple(motion.segment for motion in self._recovered)
-
-    @cached_property
     def _recovered(self) -> tuple[cycles.Recovered, ...]:
+        """The unfiltered motion of the log."""
         return tuple(cycles.recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
 
     @cached_property
     def _between(self) -> tuple[Segment, ...]:
         """The same motion on a finer grid."""
-        return tuple(cycles.between_samples(segment, self.problem.dataset.sample_time) for segment in self._motion)
+        return tuple(cycles.between_samples(motion.segment, self.problem.dataset.sample_time) for motion in self._recovered)
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:

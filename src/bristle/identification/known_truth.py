@@ -21,12 +21,12 @@ from bristle.core.errors import InputError
 from bristle.core.values import numbers_of
 from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
-from bristle.identification.dataset import Alignment, Dataset
+from bristle.identification.dataset import Alignment, Dataset, effort_of
 from bristle.identification.estimate import Estimate
-from bristle.identification.half_cycles import disturbance_of
+from bristle.identification.half_cycles import Disturbance, disturbance_of
 from bristle.identification.identify import identify
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
-from bristle.identification.observed_fit import Channel, IdentifiedAxis, Unseen
+from bristle.identification.observed_fit import Channel, IdentifiedAxis
 from bristle.identification.observer import Recorded, steps_of
 from bristle.identification.parameters import ParameterSet, Role, name_of, names_of
 from bristle.identification.preprocessing import aligned, treat
@@ -157,11 +157,21 @@ def _same_fit(
 ) -> Callable[..., Identification]:
     """Return `identify` with the arguments of a fit; reject a fit that cannot be simulated."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
-        message, allowed = "were identified by a method for which bristle simulates no logs", "inverse_dynamics or prediction_error"
-        raise InputError(message, path="results", value="output_error", allowed=allowed, mend="Identify again with one of these methods")
+        raise InputError(
+            "were identified by a method for which bristle simulates no logs",
+            path="results",
+            value="output_error",
+            allowed="inverse_dynamics or prediction_error",
+            mend="Identify again with one of these methods",
+        )
     if fit.resampling is None:
-        message = "were identified without simulated logs, so the intervals and the scatter of the friction level are unknown"
-        raise InputError(message, path="results", value="--draws 0", allowed="20 or more", mend="Identify again with --draws 100")
+        raise InputError(
+            "were identified without simulated logs, so the intervals and the scatter of the friction level are unknown",
+            path="results",
+            value="--draws 0",
+            allowed="20 or more",
+            mend="Identify again with --draws 100",
+        )
     component = fit.friction.component
     shapes = [name for name, variable in component.variables.items() if name in component.defaults and not variable.excitation]
     held = [estimate for estimate in fit.estimates if estimate.reason is not None and estimate.reason.code == "held_known"]
@@ -210,40 +220,41 @@ class SimulatedLog(NamedTuple):
         lag = -treatment.get("smoothing", 0.0)
         return Channel(treatment.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
 
-    def _unseen(self, dataset: Dataset) -> Unseen:
+    def _unseen(self, dataset: Dataset) -> Disturbance:
         assert self.fit.resampling is not None
-        return Unseen(self.fit.resampling.bands.scatter, self.fit.resampling.bands.noise, dataset.resolution)
+        return disturbance_of(dataset, self.fit.resampling.bands.scatter)._replace(noise=self.fit.resampling.bands.noise)
 
     def _in_loop(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield the slice of each segment, and the record of the axis there in a loop around the recorded motion."""
         log, dt, channel = self.log, self.log.sample_time, self._channel
         dataset = treat(log, self.axis, self.treatment["cutoff"])
         axis = IdentifiedAxis(self.fit.plant, self.fit.friction, dataset, dt, steps_of(dt), channel)
-        assert log.effort is not None
         for segment in dataset.segments:
             place = self._place(segment.time)
-            effort = log.effort.values[place]
+            effort = effort_of(log)[place]
             acted = through_filter(effort, channel.lag, dt) if channel.lag else effort
             part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen(dataset), rng)
             if part is None:
-                message = "do not let the simulated axis follow the recorded motion"
-                raise InputError(message, path="plant and friction", mend="Check their parameters in model.toml")
+                raise InputError(
+                    "do not let the simulated axis follow the recorded motion",
+                    path="plant and friction",
+                    mend="Check their parameters in model.toml",
+                )
             yield place, part
 
     def _along(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield the slice of each segment, and the effort of the axis along the recorded motion."""
-        (plant, friction), delay, channel = (self.fit.plant, self.fit.friction), self.treatment.get("delay", 0.0), self._channel
+        plant, friction, channel = self.fit.plant, self.fit.friction, self._channel
         lag = self.treatment.get("position_smoothing", 0.0)
-        alignment = Alignment(delay, smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0)
+        alignment = Alignment(
+            self.treatment.get("delay", 0.0), smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0
+        )
         dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
         values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
         problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))
-        unseen = self._unseen(dataset)
-        disturbance = disturbance_of(dataset, unseen.scatter)._replace(noise=unseen.noise)
-        drawn = RowReplicates(problem, values).log(disturbance, rng)
-        assert drawn.effort is not None
+        drawn = RowReplicates(problem, values).log(self._unseen(dataset), rng)
         for segment, part in zip(dataset.segments, drawn.segments, strict=True):
-            recorded = Recorded(drawn.position.values[part], drawn.effort.values[part], ())
+            recorded = Recorded(drawn.position.values[part], effort_of(drawn)[part], ())
             late = recorded.efforts(-channel.delay, 0.0, dataset.sample_time)[0, :-1]
             yield self._place(segment.time), replace(recorded, effort=late)
 

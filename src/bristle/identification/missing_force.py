@@ -36,7 +36,7 @@ import numpy as np
 from bristle.core.least_squares import unbounded
 from bristle.core.variable import KINDS
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows, Weighed
+from bristle.identification.missing_rows import FEWEST_ROWS, SMALL, SMALLEST, TINY, Rows, Weighed
 from bristle.identification.settings import Settings
 from bristle.logs.waves import frequency_in, refined, waves
 
@@ -53,8 +53,6 @@ MOST_CAUSES, MOST_SEARCHES = 3, 5
 FEWEST_UNITS = 24  # half-cycles, or parts of them, with separate signs
 DRAWS = 1999  # of signs
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
-SMALL = 1e-3
-TINY = 1e-9
 
 
 class Missing(NamedTuple):

@@ -61,9 +61,7 @@ class SpreadModel(ListedModel):
         variables: dict[str, Variable] = {}
         for name in self.names:
             variables[name] = replace(self.inner.variables[self.level], min=0.0)
-        for name, variable in self.inner.variables.items():
-            if name not in (self.level, *ARRAYS):
-                variables[name] = variable
+        variables |= {name: variable for name, variable in self.inner.variables.items() if name not in (self.level, *ARRAYS)}
         return ReadOnly(variables)
 
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:

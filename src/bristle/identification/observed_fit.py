@@ -28,6 +28,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimate import Estimate
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit_of
+from bristle.identification.half_cycles import Disturbance
 from bristle.identification.ladder import Ladder
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.observed_elements import SpreadModel, gathered
@@ -161,8 +162,7 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
     """Return a fit with the parameters of the best observer, or the fit with a remark why it keeps its parameters."""
 
     def with_remark(fit: Fit, numbers: dict[str, Number]) -> Fit:
-        about = Diagnostic("prediction_error", severity="note", numbers=numbers, kind=fit.friction.kind)
-        return replace(fit, diagnostics=(*fit.diagnostics, about))
+        return replace(fit, diagnostics=(*fit.diagnostics, Diagnostic("prediction_error", "", "note", numbers, fit.friction.kind)))
 
     if not observable(estimation.inverse, estimation.solution.values):
         return fit
@@ -220,7 +220,7 @@ def errors_of_replicates(rung: Rung, context: Context, scatter: float, report: R
     """Return the prediction errors of fits to replicates of a log, shape (replicate,) [m or rad]."""
     first, *seeds = np.random.SeedSequence(SEED).spawn(REPLICATES + 1)
     dataset = rung.problem.inverse.dataset
-    unseen = unseen_in(rung, Unseen(scatter, dataset.effort_noise, dataset.resolution), first)
+    unseen = unseen_in(rung, Disturbance(scatter, dataset.effort_noise, dataset.resolution), first)
 
     def error(seed: np.random.SeedSequence) -> float | None:
         problem = replicate(rung, unseen, np.random.default_rng(seed))
@@ -234,33 +234,25 @@ def errors_of_replicates(rung: Rung, context: Context, scatter: float, report: R
     return np.array(errors)
 
 
-class Unseen(NamedTuple):
-    """Disturbances of a replicate: relative scatter of the level, noise of the effort, encoder step [SI]."""
-
-    scatter: float
-    noise: float
-    step: float
-
-
-def unseen_in(rung: Rung, most: Unseen, seed: np.random.SeedSequence) -> Unseen:
+def unseen_in(rung: Rung, most: Disturbance, seed: np.random.SeedSequence) -> Disturbance:
     """Return disturbances, at `most` these, with which a replicate has the prediction error of the log: steps first, then noise."""
 
-    def square(unseen: Unseen) -> float:
+    def square(unseen: Disturbance) -> float:
         drawn = replicate(rung, unseen, np.random.default_rng(seed))
         return np.inf if drawn is None else float(np.mean(drawn.residual(rung.solution.values)[: drawn.settled_rows] ** 2))
 
     def share(low: float, high: float) -> float:
         return min(max((rung.error**2 - low) / (high - low), 0.0), 1.0) ** 0.5 if high > low else 1.0
 
-    smooth, quiet = square(Unseen(0.0, 0.0, 0.0)), square(Unseen(0.0, 0.0, most.step))
+    smooth, quiet = square(Disturbance(0.0, 0.0, 0.0)), square(Disturbance(0.0, 0.0, most.resolution))
     noisy, loud = square(most._replace(scatter=0.0)), square(most)
-    step = most.step * (
+    step = most.resolution * (
         share(smooth, quiet) if smooth < rung.error**2 else 1.0
     )  # an error that smooth positions also have is not due to steps
-    return Unseen(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), step)
+    return Disturbance(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), step)
 
 
-def replicate(rung: Rung, unseen: Unseen, rng: np.random.Generator) -> PredictionErrors | None:
+def replicate(rung: Rung, unseen: Disturbance, rng: np.random.Generator) -> PredictionErrors | None:
     """Return the same problem on a simulated log of the identified axis along the same motion; None if it diverged."""
     problem, inverse = rung.problem, rung.problem.inverse
     values = inverse.parameters.complete(rung.solution.values)
@@ -289,9 +281,9 @@ class IdentifiedAxis(NamedTuple):
     steps: int
     channel: Channel
 
-    def replicate(self, part: Recorded, unseen: Unseen, rng: np.random.Generator) -> Recorded | None:
+    def replicate(self, part: Recorded, unseen: Disturbance, rng: np.random.Generator) -> Recorded | None:
         """Return the record of this axis along the motion of a segment, through its encoder; None if it diverged."""
-        dt, count, (delay, bend, lag), step = self.dt, part.position.size, self.channel, unseen.step
+        dt, count, (delay, bend, lag), step = self.dt, part.position.size, self.channel, unseen.resolution
         smooth = low_passed(part.position - part.position[0], min(HELD_AT, 0.2 / dt), dt) + part.position[0]
         velocity = np.gradient(smooth, dt)
         acted = part.efforts(delay, bend, dt)[0, :count]

@@ -32,7 +32,7 @@ from bristle.core.variable import Variable
 from bristle.engine.loop_derivatives import Sensitive
 from bristle.engine.observer import prediction_errors
 from bristle.friction.level import TRANSMITTED
-from bristle.identification.dataset import PIECES, Alignment, spread
+from bristle.identification.dataset import PIECES, Alignment, effort_of, spread
 from bristle.identification.estimation import Context
 from bristle.identification.fixed_shape import ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -343,9 +343,8 @@ def _parts(logs: Sequence[Log], alignment: Alignment, dt: float) -> Iterator[Rec
     lag, share = effort_lag(alignment), min(MOST / sum(map(len, logs)), 1.0)
     position_lag = 0.0 if lag else alignment.smoothing or 0.0
     for log in logs:
-        assert log.effort is not None
         for part in log.segments or (slice(None),):
-            position, effort = log.position.values[part], log.effort.values[part]
+            position, effort = log.position.values[part], effort_of(log)[part]
             if position.size * dt <= SHORTEST:
                 continue
             effort = through_filter(effort, lag, dt) if lag else effort

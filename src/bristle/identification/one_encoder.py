@@ -23,7 +23,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.elasticity import HOLDS, TINY, Elastic, motor_spectra, step_of
+from bristle.identification.elasticity import HOLDS, TINY, Elastic, motor_spectra
+from bristle.identification.preprocessing import step_of
 from bristle.identification.two_encoders import (
     DAMPING,
     EFFORT,

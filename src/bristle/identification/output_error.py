@@ -18,7 +18,7 @@ from typing import Self
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import FrictionModel
 from bristle.core.diagnostic import BestSoFar, Diagnostic
 from bristle.core.edge import between
 from bristle.core.errors import InputError
@@ -70,21 +70,6 @@ class OutputError:
     def loop(self) -> type[Output]:
         """The simulated loop."""
         return type(self.outputs[0])
-
-    @property
-    def is_effort(self) -> bool:
-        """Whether the signal is an effort."""
-        return self.loop.is_effort
-
-    @property
-    def in_loop(self) -> bool:
-        """Whether a controller closes the loop."""
-        return self.loop.in_loop
-
-    @property
-    def intervals_code(self) -> str:
-        """Code of the diagnostic of the intervals."""
-        return self.loop.intervals_code
 
     @property
     def parameters(self) -> ParameterSet:
@@ -177,11 +162,7 @@ class OutputError:
         """Return the replicates of the fitted model."""
         return SignalReplicates(self, values, slope, residual)
 
-    def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate may be linearised around the solution."""
-        return self.loop.refits_linearly(friction)
-
-    def folds(self, count: int) -> tuple[str, list[Fold]]:
+    def folds(self, count: int, settings: Settings | None = None) -> tuple[str, list[Fold]]:
         """Return `count` parts of the logs, or of their periods if they are periodic: a part has a block of each log."""
         rows, of_sample = self.dataset, np.concatenate([np.floor(output.phase * count).astype(int) for output in self.outputs])
         of_row = None
@@ -192,10 +173,6 @@ class OutputError:
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
         all_rows = np.ones(rows.effort.size, dtype=bool)
         return TIME, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
-
-    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return `blocks` parts of the logs."""
-        return self.folds(blocks)
 
 
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:

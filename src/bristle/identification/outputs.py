@@ -14,7 +14,7 @@ from bristle.core.contracts import Model
 from bristle.core.packing import pack
 from bristle.engine import LoopTrace
 from bristle.engine.loop_derivatives import Sensitive
-from bristle.friction import is_static, with_presliding
+from bristle.friction import with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
 from bristle.identification.sensitivities import Perturbed
@@ -52,9 +52,6 @@ class Output(ABC):
 
     signal: ClassVar[str]
     code: ClassVar[str]
-    intervals_code: ClassVar[str]
-    in_loop: ClassVar[bool] = False
-    is_effort: ClassVar[bool]
     away_evaluations: ClassVar[int]  # of a descent from a further start
     is_refined: ClassVar[bool] = False  # whether a simulation is integrated more finely at the end of a search
 
@@ -98,11 +95,6 @@ class Output(ABC):
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
         """Return the push of `read` for twice the friction, shape (sample,), from the derivative `slope` of the signal by the level."""
 
-    @staticmethod
-    @abstractmethod
-    def refits_linearly(friction: Model) -> bool:
-        """Return whether a fit to a replicate may be linearised around the solution."""
-
 
 @dataclass(frozen=True)
 class Position(Output):
@@ -112,8 +104,6 @@ class Position(Output):
 
     signal = "position"
     code = "output_error_open"
-    intervals_code = "intervals_motion"
-    is_effort = False
     away_evaluations = 15
     is_refined = True
 
@@ -164,11 +154,6 @@ class Position(Output):
         """Return the slope as a change of the position [m or rad], without a new simulation."""
         return slope
 
-    @staticmethod
-    def refits_linearly(friction: Model) -> bool:
-        """Return True."""
-        return True
-
 
 @dataclass(frozen=True)
 class Effort(Output):
@@ -182,9 +167,6 @@ class Effort(Output):
 
     signal = "loop"
     code = "output_error_closed"
-    intervals_code = "intervals"
-    in_loop = True
-    is_effort = True
     away_evaluations = 5  # the controller keeps a closed loop near its minimum
 
     @classmethod
@@ -251,8 +233,3 @@ class Effort(Output):
     def _whole(self, signal: np.ndarray) -> np.ndarray:
         """Return a signal of all samples, NaN after the loop diverged."""
         return np.concatenate([signal, np.full(self.loop.count - signal.size, np.nan)])
-
-    @staticmethod
-    def refits_linearly(friction: Model) -> bool:
-        """Return whether friction has no pre-sliding."""
-        return is_static(friction)

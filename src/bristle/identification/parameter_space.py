@@ -243,9 +243,12 @@ def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | Non
         low, high = scales.range(variable)
         low, high = max(low, variable.min), min(high, variable.max)
         if not low < high:
-            message, allowed = f"would have the range {low:.3g} to {high:.3g}", f"{variable.min:g} to {variable.max:g}"
-            mend = "Check the units of time and position"
-            raise InputError(f"{message} for the extent of this log, in SI", path=name, allowed=allowed, mend=mend)
+            raise InputError(
+                f"would have the range {low:.3g} to {high:.3g} for the extent of this log, in SI",
+                path=name,
+                allowed=f"{variable.min:g} to {variable.max:g}",
+                mend="Check the units of time and position",
+            )
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
     return Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed)
 

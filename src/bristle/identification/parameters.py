@@ -168,8 +168,11 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
         elif surrounding.is_recorded:
             slot, unit = slot_needing(component, name), surrounding.variable.unit(dataset.kind)
             written = f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
-            mend = f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}"
-            raise InputError(f"has no {name}, needed by +{slot}", path="log", mend=mend)
+            raise InputError(
+                f"has no {name}, needed by +{slot}",
+                path="log",
+                mend=f"Name its column under [columns] of the axis file: {name} = {written}, or drop +{slot}",
+            )
 
 
 def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
@@ -181,17 +184,25 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
     """Reject a channel of another quantity, or with most values out of range."""
     name, variable = surrounding.name, surrounding.variable
     wanted, unit = variable.unit(dataset.kind), dataset.units.get(name, "")
-    place, allowed = f"columns.{name}", f"{variable.description}, in {wanted} or a multiple of it"
     if not surrounding.is_own:
         return
     if not _is_of_its_quantity(dataset, surrounding):
-        mend = "Correct the unit in the axis file, or the channel in the file of the slot"
-        message = "has another quantity than the slot expects"
-        raise InputError(message, path=f"{place}.unit", value=unit, allowed=allowed, mend=mend)
+        raise InputError(
+            "has another quantity than the slot expects",
+            path=f"columns.{name}.unit",
+            value=unit,
+            allowed=f"{variable.description}, in {wanted} or a multiple of it",
+            mend="Correct the unit in the axis file, or the channel in the file of the slot",
+        )
     usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
     if not variable.min <= usual <= variable.max:
-        allowed, mend = variable.allowed(dataset.kind), f"Check the unit of this column: the slot expects the {variable.description}"
-        raise InputError("has a median out of range", path=place, value=usual, allowed=allowed, mend=mend)
+        raise InputError(
+            "has a median out of range",
+            path=f"columns.{name}",
+            value=usual,
+            allowed=variable.allowed(dataset.kind),
+            mend=f"Check the unit of this column: the slot expects the {variable.description}",
+        )
 
 
 class Fixed(NamedTuple):

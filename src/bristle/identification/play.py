@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from bristle.core.least_squares import unbounded
-from bristle.identification.missing_force import TINY, Missing
-from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, Rows
+from bristle.identification.missing_force import Missing
+from bristle.identification.missing_rows import FEWEST_ROWS, SMALLEST, TINY, Rows
 from bristle.identification.settings import Settings
 
 MOST_OF_ONE = 0.5  # of the residual around changes of flank

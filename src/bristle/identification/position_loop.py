@@ -54,26 +54,21 @@ def stiffness_in(log: Log) -> Stiffness | None:
     """Return the stiffness of the loop that made a log; None without a reference, or where the log does not determine it."""
     if log.reference is None or log.effort is None:
         return None
-    rows, effort, parts = _rows_of(log)
+    rows, effort = _rows_of(log, log.reference.values, log.effort.values)
     if effort.size < 50 * PARTS:
         return None
     slope = _coefficient(rows, effort)
-    left_out = []
-    for part in range(PARTS):
-        rest = parts != part
-        left_out.append(_coefficient(rows[rest], effort[rest]))
-    scatter = np.std(left_out) * np.sqrt(PARTS - 1.0)
-    half_width = float(T_95 * scatter)
+    parts = np.arange(effort.size) * PARTS // effort.size
+    left_out = [_coefficient(rows[parts != part], effort[parts != part]) for part in range(PARTS)]
+    half_width = float(T_95 * (np.std(left_out) * np.sqrt(PARTS - 1.0)))
     if not (slope > 0.0 and half_width <= ROUGHEST * slope):
         return None
     return Stiffness(slope, half_width)
 
 
-def _rows_of(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the terms and the effort of each sample, and the part of the log to which it belongs."""
-    assert log.reference is not None
-    assert log.effort is not None
-    position, reference, dt = log.position.values, log.reference.values, log.sample_time
+def _rows_of(log: Log, reference: np.ndarray, effort: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the terms and the effort of each sample but the first of a segment."""
+    position, dt = log.position.values, log.sample_time
     rows, efforts = [], []
     for segment in log.segments or (slice(0, len(log)),):
         error = reference[segment] - position[segment]
@@ -81,10 +76,8 @@ def _rows_of(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         desired = np.diff(reference[segment], prepend=reference[segment][:1]) / dt
         terms = (np.ones(error.size), error, velocity, desired, dt * np.cumsum(error))
         rows.append(np.column_stack(terms)[1:])
-        efforts.append(log.effort.values[segment][1:])
-    effort = np.concatenate(efforts)
-    parts = np.arange(effort.size) * PARTS // max(effort.size, 1)
-    return np.concatenate(rows), effort, parts
+        efforts.append(effort[segment][1:])
+    return np.concatenate(rows), np.concatenate(efforts)
 
 
 def _coefficient(rows: np.ndarray, effort: np.ndarray) -> float:

@@ -32,7 +32,7 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.files.arguments import without_short
-from bristle.identification.dataset import Alignment, Dataset, Segment
+from bristle.identification.dataset import Alignment, Dataset, Segment, effort_of
 from bristle.logs.filters import ahead, derivative, low_passed, through_filter
 from bristle.logs.log import Channel, Log
 from bristle.logs.turns import rests, whole_cycle, with_sides
@@ -144,9 +144,13 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
-            place, mend = f"log.{name}[{bad[0]}]", f"Cut the log before this sample, or repair all {bad.size} such samples"
-            raise InputError("is not a finite number", path=place, value=float(values[bad[0]]), mend=mend)
-    resolution = smallest_step(log.position) if axis.resolution is None else axis.resolution
+            raise InputError(
+                "is not a finite number",
+                path=f"log.{name}[{bad[0]}]",
+                value=float(values[bad[0]]),
+                mend=f"Cut the log before this sample, or repair all {bad.size} such samples",
+            )
+    resolution = step_of(log, axis)
 
     def rows(*, creeping: bool) -> Dataset | None:
         noises = None if like is None else (like.noise, like.effort_noise)
@@ -187,6 +191,11 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     return dataset
 
 
+def step_of(log: Log, axis: Axis | None) -> float:
+    """Return the resolution of the encoder of an axis, or the smallest step of a log [m or rad]."""
+    return smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+
+
 def smallest_step(position: Channel) -> float:
     """Return the smallest step between samples, the encoder step [m or rad]; 0 without motion."""
     if position.recorded_step is not None:
@@ -207,8 +216,7 @@ def segment_of(
     creeping: bool = False,  # the axis never rests
 ) -> tuple[Segment, float, float]:
     """Return a `part` of a log without gaps as a segment, and the standard deviations of the noise of its position and effort."""
-    assert log.effort is not None
-    dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
+    dt, position, effort = log.sample_time, log.position.values[part], effort_of(log)[part]
     # The offset of a long stroke would cost digits in the second difference.
     origin = position[0]
     if held:
@@ -285,9 +293,8 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
         return rows, 0.0
-    slow = list[np.ndarray]()
-    for segment in dataset.segments:
-        slow.append(dataset.without_edges(low_passed(segment.effort - alignment.mass * segment.acceleration, alignment.slow, dt)))
+    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
+    slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
     noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:

@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import apart_from
 from bristle.identification.dataset import Dataset
@@ -190,14 +189,7 @@ class Sought(Residual, Protocol):
 
 
 class Problem(Sought, Protocol):
-    """The interface of a problem for least squares and resampling; bands are efforts [N or N*m] if `is_effort`."""
-
-    @property
-    def is_effort(self) -> bool: ...  # noqa: D102
-    @property
-    def in_loop(self) -> bool: ...  # noqa: D102
-    @property
-    def intervals_code(self) -> str: ...  # noqa: D102
+    """The interface of a problem for least squares and resampling."""
 
     @property
     def dataset(self) -> Dataset:
@@ -235,16 +227,8 @@ class Problem(Sought, Protocol):
         """Return the replicates of the fitted model; `slope` and `residual` belong to these parameters."""
         ...
 
-    def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate may be linearised around the solution."""
-        ...
-
-    def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return the name of the parts of the logs, and the parts to hold out in turn."""
-        ...
-
-    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return `blocks` parts of the logs to hold out; reject logs that are too short."""
+    def folds(self, count: int, settings: Settings | None = None) -> tuple[str, list[Fold]]:
+        """Return the name of the parts of the logs, and the parts to hold out in turn; with `settings`, reject logs that are too short."""
         ...
 
 

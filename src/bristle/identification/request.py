@@ -133,13 +133,12 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
 def refuse_without_draws(method: str | None, draws: int) -> None:
     """Reject an observer without replicates, which are needed to test it."""
     if method == "prediction_error" and not draws:
-        mend = "Write --draws 100, or --method inverse_dynamics"
         raise InputError(
             "are needed, because simulated logs test whether the observer explains the log",
             path="draws",
             value=0,
             allowed="20 or more",
-            mend=mend,
+            mend="Write --draws 100, or --method inverse_dynamics",
         )
 
 

@@ -270,10 +270,8 @@ class Fit:
             "friction_alone_error_percent": self.friction_alone_error_percent,
             "condition_number": self.condition_number,
         }
-        if self.position_error_percent is not None and self.position_rmse is not None:
-            metrics |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
-        if self.loop_error_percent is not None and self.loop_rmse is not None:
-            metrics |= {"loop_error_percent": self.loop_error_percent, "loop_rmse": self.loop_rmse}
+        simulated = {name: getattr(self, name) for name in ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")}
+        metrics |= {name: value for name, value in simulated.items() if value is not None}
         if self.held_out is not None:
             metrics["held_out_error_percent"] = self.held_out.mean_percent
             metrics["held_out_error_std_percent"] = self.held_out.std_percent

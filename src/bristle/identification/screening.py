@@ -61,7 +61,7 @@ def _errors(context: Context, choices: set[Terms], blocks: int) -> dict[Terms, H
     owners = [next((term for term, role in TERMS.items() if role.fits(variables[name])), PLANT) for name in problem.parameters.free]
     owners += ["fall"] * len(FALLS) + ["elements"] * ELEMENTS
     all_rows = np.ones(dataset.effort.size, dtype=bool)
-    folds = problem.parts_of(blocks, context.settings)[1] if blocks else [Fold(all_rows, all_rows, all_rows)] * 2
+    folds = problem.folds(blocks, context.settings)[1] if blocks else [Fold(all_rows, all_rows, all_rows)] * 2
     for chosen in choices:
         used, parts = columns[:, [owner in {PLANT, *chosen} for owner in owners]], list[float]()
         for fold in folds:

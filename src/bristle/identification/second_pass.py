@@ -72,9 +72,9 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
             lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
         if code == "missing_gravity" and not axis.gravity:
             lines.append(ProposedLine("plant", "gravity", "link", code))
-        if code == "missing_position" and "alike" in numbers and not has_spring:
-            lines.append(ProposedLine("plant", "spring", "cubic", code))
-        if code == LIKE_A_SPRING and not has_spring and not OVER_PLACE.intersection(line.key for line in lines):
+        is_spring = code == "missing_position" and "alike" in numbers
+        is_spring |= code == LIKE_A_SPRING and not OVER_PLACE.intersection(line.key for line in lines)
+        if is_spring and not has_spring:
             lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
 

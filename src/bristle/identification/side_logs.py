@@ -18,6 +18,7 @@ import numpy as np
 
 from bristle.core.axis import COUPLING_EFFORT, LOAD_ENCODER
 from bristle.core.errors import InputError
+from bristle.identification.dataset import effort_of
 from bristle.identification.lost_motion import LostMotion
 from bristle.identification.two_encoders import DELAY_STEP, EARLY, LATE, M_1, TINY, Masses, Record
 from bristle.logs.filters import ahead, derivative, low_passed
@@ -32,35 +33,41 @@ SIGN, FADED = 0.01, 0.1  # of the top speed: width of the sign, speed at which f
 
 def records_of(log: Log) -> list[Record]:
     """Return the stretches of a log without a gap; both encoders begin at the same place."""
-    assert log.effort is not None
     records = []
     for part in log.segments:
         motor, load = log.position.values[part], log.further[LOAD_ENCODER].values[part]
         strokes = motor - motor.mean(), load - load.mean()
         ratio = float(strokes[0] @ strokes[1]) / max(float(strokes[0] @ strokes[0]), TINY)
         if abs(ratio - 1.0) > ALIKE:
-            mend = "Check unit and sign of both columns, side, gear_ratio and lead"
             raise InputError(
-                "moves otherwise than the motor", path=f"columns.{LOAD_ENCODER}", value=f"{ratio:.3g} times as far", allowed="1", mend=mend
+                "moves otherwise than the motor",
+                path=f"columns.{LOAD_ENCODER}",
+                value=f"{ratio:.3g} times as far",
+                allowed="1",
+                mend="Check unit and sign of both columns, side, gear_ratio and lead",
             )
         twist = motor - load
         low, high = np.quantile(twist, [0.005, 0.995]).tolist()
-        records.append(Record(motor, load + 0.5 * (low + high), log.effort.values[part], log.sample_time))
+        records.append(Record(motor, load + 0.5 * (low + high), effort_of(log)[part], log.sample_time))
     return records
 
 
 def behind_sensor(log: Log) -> Log:
     """Return the log of the axis behind a sensor, which measures its effort."""
-    assert log.effort is not None
-    effort, sensor = log.effort.values, log.further[COUPLING_EFFORT]
+    effort, sensor = effort_of(log), log.further[COUPLING_EFFORT]
     slow = [low_passed(signal - signal.mean(), min(SLOW, 0.1 / log.sample_time), log.sample_time) for signal in (effort, sensor.values)]
     share = float(slow[0] @ slow[1]) / max(float(slow[0] @ slow[0]), TINY)
     if not LEAST < share < MOST:
         place, value = f"columns.{COUPLING_EFFORT}", f"{share:.3g} times the effort"
         if share < 0.0:
             raise InputError("has the opposite sign of the effort", path=place, value=value, mend="Write sign = -1 in its column")
-        mend = "Check unit and side of its column, and the constant of the effort"
-        raise InputError("does not measure a part of the effort", path=place, value=value, allowed=f"{LEAST:g} to {MOST:g}", mend=mend)
+        raise InputError(
+            "does not measure a part of the effort",
+            path=place,
+            value=value,
+            allowed=f"{LEAST:g} to {MOST:g}",
+            mend="Check unit and side of its column, and the constant of the effort",
+        )
     return replace(log, effort=sensor)
 
 
@@ -85,9 +92,8 @@ def effort_delay(logs: Sequence[Log], sensor_delay: float) -> float:
 
 def _signals(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return position, effort, and the effort of a sensor, 0 without a sensor."""
-    assert log.effort is not None
     sensor = log.further.get(COUPLING_EFFORT)
-    return log.position.values, log.effort.values, np.zeros(len(log)) if sensor is None else sensor.values
+    return log.position.values, effort_of(log), np.zeros(len(log)) if sensor is None else sensor.values
 
 
 def without_sensor(log: Log, sensor_delay: float, delay: float) -> Log:
@@ -110,7 +116,6 @@ def alone(log: Log, effort: np.ndarray, *, load: bool = False, softness: float =
 
 def side_logs(log: Log, masses: Masses, lost: LostMotion, *, measured: bool = False) -> tuple[Log, Log]:
     """Return the logs of the motor and of the load as axes with one mass; a `measured` effort is that behind a sensor."""
-    assert log.effort is not None
     pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
     for part, record in zip(log.segments, records_of(log), strict=True):
         cutoff = min(CUTOFF / record.dt, HIGHEST)

@@ -197,9 +197,11 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
         members.append(dataset.rows_of(efforts))
     drawn, members = len(members), [member for member in members if np.all(np.isfinite(member))]
     if 2 * len(members) < drawn:
-        mend = "Fit another model to this log"
         raise InputError(
-            f"diverges with {drawn - len(members)} of {drawn} draws of its parameters", path="model", value=friction.name, mend=mend
+            f"diverges with {drawn - len(members)} of {drawn} draws of its parameters",
+            path="model",
+            value=friction.name,
+            mend="Fit another model to this log",
         )
     spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
     in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)

@@ -259,16 +259,14 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
         }
         about.append(Diagnostic("filter_suspect", numbers=numbers))
     if alignment.filter_open and alignment.delay is not None:
-        feeling = Role.STIFFNESS, Role.MICRO_DAMPING
-        touched = tuple(name for role in feeling for name in names_of(role, problem.parameters.variables))
+        touched = tuple(name for role in (Role.STIFFNESS, Role.MICRO_DAMPING) for name in names_of(role, problem.parameters.variables))
         numbers = {"delay": abs(alignment.delay), "names": touched}
         about.append(Diagnostic("delay_or_filter", severity="warning" if touched else "note", numbers=numbers))
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
     if held is not None and held.half_width is not None:
         column = problem.mechanical(problem.unit(inertia))
-        basis = np.linalg.qr(solution.jacobian)[0]
-        apart = apart_from(basis, column)
+        apart = apart_from(np.linalg.qr(solution.jacobian)[0], column)
         square = float(apart @ apart)
         if square <= 0.0:
             change, error = 0.0, np.inf
@@ -278,8 +276,7 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
         joint = float(np.hypot(held.half_width / NORMAL_95, error))
         least = (settings.stages_apart + 2.0 * dataset.acceleration_noise_share) * held.value
         if abs(change) > max(settings.stages_differ * joint, least):
-            numbers = {"first": held.value, "value": held.value + change}
-            about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
+            about.append(Diagnostic("stages_differ", inertia, "warning", {"first": held.value, "value": held.value + change}, dataset.kind))
     return tuple(about)
 
 

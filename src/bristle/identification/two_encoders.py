@@ -35,7 +35,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.least_squares import normal
-from bristle.identification.elasticity import starts_of_groups
+from bristle.identification.elasticity import TINY, starts_of_groups
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
@@ -47,7 +47,7 @@ NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less;
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
 PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = 4, 15, 20, 6  # estimates of `Q`; steps; blocks of the jackknife; slides
 NUDGE = 1e-5  # of a parameter, for a derivative
-SIGNALS, TINY = 10, float(np.finfo(float).tiny)
+SIGNALS = 10
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 

@@ -29,14 +29,15 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.friction import find
 from bristle.friction.next_model import goes_by_name, model_with
-from bristle.identification.elasticity import Elastic, step_of
+from bristle.identification.elasticity import Elastic
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.one_encoder import response_of
 from bristle.identification.parameters import Role, names_of
+from bristle.identification.preprocessing import step_of
 from bristle.identification.quantities import JUDGED, MASS, Quantity, quantities_of, quantities_of_response, unsure_of
 from bristle.identification.result import TWO_MASSES
 from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, records_of, rms, side_logs, without_sensor
-from bristle.identification.two_encoders import EXCITE, SPARE, UNKNOWN, Masses, Prior, Record, masses_of
+from bristle.identification.two_encoders import EXCITE, SPARE, TINY, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.log import Log
 from bristle.plants import ball_screw
 
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 
     Pairs = Sequence[tuple[Log, Axis | None]]
 
-SPARE_LEVEL, TINY = 0.01, float(np.finfo(float).tiny)  # smallest relative half-width of forces of friction
+SPARE_LEVEL = 0.01  # smallest relative half-width of forces of friction
 RIGID_LEVEL = 0.15  # smallest relative half-width of friction of a load without an encoder
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
 MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
@@ -150,7 +151,13 @@ class TwoMasses:
 
     def at_the_motor(self, friction: Model) -> Model:
         """Return a friction of the axis in units of the motor."""
-        return _turned(friction, self.arm, self.kind)
+        values: dict[str, Any] = {}
+        for name, value in friction.values.items():
+            powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
+            factor = self.arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
+            scaled = np.asarray(value, dtype=float) * factor if powers else value
+            values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
+        return friction.component(kind=self.kind, **values)
 
     @property
     def table_friction(self) -> Model | None:
@@ -377,17 +384,6 @@ def _determined(fit: Fit) -> Model:
     return fit.friction.with_values(
         **{peak: values[level] for peak, level in pairs if fit.parameters[peak].status not in ("identified", "held")}
     )
-
-
-def _turned(friction: Model, arm: float, kind: Kind) -> Model:
-    """Return a friction model of the axis for the motion of its motor."""
-    values: dict[str, Any] = {}
-    for name, value in friction.values.items():
-        powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
-        factor = arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
-        scaled = np.asarray(value, dtype=float) * factor if powers else value
-        values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
-    return friction.component(kind=kind, **values)
 
 
 def _friction_data(fit: Fit) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable
+from bristle.friction import is_static
 from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.estimate import ROUGH, Estimate
 from bristle.identification.estimation import Estimation
@@ -31,11 +32,11 @@ def with_uncertainty(
 ) -> Fit:
     """Return a fit with intervals and bands from `draws` replicates of its log; `report` receives the share of the work done."""
     problem, solution = estimation.resampled
-    linear = problem.refits_linearly(fit.friction)
+    linear = _refits_linearly(fit)
     scale, unsure = birge_ratio(fit), _unsure(fit.diagnostics, estimation)
     wide = np.array([IN_DOUBT if name in unsure else 1.0 for name in solution.space.reported]) if unsure else None
     replicates = bootstrap(problem, solution, draws, linear=linear, scale=scale, wide=wide, report=report)
-    bands, resolution = _bands(replicates, estimation), replicates.disturbance.resolution
+    bands, resolution = _bands(replicates, fit, estimation), replicates.disturbance.resolution
     blurred = any(estimate.reason is not None and estimate.reason.code == "coarse_elements" for estimate in fit.estimates)
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, estimation, linear=linear)),
@@ -59,10 +60,16 @@ def with_uncertainty(
         "half_cycles": resampling.half_cycles,
         "unexplained": replicates.unexplained,
         "noise": bands.noise,
-        **({"loop": 1} if problem.in_loop else {}),
+        **({"loop": 1} if fit.loop_rmse is not None else {}),
     }
-    diagnostics.append(Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind))
+    code = "intervals" if fit.position_rmse is None else "intervals_motion"
+    diagnostics.append(Diagnostic(code, "", "note", numbers, fit.friction.kind))
     return replace(fit, estimates=estimates, resampling=resampling, diagnostics=tuple(diagnostics))
+
+
+def _refits_linearly(fit: Fit) -> bool:
+    """Return whether fits to replicates are linearised around the fit: those of a position, and of a loop without pre-sliding."""
+    return fit.position_rmse is not None or (fit.loop_rmse is not None and is_static(fit.friction))
 
 
 def birge_ratio(fit: Fit) -> float:
@@ -89,11 +96,11 @@ def _identified(estimates: Sequence[Estimate]) -> list[str]:
     return [estimate.name for estimate in estimates if estimate.status == "identified"]
 
 
-def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
+def _bands(replicates: Bootstrap, fit: Fit, estimation: Estimation) -> Bands:
     """Return the data of a band around an effort, without the error of a simulated position."""
     problem, _ = estimation.resampled
     members = [estimation.finished(member) for member in replicates.members]
-    lacking, rest = replicates.unexplained if problem.is_effort else 0.0, replicates.residual
+    lacking, rest = replicates.unexplained if fit.position_rmse is None else 0.0, replicates.residual
     jitter = replicates.disturbance.jitter  # lower bound of the position error until a loop is simulated
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
@@ -131,8 +138,9 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, problem: InverseDy
         first = alignment.mass - alignment.mass_half_width, alignment.mass + alignment.mass_half_width
         # If the intervals of the inertia from the fit and from the first stage are disjoint, use their union.
         if variable is not None and Role.INERTIA.fits(variable) and (high < first[0] or first[1] < low):
-            numbers = {"first": alignment.mass, "value": estimate.value}
-            warning = Diagnostic("stages_differ", estimate.name, "warning", numbers, problem.dataset.kind)
+            warning = Diagnostic(
+                "stages_differ", estimate.name, "warning", {"first": alignment.mass, "value": estimate.value}, problem.dataset.kind
+            )
             low, high = min(first[0], low), max(first[1], high)
     return replace(estimate, interval=(min(low, estimate.value), max(high, estimate.value))), warning
 

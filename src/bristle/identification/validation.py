@@ -37,7 +37,7 @@ def held_out_error(
     estimation: Estimation, blocks: int, settings: Settings, report: Callable[[float], None] = lambda share: None
 ) -> HeldOut:
     """Return the error on each of several parts of a log, or on each log, fitted to all others."""
-    name, folds = estimation.problem.parts_of(blocks, settings)
+    name, folds = estimation.problem.folds(blocks, settings)
     measured, errors = estimation.problem.measured, []
     for number, fold in enumerate(folds):
         report(number / len(folds))

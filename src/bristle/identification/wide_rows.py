@@ -14,7 +14,7 @@ from bristle.core.least_squares import apart_from, left_out, normal
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.filtered_rows import filtered_every
 from bristle.identification.dataset import Segment
-from bristle.identification.preprocessing import segment_of, smallest_step
+from bristle.identification.preprocessing import segment_of, step_of
 from bristle.logs.filters import at_spline, butterworth, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
@@ -252,7 +252,7 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
             continue
         parts, noises = list[Segment](), list[float]()
         for log, axis in zip(logs, axes, strict=True):
-            step = smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+            step = step_of(log, axis)
             for part in log.segments or (slice(0, len(log)),):
                 if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
                     segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
