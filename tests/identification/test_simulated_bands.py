@@ -10,7 +10,16 @@ from bristle import plants
 from bristle.core import Axis, InputError
 from bristle.friction import coulomb, coulomb_viscous
 from bristle.identification import simulated_bands
-from bristle.identification.simulated_bands import Bands, Widths, _rounding, half_width, simulated_widths, with_loops, with_parameters
+from bristle.identification.simulated_bands import (
+    Bands,
+    Widths,
+    _rounding,
+    half_width,
+    simulated_widths,
+    with_loops,
+    with_parameters,
+    within_the_log,
+)
 
 PLANT, FRICTION = plants.inertia(M=2.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 COUNT = 400
@@ -125,6 +134,15 @@ def test_the_shortest_draws_limit_their_number_and_change_only_known_parameters(
     assert with_parameters(bands, 1, FRICTION).kind == FRICTION.kind
 
 
+def test_a_draw_that_contradicts_the_log_moves_towards_the_fit(monkeypatch):
+    monkeypatch.setattr(simulated_bands, "_efforts", lambda bands, *models: [np.full(9, level) for level in bands.draws["F_C"]])
+    bands = bands_of(draws={"F_C": np.array([8.2, 9.0, 4.0]), "M": np.array([2.2, 2.2, 1.0])})
+    traces = SimpleNamespace(residual=np.tile([0.5, -0.5], 4))
+    fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=FRICTION, traces=traces)
+    moved = within_the_log(fit, None).resampling.bands.draws
+    assert [moved["F_C"].tolist(), moved["M"].tolist()] == [pytest.approx([8.2, 8.5, 7.5]), pytest.approx([2.2, 2.1, 1.875])]
+
+
 def looped(stretch, bands, monkeypatch, *, simulated=("closed-loop",), lag=None, segments=()):
     fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=FRICTION, lag=lag)
     axes = []
@@ -148,6 +166,7 @@ class SimpleNamespaceFit:
     plant: object = None
     friction: object = None
     lag: float | None = None
+    traces: object = None
 
 
 def test_the_loop_error_completes_a_band_of_95_percent_of_the_positions(monkeypatch):

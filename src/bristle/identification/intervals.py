@@ -10,7 +10,7 @@ from bristle.core.errors import InputError
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.second_pass import Passed
 from bristle.identification.settings import Settings
-from bristle.identification.simulated_bands import with_loops
+from bristle.identification.simulated_bands import with_loops, within_the_log
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.work import Work
 from bristle.logs.log import Log
@@ -36,7 +36,7 @@ def with_intervals(
             if observed:
                 logs = [log for log, _ in passed.pairs]
                 best = foreseen(best, estimation, passed.context, logs, between(report, 0.5, 1.0))
-            best = with_loops(best, passed.pairs)
+            best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
         except NUMERIC as error:

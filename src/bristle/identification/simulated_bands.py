@@ -186,15 +186,7 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
 
     Draws that diverge are left out; InputError if most diverge.
     """
-    starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
-    members = []
-    for body, contact in zip(bands.models(plant, MEMBERS), bands.models(friction, MEMBERS), strict=True):
-        efforts = [
-            mechanical(body, segment)
-            + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
-            for segment, turns in zip(dataset.segments, starts, strict=True)
-        ]
-        members.append(dataset.rows_of(efforts))
+    members = _efforts(bands, plant, friction, dataset, MEMBERS)
     drawn, members = len(members), [member for member in members if np.all(np.isfinite(member))]
     if 2 * len(members) < drawn:
         raise InputError(
@@ -206,6 +198,35 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
     spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
     in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)
     return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
+
+
+def _efforts(bands: Bands, plant: Model, friction: Model, dataset: Dataset, most: int) -> list[np.ndarray]:
+    """Return the effort of each row with the parameters of the first draws, at most `most` times [N or N*m]."""
+    starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
+    members = list[np.ndarray]()
+    for body, contact in zip(bands.models(plant, most), bands.models(friction, most), strict=True):
+        efforts = [
+            mechanical(body, segment)
+            + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
+            for segment, turns in zip(dataset.segments, starts, strict=True)
+        ]
+        members.append(dataset.rows_of(efforts))
+    return members
+
+
+def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
+    """Return a fit whose draws describe its log: one that is off by more than the error of the fit moves towards the fit."""
+    # Draws leave the valley of a fit along straight lines. Where it bends, they contradict the log.
+    if fit.resampling is None:
+        return fit
+    bands, values = fit.resampling.bands, {**fit.plant.values, **fit.friction.values}
+    alone = Bands({name: np.array([values[name]]) for name in bands.draws}, scatter=0.0, noise=0.0, unexplained=0.0)
+    (middle,) = _efforts(alone, fit.plant, fit.friction, dataset, 1)
+    drawn = _efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count)
+    error = max(float(np.sqrt(np.mean(fit.traces.residual**2))), np.finfo(float).tiny)
+    share = error / np.maximum(np.sqrt(np.mean((np.array(drawn) - middle) ** 2, axis=1)), error)
+    draws = {name: values[name] + ((sample[: share.size] - values[name]).T * share).T for name, sample in bands.draws.items()}
+    return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, draws=draws)))
 
 
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
