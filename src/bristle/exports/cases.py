@@ -2,7 +2,7 @@
 
 Twelve cases for each of four distances, the reach F/K times 1, 3, 10 and 30: rests of 0.05, 0.3 and 1 s between the moves,
 quick moves and moves of 0.1 and 1 s, to and fro or with random signs. The friction of the axis is 13 % smaller or larger than
-the model or equal; where the 95 % interval of its level is wider, it differs by the half-width. Its lateness differs by
+the model or equal; the half-width of the 95 % interval of its level adds to that as an independent error. Its lateness differs by
 0.3 ms, and a force noise of 0.5 % of the friction acts, with the force of the log that the model does not explain.
 The error of a case is the mean of the peak-to-peak errors of its moves. Without the feed the larger one of two noises counts.
 
@@ -49,7 +49,7 @@ PLAN = (
     (RARE, SHORT, True, 1, EARLIER),
     (RARE, LONG, False, -1, LATER),
 )
-SPREAD, MOST = 0.13, 0.9  # deviation of the friction level from the model, relative: at least, and at most
+SPREAD, MOST = 0.13, 0.9  # deviation of the friction level from an exact model, and the largest one, relative
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
 OF_SHORT_RESTS, OF_LONG_RESTS = 0.6, 0.5  # largest ratio of the errors of a promised move
@@ -115,7 +115,7 @@ def cases_over(reach: float) -> list[Case]:
 
 def unfed_cases(loop: Variant, limits: Limits, reach: float, force: float) -> list[Unfed]:
     """Return each case in a loop at rest without a feed; the friction has a level [N or N*m]."""
-    spread = min(max(SPREAD, doubt_of(loop.friction, loop.draws)), MOST)
+    spread = min(math.hypot(SPREAD, doubt_of(loop.friction, loop.draws)), MOST)
     return [_unfed(case, loop, limits, force, spread) for case in cases_over(reach)]
 
 
