@@ -23,6 +23,7 @@ HEAD_BYTES = 2**17
 LONGEST_LINE = 4 * 2**20
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
 PIECE = 2**20
+BEFORE = 1001  # lines compared with a last line without a line break
 
 
 def read_csv(data: bytes, request: Request) -> Table:
@@ -145,7 +146,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
         return body, []
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
-    cells, lines = cells_of(last, layout.delimiter), body[:end].rsplit(b"\n", 1001)[-1001:]
+    cells, lines = cells_of(last, layout.delimiter), body[:end].rsplit(b"\n", BEFORE)[-BEFORE:]
     before = [cells_of(line.decode(encoding), layout.delimiter)[-1] for line in lines if line.strip()]
     cut = not layout.is_row(cells) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
