@@ -7,7 +7,7 @@ import pytest
 from tests.comparison.machine import STEP, log, sine, wandering
 
 import bristle as br
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, InputWarning
 from bristle.report.messages import message
 
 ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward", "reversals.backward_to_forward")
@@ -91,6 +91,12 @@ def test_logs_that_follow_each_other_in_time_cancel_a_drift():
             sides[side].append(replace(recorded, time=own.time.values + 100.0 * place * follows))
     widths = {follows: np.ptp(br.compare(*sides).changes[ERRORS[0]].interval) for follows, sides in logs.items()}
     assert widths[True] < 0.5 * widths[False]
+
+
+def test_of_several_logs_of_a_side_a_short_one_is_named_and_the_others_are_compared():
+    short = {name: np.linspace(0.0, 1.0, 60) for name in ("time", "position", "effort")}
+    with pytest.warns(InputWarning, match="leaves out a log: .*60 instead of"):
+        assert len(br.compare([short, log(1, sine(9))], log(2, sine(9))).logs_before) == 1
 
 
 @pytest.mark.parametrize(

@@ -55,20 +55,22 @@ def test_a_log_acts_as_the_model_that_it_gives(result):
 
 
 @pytest.mark.parametrize(
-    ("reach", "seconds", "fastest", "told"),
+    ("reach", "seconds", "fastest", "is_repeat", "told"),
     [
-        (0.2, 40.0, 0.1, "raise limits.velocity to 222 mm/s, limits.stroke to a range of 222 mm"),
-        (0.05, 20.0, 0.1, "raise --duration to 44.4 s"),
-        (0.05, 40.0, 0.1, "raise --duration to 160 s, which halves"),
-        (0.05, 20.0, None, "the motion begins in the middle"),  # a limit to write comes before a longer motion
+        (0.2, 40.0, 0.1, False, "raise limits.velocity to 222 mm/s, limits.stroke to a range of 222 mm"),
+        (0.2, 40.0, 0.1, True, "raise --duration to 160 s, which halves"),
+        (0.05, 20.0, 0.1, False, "raise --duration to 44.4 s"),
+        (0.05, 40.0, 0.1, False, "raise --duration to 160 s, which halves"),
+        (0.05, 20.0, None, False, "the motion begins in the middle"),  # a limit to write comes before a longer motion
     ],
 )
-def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, reach, seconds, fastest, told):
+def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, reach, seconds, fastest, is_repeat, told):
     log = SimpleNamespace(position=SimpleNamespace(values=np.array([0.0, reach])), duration=40.0)
     traces = SimpleNamespace(velocity=np.array([reach]), acceleration=np.zeros(1))
     best = SimpleNamespace(plant=inertia(M=30.0), friction=TRUTH, inertia=SimpleNamespace(status="held"), traces=traces)
     monkeypatch.setitem(_in_time.__globals__, "identify", lambda *asked, **how: SimpleNamespace(best=best, log=log))
     monkeypatch.setattr(Excitation, "is_worse", True)
+    monkeypatch.setattr(Excitation, "is_repeat", is_repeat)
     axis = replace(STAGE, velocity_limit=fastest, stroke=(0.0, 0.1))
     assert told in excite(axis, log="any.csv", duration=seconds, purposes="presliding", rehearsed=False).notes[-1]
 

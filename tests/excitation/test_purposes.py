@@ -125,7 +125,10 @@ def test_constant_velocities_take_all_limits_of_the_axis(unknown, why):
 def test_velocities_span_a_factor_of_three_at_least():
     # The slowest is a fifth of the Stribeck velocity, the fastest what speeding up within an eighth of the travel reaches.
     assert missing("stribeck", stribeck_velocity=0.41) == ""
-    assert missing("stribeck", stribeck_velocity=0.42) == "a travel of 100 mm is too short for several velocities"
+    assert (
+        missing("stribeck", stribeck_velocity=0.42)
+        == "a travel of 100 mm is too short for several velocities. Raise the stroke or the travel"
+    )
     assert missing("stribeck", velocity=0.1, stribeck_velocity=0.16) == ""
     assert "too short" in missing("stribeck", velocity=0.1, stribeck_velocity=0.17)
 

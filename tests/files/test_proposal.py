@@ -80,9 +80,20 @@ def test_an_effort_that_depends_on_the_angle_suggests_a_link(tmp_path, unit, is_
     assert (remark in item.text, item.axis.gravity) == (is_link, is_link)
 
 
-@pytest.mark.parametrize(("sign", "is_named"), [(1.0, False), (-1.0, True)])
-def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, sign, is_named):
-    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", T, POSITION, sign * 3.0 * np.tanh(VELOCITY)))
+SHORT = T[:500], 60.0 * np.sin(1.1 * TURN[:500]) + 40.0 * np.sin(1.7 * TURN[:500])
+SPEED = np.gradient(SHORT[1], SHORT[0])
+
+
+@pytest.mark.parametrize(
+    ("motion", "effort", "is_named"),
+    [
+        ((T, POSITION), 3.0 * np.tanh(VELOCITY), False),
+        ((T, POSITION), -3.0 * np.tanh(VELOCITY), True),
+        (SHORT, 0.02 * np.gradient(SPEED, SHORT[0]) + 3.0 * np.tanh(SPEED), False),  # no motion that is closed
+    ],
+)
+def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, motion, effort, is_named):
+    item = propose_axis(written(tmp_path, "time [s],position [mm],force [N]", *motion, effort))
     assert ["sign = -1" in item.text, "takes work out of the axis" in item.text, item.axis.columns["effort"].scale < 0.0] == 3 * [is_named]
 
 

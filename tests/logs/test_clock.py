@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.logs.clock import Order, clock_of, median_step, order_of, samples_between, without_repeats
+from bristle.logs.clock import EVERY, Order, clock_of, median_step, order_of, samples_between, without_repeats
 
 EVEN = 0.01 * np.arange(200)
 REPEATED = "1 time stamp repeats the previous time stamp: bristle interpolates between the neighbouring time stamps"
@@ -53,7 +53,7 @@ def test_rows_out_of_order_are_sorted_with_a_note(stamps, note):
     order = order_of(stamps, "log")
     assert order.stamps.tolist() == stamps[order.rows].tolist() == EVEN.tolist()
     assert note in order.notes[0]
-    assert order_of(EVEN, "log").rows is None
+    assert order_of(EVEN, "log").rows is EVERY
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,10 @@ def test_a_clock_that_falls_back_began_anew_or_had_a_row_out_of_order(stamps, no
         (lambda: order_of(np.random.default_rng(1).permutation(EVEN), "log"), r"is not in order: \d+ of its 199 steps go backward"),
         (lambda: order_of(with_exchanged(*range(0, 104, 2)), "log"), "is not in order"),  # more than a quarter
         (lambda: order_of(np.tile(EVEN[:40], 52), "log"), "is not in order: 51 of its"),
-        (lambda: without_repeats(Order(None, np.repeat(np.arange(4.0), 3)), None, 5, "log"), "has only 4 different time stamps in 12 rows"),
+        (
+            lambda: without_repeats(Order(EVERY, np.repeat(np.arange(4.0), 3)), None, 5, "log"),
+            "has only 4 different time stamps in 12 rows",
+        ),
         (lambda: grid_of(EVEN, delay=1.95), r"has fewer than 10 evenly spaced samples in sequence after a shift by the delay of 1\.95 s"),
         (lambda: grid_of(EVEN, sample_time=0.0102), r"has a time step of 0\.01 s, unlike sample_time in the axis file"),
         (lambda: grid_of(1e-11 * EVEN), "Correct the unit of the time column"),
@@ -102,15 +105,15 @@ def test_a_restarted_clock_adds_a_pause_of_ten_samples():
 
 def test_rows_that_repeat_all_are_left_out_and_stamps_that_repeat_lie_between():
     stamps = np.delete(np.insert(EVEN, 50, EVEN[49]), 51)
-    left_out = without_repeats(Order(None, stamps), np.arange(stamps.size) == 50, 10, "log")
+    left_out = without_repeats(Order(EVERY, stamps), np.arange(stamps.size) == 50, 10, "log")
     assert left_out.rows.tolist() == np.delete(np.arange(stamps.size), 50).tolist()
     assert left_out.notes == ("1 row repeats the previous row: bristle uses each row once",)
-    mended = without_repeats(Order(None, stamps), np.zeros(stamps.size, dtype=bool), 10, "log")
-    assert (mended.rows, mended.notes) == (None, (REPEATED,))
+    mended = without_repeats(Order(EVERY, stamps), np.zeros(stamps.size, dtype=bool), 10, "log")
+    assert (mended.rows.tolist(), mended.notes) == (list(range(EVEN.size)), (REPEATED,))
     assert mended.stamps == pytest.approx(EVEN)
-    untouched = Order(None, EVEN)
+    untouched = Order(EVERY, EVEN)
     assert without_repeats(untouched, None, 10, "log") is untouched
-    few = Order(None, np.repeat(np.arange(4.0), 3))
+    few = Order(EVERY, np.repeat(np.arange(4.0), 3))
     assert without_repeats(few, np.zeros(12, dtype=bool), 4, "log").stamps.size == 12
 
 
@@ -126,7 +129,7 @@ def test_rows_that_repeat_all_are_left_out_and_stamps_that_repeat_lie_between():
 def test_a_burst_lies_on_the_side_where_time_is_left(burst, arrived, begin):
     stamps = EVEN.copy()
     stamps[burst] = stamps[arrived]
-    spread = without_repeats(Order(None, stamps), np.zeros(200, dtype=bool), 10, "log").stamps
+    spread = without_repeats(Order(EVERY, stamps), np.zeros(200, dtype=bool), 10, "log").stamps
     assert spread[: len(begin)] == pytest.approx(begin, abs=1e-9)
 
 

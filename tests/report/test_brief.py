@@ -84,7 +84,7 @@ def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
 def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
     found = [Diagnostic("missing_position", "", "warning", {"model": name}, "translational") for name in ("a+position", "b", "a+position")]
     lines = module.brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
-    assert texts(lines, "Try") == ["--model a+position"]
+    assert texts(lines, "Try") == [f"--model {identification.best.name},a+position"]
     assert texts(module.brief(with_diagnostics(identification), None, None), "Try") == []
 
 

@@ -327,8 +327,8 @@ def sides(monkeypatch):
     fields = dict.fromkeys(Comparison.__dataclass_fields__)
     seen = []
     monkeypatch.setattr(sides_module, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields))
-    monkeypatch.setattr(sides_module, "axes_for", lambda axes, count: [*axes, *[axes[-1]] * (count - len(axes))])
-    monkeypatch.setattr(sides_module, "log_and_axis", lambda log, axis: (log, axis))
+    monkeypatch.setattr(sides_module, "axes_for", lambda axis, count: [axis] * count)
+    monkeypatch.setattr(sides_module, "logs_and_axes", lambda logs, axes, size_limit: list(zip(logs, axes, strict=True)))
     return seen
 
 
@@ -346,16 +346,11 @@ def test_call_of_a_comparison_has_both_sides(sides):
     assert (named_call.call, named_call.axis_name, named_call.read, named_call.figures) == ("mine", "press", {"axis": 1}, (1,))
 
 
-def test_side_without_a_log_is_refused(sides):
-    with pytest.raises(InputError, match="after: names no log"):
-        sides_module.compared_as([log_named()], [])
-
-
 def test_unreadable_log_names_its_side(sides, monkeypatch):
-    def fails(log, axis):
-        raise InputError("is wrong", path=log)
+    def fails(logs, axes, size_limit):
+        raise InputError("is wrong", path=logs[0])
 
-    monkeypatch.setattr(sides_module, "log_and_axis", fails)
+    monkeypatch.setattr(sides_module, "logs_and_axes", fails)
     for path, reported in (("log", "before: is wrong"), ("a.csv", "a.csv: is wrong")):
         with pytest.raises(InputError, match=reported):
             sides_module.compared_as([path], [path])

@@ -64,7 +64,7 @@ def excited(
 ):
     best = Some(name="lugre", estimates=estimates, diagnostics=())
     known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "following_error": 2e-5, "loop": True, "friction": np.zeros(2)}
-    rehearsal = Some(identification=Some(best=best, sweep=None), **known | changes) if rehearsed else None
+    rehearsal = Some(log=None, identification=Some(best=best, sweep=None), **known | changes) if rehearsed else None
     limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
     prior = Some(assumed=assumed, friction=Some(name="dahl"))
     axis = Some(name="stage", effort_limit=limit, following_error_limit=error_limit)
@@ -174,25 +174,30 @@ def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level
 
 
 @pytest.mark.parametrize(
-    ("log", "level", "words", "logs"),
+    ("log", "is_repeat", "level", "words", "logs"),
     [
         (
             (2.0, 3.0),
+            False,
             "no",
             "no motion within the limits is better than the log at hand: a ± 5.0 % against ± 2.0 %, b ± 7.0 % against",
             "at.csv",
         ),
         (
             (2.0, 99.0),
+            False,
             "with_care",
             "biased: b identify both logs together, because the log at hand is better for some parameters: a",
             "LOG at.csv",
         ),
-        ((50.0, 99.0), "with_care", "biased: b", "LOG"),
+        ((50.0, 99.0), False, "with_care", "biased: b", "LOG"),
+        ((7.0, 8.0), False, "no", "no motion within the limits is better", "at.csv"),  # no more than the scatter of half-widths
+        ((50.0, 99.0), True, "no", "no motion within the limits is better than the log at hand: a ± 50 % against ± 50 %", "at.csv"),
     ],
 )
-def test_a_motion_is_compared_with_the_log_at_hand(log, level, words, logs):
-    known = Some(best=Some(estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]))
+def test_a_motion_is_compared_with_the_log_at_hand(monkeypatch, log, is_repeat, level, words, logs):
+    monkeypatch.setitem(Excitation.is_worse.fget.__globals__, "holds", lambda *logs: is_repeat)
+    known = Some(log=None, best=Some(estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]))
     found = replace(excited(ESTIMATES[:2]), earlier=known)
     ruling = report.excitation_ruling(found)
     assert (ruling.level, " ".join(ruling.reasons)[: len(words)]) == (level, words)

@@ -15,7 +15,7 @@ from tests.logs.test_check import elements, pulled
 
 import bristle as br
 from bristle import identification
-from bristle.core import Diagnostic, InputError, MissingExtraError
+from bristle.core import Diagnostic, InputError, InputWarning, MissingExtraError
 from bristle.demo import axis_simulated
 from bristle.exports import Request, Source, writing
 from bristle.files import TREATMENT, arrays, read_model
@@ -439,7 +439,8 @@ def test_compared_models_are_not_suggested(log):
 
 def test_of_several_logs_those_that_are_too_short_are_named_and_the_others_go_on(columns):
     whole, *short = ({name: values[:count] for name, values in columns.items()} for count in (4000, 60, 150))
-    result = br.identify([short[0], whole, short[1]], "viscous", draws=0, blocks=0)
+    with pytest.warns(InputWarning, match="leaves out a log: "):
+        result = br.identify([short[0], whole, short[1]], "viscous", draws=0, blocks=0)
     named = [note for note in result.log.notes if note.startswith("bristle leaves out a log: ")]
     assert (len(result.axes), len(result.log)) == (1, 4000)
     assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [True, True]

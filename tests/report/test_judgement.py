@@ -265,7 +265,8 @@ def test_next_steps_are_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
     fit = doubted(actual.best, grave, *lacking)
-    assert next_steps(fit, usable=True) == [SENTENCES["sign_reversed"].advice, "try a model with the missing force: `--model lugre,dahl`"]
+    tried = f"try a model with the missing force: `--model {fit.name},lugre,dahl`"
+    assert next_steps(fit, usable=True) == [SENTENCES["sign_reversed"].advice, tried]
     assert next_steps(doubted(fit), usable=True) == [
         "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv --axis axis.toml`"
     ]

@@ -88,7 +88,7 @@ def identified_of(tmp_path, monkeypatch, plan):
 
     folder = SimpleNamespace(write=lambda name, text: files.update({name: text}))
     monkeypatch.setattr(prepared, "results_folder", lambda place, force: asked.update(force=force) or nullcontext(folder))
-    monkeypatch.setattr("bristle.files.read_log", lambda log, axis, size_limit: (log, axis, size_limit))
+    monkeypatch.setattr("bristle.files.logs_and_axes", lambda logs, axis, size_limit: [((log, axis, size_limit), axis) for log in logs])
     monkeypatch.setattr("bristle.files.read_axis", lambda file: f"axis of {file}")
     monkeypatch.setattr(identified, "identify", identify)
     best = prepared._identified(plan, Path("experiment.toml"), 1000, lambda share, text: None)

@@ -35,28 +35,25 @@ def compare(
 
     Writes summary.json and report.html into DIR.
     """
-    from bristle.files import axes_for, read_axis
-    from bristle.logs import read_log
+    from bristle.files import read_axis
     from bristle.report.compared import compared_as
     from bristle.report.comparison import advice_of, change_table, remarks_of
     from bristle.report.table import capital
 
     output.context.with_resource(own_readers(reader))
-    limit, sides = size_limit(), ([before, *(before_too or ())], [after, *(after_too or ())])
-    files = [*sides[0], *sides[1]]
+    sides = [before, *(before_too or ())], [after, *(after_too or ())]
     contents = [toml_content(file) for file in axis or ()]
     further, code = own_figures(figure, "compare", has_folder=output.out is not None)
-    with output.opened("comparing", [*files, *contents]) as (folder, _):
-        axes = axes_for([read_axis(content) for content in contents], len(files))
-        logs = [read_log(file, axis, size_limit=limit) for file, axis in zip(files, axes, strict=True)]
+    with output.opened("comparing", [*sides[0], *sides[1], *contents]) as (folder, _):
+        axes = [read_axis(content) for content in contents]
         comparison = compared_as(
-            logs[: len(sides[0])],
-            logs[len(sides[0]) :],
+            *sides,
             axis=axes,
             call=output.command,
-            name=axes[0].name if axes[0] else before.stem,
+            name=axes[0].name if axes else before.stem,
             read={"axis": contents, "figure": code},
             figures=further,
+            size_limit=size_limit(),
         )
         if folder:
             comparison.write(folder)

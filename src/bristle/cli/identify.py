@@ -190,9 +190,6 @@ def _identify_friction(
                 raise
             outcome = replace(identification, unfinished=WITHOUT_LOOP).outcome_with(**words)
         identification = outcome.identification
-        for note in identification.log.notes:
-            if note.startswith("bristle leaves out a log: "):
-                complain(note.removeprefix("bristle "))
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:

@@ -13,6 +13,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.edge import NAMES, Amount, Progress, amount, guarded, model as of_family, optional, whole
 from bristle.core.errors import InputError, did_you_mean, located
+from bristle.core.lazy import cached_property
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
@@ -22,14 +23,15 @@ from bristle.excitation.purposes import PURPOSES, closing
 from bristle.excitation.rehearsal import Rehearsal, exceeded, lag_of, recorded, rehearse
 from bristle.files.arguments import AXIS
 from bristle.files.motion import gcode_of, moves_table, write_motion
-from bristle.identification import Fit, Identification, half_width, identify
+from bristle.identification import OPEN, Fit, Identification, half_width, identify
+from bristle.logs import holds
 
 SHORTEST = 2.0  # [s]
 SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
 ABOVE, HALVES = 1.02, 4.0  # smallest ratio of a recorded value to a limit below it; ratio of durations that halves intervals
 DRAWS = 40  # simulated logs for the intervals of an earlier log
-NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is not worth a recording
+NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is scatter of their draws
 SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
 LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
@@ -70,12 +72,18 @@ class Excitation:
     exceeded: tuple[str, ...] = ()
     earlier: Identification | None = None
 
+    @cached_property
+    def is_repeat(self) -> bool:
+        """Whether the earlier log already contains this motion: another log of it would be like that one, not like the rehearsal."""
+        return self.earlier is not None and self.rehearsal is not None and holds(self.earlier.log, self.rehearsal.log)
+
     @property
     def half_widths(self) -> dict[str, tuple[float, float]]:
-        """Half-widths of the 95 % intervals by the earlier log and by the rehearsal [%]; empty without both."""
+        """Half-widths of the 95 % intervals by the earlier log and after this motion [%]; empty without a rehearsal and an earlier log."""
         if self.earlier is None or self.rehearsal is None:
             return {}
-        then = {estimate.name: half_width(estimate) for estimate in self.rehearsal.identification.best.estimates}
+        after = self.earlier if self.is_repeat else self.rehearsal.identification
+        then = {estimate.name: half_width(estimate) for estimate in after.best.estimates}
         return {
             estimate.name: (half_width(estimate), then[estimate.name])
             for estimate in self.earlier.best.estimates
@@ -84,8 +92,10 @@ class Excitation:
 
     @property
     def is_worse(self) -> bool:
-        """Whether the earlier log determines the axis as well as this motion: wider intervals outweigh narrower ones."""
-        return bool(self.half_widths) and math.prod(then / now for now, then in self.half_widths.values() if now) > NARROWER
+        """Whether the earlier log determines the axis as well as this motion: the mean of the half-widths is not clearly narrower."""
+        # Parameters that are open in both tell nothing. The scatter of a mean falls with the root of their number.
+        gains = [then / now for now, then in self.half_widths.values() if now and min(now, then) < OPEN]
+        return bool(self.half_widths) and math.prod(gains) >= NARROWER ** math.sqrt(len(gains))
 
     @property
     def purposes(self) -> list[tuple[str, str]]:
@@ -198,13 +208,15 @@ def excite(
         excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
     # Of unknown limits, the notes on purposes already say which to write.
     if earlier is not None and excitation.is_worse and None not in (limits.velocity, limits.acceleration, limits.travel):
-        note = f"to record more than the log at hand, raise {_below(limits, seconds, earlier)}"
-        excitation = replace(excitation, notes=(*excitation.notes, note))
+        notes = [f"to record more than the log at hand, raise {_below(excitation, limits, seconds, earlier)}"]
+        if excitation.is_repeat:
+            notes.insert(0, "the log at hand already contains this motion: another log of it has the half-widths of that log")
+        excitation = replace(excitation, notes=(*excitation.notes, *notes))
     return excitation
 
 
-def _below(limits: MotionLimits, seconds: float, earlier: Identification) -> str:
-    """Return the limits that an earlier log exceeds, with sufficient values; a longer duration if it exceeds none."""
+def _below(excitation: Excitation, limits: MotionLimits, seconds: float, earlier: Identification) -> str:
+    """Return the limits that an earlier log exceeds, with sufficient values; a longer duration if it exceeds none, or is a repeat."""
     reached = (
         ("limits.velocity to", "length/time", earlier.best.traces.velocity, limits.velocity),
         ("limits.acceleration to", "length/time^2", earlier.best.traces.acceleration, limits.acceleration),
@@ -214,7 +226,7 @@ def _below(limits: MotionLimits, seconds: float, earlier: Identification) -> str
     below = [
         f"{name} {limits.in_unit(float(np.max(np.abs(value))) / MARGIN, of)}"
         for name, of, value, limit in reached
-        if limit is not None and np.max(np.abs(value)) > ABOVE * limit
+        if not excitation.is_repeat and limit is not None and np.max(np.abs(value)) > ABOVE * limit
     ]
     return ", ".join(below) or f"--duration to {limits.in_unit(HALVES * seconds, 'time')}, which halves the intervals"
 

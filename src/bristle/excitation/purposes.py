@@ -59,7 +59,8 @@ def _no_presliding(limits: MotionLimits) -> str:
     if LOOP_COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
             f"the encoder is too coarse ({LOOP_COUNTS:.0f} steps of {limits.in_unit(limits.count, 'length')} are not "
-            f"small against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')})"
+            f"small against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}). Record a finer encoder, and "
+            "write its resolution under [encoder]"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
         return (
@@ -68,7 +69,7 @@ def _no_presliding(limits: MotionLimits) -> str:
             f"controller for this motion{', or add integral action' * (not limits.integral)}"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
-        return f"this motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
+        return f"this motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}. Raise the stroke or the travel"
     return ""
 
 
@@ -176,7 +177,7 @@ def _no_stribeck(limits: MotionLimits) -> str:
     if reason := _unknown(limits):
         return reason
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
-        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities"
+        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities. Raise the stroke or the travel"
     return ""
 
 
@@ -232,7 +233,10 @@ def _no_damping(limits: MotionLimits) -> str:
             "and limit under [effort], or give a model"
         )
     if _highest_frequency(limits) < 1.25 * limits.resonance:
-        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at {limits.resonance:.3g} Hz"
+        return (
+            f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at {limits.resonance:.3g} Hz. "
+            "Record at a higher rate, and write sample_time under [timing]"
+        )
     amplitude = _chirp_amplitude(limits)
     if amplitude < CHIRP_COUNTS * limits.count:
         return (
@@ -263,7 +267,7 @@ def _no_stiffness(limits: MotionLimits) -> str:
     if (amplitude := _chirp_amplitude(limits)) < SIZES[1] * CHIRP_COUNTS * limits.count:
         return (
             f"the encoder is too coarse for several amplitudes up to {limits.in_unit(amplitude, 'length')} "
-            f"(its step is {limits.in_unit(limits.count, 'length')})"
+            f"(its step is {limits.in_unit(limits.count, 'length')}). Record a finer encoder, and write its resolution under [encoder]"
         )
     return ""
 
@@ -308,9 +312,9 @@ def _no_resonance(limits: MotionLimits) -> str:
     if reason := _unknown(limits):
         return reason
     if _highest_swept(limits) < 4.0 * SWEPT[0]:
-        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance"
+        return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance. Record at a higher rate"
     if SHAKEN * _resonance(limits, 2.0 * LEGS)[0].speed < 100.0 * limits.count:
-        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for long slides"
+        return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for long slides. Raise the stroke or the travel"
     return ""
 
 

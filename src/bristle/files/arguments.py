@@ -1,6 +1,7 @@
 """Converters of arguments: an axis, a log or an experiment, as an object or as the file that describes it."""
 
-from collections.abc import Callable, Iterable, Sequence
+import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 from typing import Any, TypeVar
@@ -9,7 +10,7 @@ from bristle import files
 from bristle.core.axis import Axis
 from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import Converter, instance
-from bristle.core.errors import InputError, TooShortError
+from bristle.core.errors import InputError, InputWarning, TooShortError
 from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
 from bristle.logs import readers
@@ -29,23 +30,19 @@ def log_and_axis(log: Any, axis: Any, size_limit: int = SIZE_LIMIT) -> tuple[Log
     axis = None if axis is None else looked_at(AXIS, axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
-    converter = instance(
-        Log, "a log or a log file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis, size_limit=size_limit)
-    )
-    return looked_at(converter, log, "log", None), axis
+    read = partial(read_log, axis=axis, size_limit=size_limit)
+    return looked_at(instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', read), log, "log", None), axis
 
 
-def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
+def axes_for(axis: Any, count: int) -> list[Any]:
     """Return an axis for each of `count` logs: a common axis, or a separate axis for each log."""
-    described = list(axes) or [None]
+    described = (list(axis) if isinstance(axis, (list, tuple)) else [axis]) or [None]
     if len(described) == 1:
         return described * count
     if len(described) != count:
         mend = "Give one axis file for all logs, or one axis file per log in the same order"
-        message, allowed = f"{len(described)} axis files for {count} logs", f"1 or {count} axis files"
-        if count == 1:
-            message, allowed = f"{len(described)} axis files for 1 log", "1 axis file"
-        raise InputError(message, path="axis", allowed=allowed, mend=mend)
+        message = f"{len(described)} axis files for {'1 log' if count == 1 else f'{count} logs'}"
+        raise InputError(message, path="axis", allowed=" or ".join(dict.fromkeys(("1", f"{count}"))), mend=mend)
     return described
 
 
@@ -54,15 +51,13 @@ def logs_and_axes(log: Any, axis: Any, *, size_limit: int = SIZE_LIMIT) -> list[
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
     if not logs:
         raise InputError("names no log", path="log", mend="Give at least one log")
-    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
-    return without_short([partial(log_and_axis, log, axis, size_limit) for log, axis in zip(logs, axes, strict=True)])
-
-
-LEFT_OUT = "bristle leaves out a log: "
+    return without_short(
+        [partial(log_and_axis, log, of_log, size_limit) for log, of_log in zip(logs, axes_for(axis, len(logs)), strict=True)]
+    )
 
 
 def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Log, A]]:
-    """Return the logs with their axes; of several, leave out those that are too short, with a note on each in the first of the others."""
+    """Return the logs with their axes; of several, leave out those that are too short, with a warning, and a note in the first other."""
     usable, short = [], []
     for pair in pairs:
         try:
@@ -75,7 +70,10 @@ def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Lo
     if not usable:
         raise TooShortError(f"all {len(short)} logs are too short: {', '.join(facts)}", path="log", mend=short[0].mend)
     (first, axis), *further = usable
-    return [(replace(first, notes=(*first.notes, *(f"{LEFT_OUT}{fact}" for fact in facts))), axis), *further]
+    for fact in facts:
+        first = replace(first, notes=(*first.notes, f"bristle leaves out a log: {fact}"))
+        warnings.warn(first.notes[-1], InputWarning, stacklevel=2)
+    return [(first, axis), *further]
 
 
 def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:

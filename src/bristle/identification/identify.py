@@ -154,7 +154,7 @@ def identify(
     components, extended = request.models_of(model, transmits=transmits), request.asks_for_all(model)
     for entry, _ in pairs:
         if entry.effort is None:
-            mend = "Name the column of force, torque or current in the axis file"
+            mend = "Name the column of force, torque or current in an axis file: bristle log LOG --write AXIS.toml proposes one"
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
     (first_log, _), kind = pairs[0], pairs[0][0].kind
     shapes = request.freed(free, components)

@@ -36,13 +36,13 @@ GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.valu
 def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     """Yield the code of each check of a log, in the order of the report, with the measured numbers; None if the check passes."""
     # `bristle.report.sentences.checks` has the sentence and the mend of each.
-    settings, effort, lost, x = look.settings, look.log.effort, look.lost, look.log.position.values
+    effort, lost, x = look.log.effort, look.lost, look.log.position.values
     if lost.size:
         step = float(np.max(np.abs(x[lost + 1] - x[lost])))
         yield "rows_lost", {"places": int(lost.size), "time": float(look.log.time.values[lost[0]]), "step": step}
     if look.high_pass is not None:
         yield "high_passed", {"cutoff": look.high_pass}
-    elif look.share < -settings.reversed_work:
+    elif look.is_reversed:
         yield "sign_reversed", {"percent": -100.0 * look.share}
     suspect = dict(_suspect_units(look))
     yield "unit_suspect", suspect.get("time")

@@ -13,11 +13,14 @@ from bristle.logs.turns import runs
 LEAVE_OUT = "Leave the column of time out of the axis file and write sample_time in [timing]"
 
 
+EVERY = slice(None)  # row, in the order of the log
+
+
 @dataclass(frozen=True)
 class Order:
     """Rows in the order of time."""
 
-    rows: np.ndarray | None
+    rows: np.ndarray | slice
     stamps: np.ndarray
     notes: tuple[str, ...] = ()
 
@@ -28,7 +31,7 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     if not steps.any():
         raise InputError(f"does not advance: all its values are {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT)
     if not np.any(steps < 0):
-        return Order(None, stamps)
+        return Order(EVERY, stamps)
     if np.all(steps <= 0):
         return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: bristle reversed the rows",))
     backward = np.flatnonzero(steps < 0)
@@ -52,7 +55,7 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
         ends = ", ".join(str(i + 1) for i in restarts[:5])
         notes.append(f"the clock restarts at row {ends}: bristle reads the log as {len(restarts) + 1} consecutive recordings")
     if not local:
-        return Order(None, stamps, tuple(notes))
+        return Order(EVERY, stamps, tuple(notes))
     rows = np.argsort(stamps, kind="stable")
     notes.append(f"{local} {'row was' if local == 1 else 'rows were'} out of order: bristle sorted the rows by time")
     return Order(rows, stamps[rows], tuple(notes))
@@ -75,7 +78,7 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
     different = stamps.size - int(repeated.sum())
     if different < fewest:
         raise InputError(f"has only {different} different time stamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
-    rows = np.arange(stamps.size) if order.rows is None else order.rows
+    rows = np.arange(stamps.size)[order.rows]
     twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
     if count := int(twice.sum()):
         notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the previous row: bristle uses each row once")
@@ -95,7 +98,7 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
             spread[first : last + 1] = before + free[0] * np.arange(1, size + 1) / size
         else:
             spread[first : last + 1] = stamps[first] + free[1] * np.arange(size) / size
-    return Order(rows if count else order.rows, spread, tuple(notes))
+    return Order(rows, spread, tuple(notes))
 
 
 BRIDGED = 3  # consecutive lost rows that are interpolated: a longer pause splits the log
@@ -166,8 +169,8 @@ class Clock:
     pieces: tuple[tuple[slice, np.ndarray], ...]
     stamps: np.ndarray
     uniform: bool
+    rows: np.ndarray | slice
     notes: tuple[str, ...] = ()
-    rows: np.ndarray | None = None
     jitter: Jitter | None = None
 
     @property
@@ -182,7 +185,7 @@ class Clock:
 
     def sampled(self, values: np.ndarray, lag: float = 0.0, *, smooth: bool = True) -> np.ndarray:
         """Return the values on the grid; the values were recorded later by `lag` [s]."""
-        values = values if self.rows is None else values[self.rows]
+        values = values[self.rows]
         parts = []
         for raw, grid in self.pieces:
             shift = (grid[0] + lag - self.stamps[raw][0]) / self.sample_time
@@ -196,7 +199,7 @@ class Clock:
 
     def error_of(self, values: np.ndarray) -> float:
         """Return the root mean square error of resampling, in the unit of `values`, from every second sample."""
-        values = values if self.rows is None else values[self.rows]
+        values = values[self.rows]
         squares, count = 0.0, 0
         for raw, _ in self.pieces:
             stamps, recorded = self.stamps[raw], values[raw]
@@ -270,7 +273,7 @@ def clock_of(
         notes.append(f"the sample time changes ({changes}): bristle resamples the log onto a uniform grid of {period:.6g} s")
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
-        position = position if position is None or order.rows is None else position[order.rows]
+        position = None if position is None else position[order.rows]
         stamps, jitter, remarks = _deviation(stamps, places, usable, period, uneven, position)
         notes += remarks
     pieces = []
@@ -284,7 +287,7 @@ def clock_of(
         message += f" in sequence after a shift by the delay of {delay:g} s" if delay else ""
         raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
     is_uniform = jitter is None and not parts and not np.any(counts > 1.0)
-    return Clock(period, tuple(pieces), stamps, is_uniform, tuple(notes), order.rows, jitter)
+    return Clock(period, tuple(pieces), stamps, is_uniform, order.rows, tuple(notes), jitter)
 
 
 CHANGES, EVEN, FEWEST = 1.2, 0.05, 100  # ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part

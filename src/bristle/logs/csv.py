@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +16,14 @@ from bristle.core.errors import InputError
 from bristle.logs import stamped_text
 from bristle.logs.layout import COMMENTS, HEAD_LINES, Layout, cells_of, is_number, layout_of, why_no_number, without_comments
 from bristle.logs.table import NUMBER_BYTES, Request, Table
+from bristle.logs.tables import note_of_text
 from bristle.logs.words import is_time
 
 HEAD_BYTES = 2**17
 LONGEST_LINE = 4 * 2**20
 _QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
 PIECE = 2**20
+BEFORE = 1001  # lines compared with a last line without a line break
 
 
 def read_csv(data: bytes, request: Request) -> Table:
@@ -50,12 +53,11 @@ def read_csv(data: bytes, request: Request) -> Table:
     layout = replace(layout, units=tuple(map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)))
     # A signal of a SINUMERIK has an address, which names its column.
     program = "SINUMERIK trace, CSV" if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names) else ""
-    has_stamps = any(not numeric or is_time(name) for name, numeric in zip(layout.names, layout.numeric, strict=True))
-    dates = stamped_text.stamps_in(body, layout, encoding) if has_stamps else {}
+    dates = stamped_text.stamps_in(body, layout, encoding)
     words = {i: column for i, column in words.items() if i not in late and i not in dates}
     columns = _irregular(body, layout, request, encoding, has_words=any(map(all, words.values())))
     apart = None if columns is None else stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
-    notes += stamped_text.note_of_text([layout.names[i] for i in words])
+    notes += note_of_text([layout.names[i] for i in words])
     if columns is not None:
         named = replace(layout, names=stamped_text.names_beside_times(layout.names))
         apart = apart or stamped_text.with_own_times(columns, named, request, [*layout.notes, *notes])
@@ -130,17 +132,12 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
 
 def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     """Return the starts of the first lines."""
-    starts, at = [0], 0
-    while len(starts) <= most:
-        end = data.find(b"\n", at)
-        if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
+    lines = data.split(b"\n", most)
+    for number, line in enumerate(lines[:most], 1):
+        if len(line) > LONGEST_LINE:
             message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row per sample"
-            raise InputError(message, path=f"{source}: line {len(starts)}", mend=mend)
-        if end < 0:
-            break
-        at = end + 1
-        starts.append(at)
-    return starts
+            raise InputError(message, path=f"{source}: line {number}", mend=mend)
+    return [0, *accumulate(len(line) + 1 for line in lines[:-1])]
 
 
 def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) -> tuple[bytes, list[str]]:
@@ -149,13 +146,8 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
         return body, []
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
-    cells, before, stop = cells_of(last, layout.delimiter), [], end - 1
-    for _ in range(1000):
-        if stop < 0:
-            break
-        begin = body.rfind(b"\n", 0, stop) + 1
-        line, stop = body[begin:stop].decode(encoding), begin - 1
-        before += [cells_of(line, layout.delimiter)[-1]] if line.strip() else []
+    cells, lines = cells_of(last, layout.delimiter), body[:end].rsplit(b"\n", BEFORE)[-BEFORE:]
+    before = [cells_of(line.decode(encoding), layout.delimiter)[-1] for line in lines if line.strip()]
     cut = not layout.is_row(cells) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)

@@ -159,6 +159,11 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
 
 
+def kind_of(unit: str) -> Kind:
+    """Return the kind of the axis whose position or velocity has a unit."""
+    return KINDS[any(converts(unit, base) for base in ("rad", "rad/s"))]
+
+
 def axis_of(table: Table) -> Axis:
     """Return the axis that names and units of a table suggest, for logs without an axis file."""
     names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
@@ -171,9 +176,7 @@ def axis_of(table: Table) -> Axis:
         if is_nameless(table):
             mend = "Propose a role for each column with `bristle log LOG --write AXIS.toml`, and add --axis AXIS.toml"
         raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
-    unit = table.units.get(moved, "m")
-    turns = not table.unknown_unit(moved) and any(units.compatible(unit, base) for base in ("rad", "rad/s"))
-    kind: Kind = KINDS[1] if turns else KINDS[0]
+    kind = kind_of(table.units.get(moved, ""))
     columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 

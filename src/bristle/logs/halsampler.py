@@ -55,7 +55,7 @@ def read(data: bytes, request: Request) -> Table:
         raise InputError("is not a row of halsampler", path=f"{place}: line {i + 1}", value=text, mend=mend) from None
     counters = [k for k in range(width) if counts_rows(values[:, k])]
     # After its buffer was full once, HAL leaves one old row, which is the first of the next record.
-    jumps = np.array([_lost(values[:, k]) != 0.0 for k in counters])
+    jumps = np.array([_steps(values[:, k]) != 1.0 for k in counters])
     if jumps.size and np.any(jumps[:, 0]) and not np.any(jumps[:, 1:]):
         values, at = values[1:], at[1:]
         notes.append("the first row is an old one of the buffer of HAL: bristle ignores it")
@@ -87,15 +87,10 @@ def counts_rows(values: np.ndarray) -> bool:
     return bool(np.mean(steps == 1.0) >= COUNTS and (np.all(steps >= 1.0) or np.mean(steps == 1.0) > 0.9))
 
 
-def _lost(counter: np.ndarray) -> np.ndarray:
-    """Return the number of samples that a counter lacks between rows."""
-    return _steps(counter) - 1.0
-
-
 def _refuse_losses(values: np.ndarray, counters: list[int], overruns: list[int], at: list[int], place: str) -> None:
     """Refuse a log with lost samples, by a jump of a counter or by a line of halsampler, which does not state their number."""
     for k in counters:
-        lost = _lost(values[:, k])
+        lost = _steps(values[:, k]) - 1.0  # samples that the counter lacks between rows
         if jumps := np.flatnonzero(lost).tolist():
             cell = f"{place}: line {at[jumps[0] + 1] + 1}, column_{k + 1}"
             count = f"{lost[jumps].sum():.0f} samples in {len(jumps)} {'place' if len(jumps) == 1 else 'places'}"

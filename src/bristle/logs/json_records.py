@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.errors import InputError, located
 from bristle.logs.formats import LogFormat
 from bristle.logs.table import Request, Table
-from bristle.logs.tables import Series, flattened, no_such_table, table_of_series
+from bristle.logs.tables import Series, flattened, no_such_table, note_of_text, table_of_series
 from bristle.logs.words import is_time, names_and_units, unit_of_time
 
 DEEPEST = 8
@@ -127,7 +127,7 @@ def _table(
         raise InputError("holds no column of numbers", path=str(request.source), mend=MEND)
     advancing = (c for c, v in numbers.items() if is_time(c) and v.size > 1 and np.all(np.isfinite(v)) and np.mean(np.diff(v) > 0) > 0.5)
     time = next(advancing, None)
-    notes += [f"bristle ignores columns of text: {', '.join(list(texts)[:20])}"] if texts else []
+    notes += note_of_text(list(texts))
     series = []
     for name, values in numbers.items():
         if name == time:

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import units
 from bristle.core.axis import CHANNELS, OF_COUPLING, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, optional
 from bristle.core.errors import InputError, did_you_mean, error_text
 from bristle.core.tabular import of_upper_layer
 from bristle.core.values import shown
-from bristle.core.variable import KINDS, Variable, unit_of
+from bristle.core.variable import Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
+from bristle.logs.gather import kind_of
 from bristle.logs.problems import REPAIR
 from bristle.logs.table import USUAL_NAMES, Table, some_of
 
@@ -40,14 +40,8 @@ MEND = 'Give a data frame or a dictionary with the columns "time", "position" an
 def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = None, sample_time: Any = None) -> LogData:
     """Return the log in a table of columns; see `Log.from_columns`."""
     by_name, table = axis is None or not axis.columns, columns
-    used = axis or Axis()
-    if axis is None and kind:
-        used = Axis(kind=kind)
-    elif axis is None:
-        position = _named(table.names, "position")
-        name, base = (position, "rad") if position else (_named(table.names, "velocity"), "rad/s")
-        unit = table.units.get(name or "", "")
-        used = Axis(kind=KINDS[1] if unit and units.compatible(unit, base, path=str(SOURCE)) else KINDS[0])
+    moved = _named(table.names, "position") or _named(table.names, "velocity") or ""
+    used = axis or Axis(kind=kind or kind_of(table.units.get(moved, "")))
     if by_name:
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))

@@ -72,6 +72,19 @@ class Look:
         return work_share(self.log)
 
     @cached_property
+    def is_reversed(self) -> bool:
+        """Whether the effort takes work out of the axis, and its power against friction is clear, too."""
+        if self.share >= -self.settings.reversed_work:
+            return False
+        # In a short log no motion is closed well enough: what is left of the inertia looks like work of friction.
+        rows = self.rows.sliding
+        v, side = rows.velocity, np.sign(rows.velocity)
+        # With a second column that takes no power, the coefficient of the side is the power of both over that of the side.
+        shape = v - side * float(v @ v) / (float(v @ side) or 1.0)
+        line = Line.through(np.column_stack([rows.acceleration, np.ones_like(v), shape, side]), rows.effort)
+        return line is not None and line.last[0] < -self.settings.sure * line.last[1]
+
+    @cached_property
     def rows(self) -> Rows:
         """The log in rows after one filter."""
         return rows_of(self.log, self.resolution)
@@ -129,7 +142,7 @@ class Look:
 
     def line(self, *further: np.ndarray) -> Line | None:
         """Return a regression line with further columns; None if the fit is poor or the effort has a wrong sign."""
-        if self.log.effort is None or self.share < -self.settings.reversed_work:
+        if self.log.effort is None or self.is_reversed:
             return None
         rows, columns = self.sliding
         line = Line.through(np.column_stack([columns, *further]), rows.effort)

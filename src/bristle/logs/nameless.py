@@ -163,7 +163,8 @@ class _Search:
             if reference:
                 roles.append((reference, "reference", joint, f"it is almost {name}, and leads it"))
             if velocity:
-                roles.append((velocity, "velocity", joint, f"it is the rate of {name} (correlation {self._likeness(name, velocity):.4f})"))
+                likeness = correlation(self.rates[name], self.signals[velocity])
+                roles.append((velocity, "velocity", joint, f"it is the rate of {name} (correlation {likeness:.4f})"))
             if effort:
                 roles.append((effort[0], "effort", joint, effort[1]))
         return roles
@@ -185,13 +186,10 @@ class _Search:
         first, second = self.signals[name], self.signals[candidate]
         return correlation(first, second) > EQUAL and abs(slope(first, second) - 1.0) < UNEQUAL
 
-    def _likeness(self, name: str, rate: str) -> float:
-        return correlation(self.rates[name], self.signals[rate])
-
     def _velocities(self) -> tuple[dict[str, str], dict[str, str]]:
         """Return the velocity of each position that has one, and the evidence for the positions."""
         pairs = [
-            (self._likeness(name, rate), name, rate)
+            (correlation(self.rates[name], self.signals[rate]), name, rate)
             for name in self.signals
             for rate in self.signals
             if self.rough[name] < self.rough[rate]

@@ -54,8 +54,10 @@ def holds(log: Log, motion: Log) -> bool:
 
 
 def _strokes(log: Log) -> np.ndarray:
-    """Return length [m or rad] and duration [s] of the strokes of a log, shape (stroke, 2), in logarithms."""
-    grain, parts = graininess(log.position.values, log.position.step), [log.position.values[part] for part in log.segments]
+    """Return length [m or rad] and duration [s] of the strokes asked for in a log, shape (stroke, 2), in logarithms."""
+    # An axis does not follow each stroke of its reference, and would not follow it the next time.
+    way = log.position if log.reference is None else log.reference
+    grain, parts = graininess(way.values, way.step), [way.values[part] for part in log.segments]
     legs = [leg for x in parts for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time)]
     return np.log([(abs(leg.distance), log.sample_time * (leg.last - leg.first)) for leg in legs]).reshape(-1, 2)
 

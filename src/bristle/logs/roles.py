@@ -61,7 +61,7 @@ def candidate_of(table: Table, name: str, is_nameless: bool) -> Candidate | None
     finite = np.isfinite(values)
     if not finite.any():
         return None
-    filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
+    filled = np.where(finite, values, np.median(values[finite]))
     unit, unit_source, unknown = table.units.get(name, ""), "header", table.unknown_unit(name)
     if not unit or unknown:
         unit, unit_source = unit_in_name(name), "name"

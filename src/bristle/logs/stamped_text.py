@@ -16,7 +16,7 @@ from bristle.logs.check import SAMPLED
 from bristle.logs.clock import LONGEST, SHORTEST, UNIFORM
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
 from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
-from bristle.logs.tables import Series, table_of_series
+from bristle.logs.tables import Series, note_of_text, table_of_series
 from bristle.logs.words import converts, distinct, is_time, listed, meaning_of, plain_unit, unit_in_name
 
 EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
@@ -114,14 +114,19 @@ _GERMAN = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})[ T](\d\d?:\d\d:\d\d(?:[.,]\d+)?
 
 
 def _of_dates(cells: Sequence[str]) -> np.ndarray:
-    moments = []
-    for cell in cells:
-        if german := _GERMAN.fullmatch(cell):
-            cell = f"{german[3]}-{int(german[2]):02d}-{int(german[1]):02d} {german[4]}"
-        date, _, clock = cell.replace("/", "-").removesuffix("Z").replace("T", " ").rpartition(" ")
-        moments.append(datetime.fromisoformat(f"{date or '2000-01-01'}T{'0' * (clock[1:2] == ':')}{clock}"))
+    """Return dates, or times of day, as seconds from the first."""
+    moments = [_moment(cell) for cell in cells]
     seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    return seconds + 86400.0 * np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day restarts at midnight
+    restarts = (np.diff(seconds) < -43200.0) & (":" in cells[0][:3])  # a time of day restarts at midnight
+    return seconds + 86400.0 * np.cumsum(np.append(0.0, restarts))
+
+
+def _moment(text: str) -> datetime:
+    if german := _GERMAN.fullmatch(text):
+        text = f"{german[3]}-{int(german[2]):02d}-{int(german[1]):02d} {german[4]}"
+    *date, clock = re.split(r"[T ,;\t]+", text.replace("/", "-").removesuffix("Z"), maxsplit=1)
+    day = "".join(date) or "2000-01-01"
+    return datetime.fromisoformat(f"{day}T{'0' * (clock[1:2] == ':')}{clock.replace(',', '.')}")
 
 
 def _of_counts(cells: Sequence[str]) -> np.ndarray:
@@ -336,28 +341,21 @@ def is_archive(lines: Sequence[str]) -> bool:
 def read_archive(lines: Sequence[str], request: Request) -> Table:
     """Return the signals of an archive, each with separate times."""
     refuse_larger(len(lines) * 2 * NUMBER_BYTES, request.limit, request.source)
-    signals: dict[str, tuple[list[str], list[float]]] = {}
-    unreadable, has_states = 0, False
-    for line in lines:
-        match = _NAMED.fullmatch(line)
-        if match is None:
-            unreadable += bool(line.strip()) and not line.lstrip().startswith("#")
-            continue
-        times, values = signals.setdefault(match[1], ([], []))
-        times.append(match[2])
-        values.append(float(match[3].replace(",", ".")))
-        has_states = has_states or bool(match[4])
-    if len(signals) > MOST_SIGNALS:
-        allowed, mend = f"up to {MOST_SIGNALS}", "Export the log as a table with one column per signal"
-        raise InputError(f"names {len(signals)} signals", path=str(request.source), allowed=allowed, mend=mend)
-    origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
-    series = []
-    for name, (times, values) in signals.items():
-        times = times if request.choice(name) else ()  # reading dates takes most of the time
-        stamps = times if origin is None else [(_date(time) - origin).total_seconds() for time in times]
-        series.append(Series(name, np.array(values), np.array(stamps, dtype=float)))
-    notes = [f"bristle ignores {unreadable} lines without a value of a signal"] if unreadable else []
-    notes += ["bristle ignores the text behind the values"] * has_states
+    matches = list(filter(None, map(_NAMED.fullmatch, lines)))
+    names = {match[1]: match[2] for match in reversed(matches)}  # with their first stamps
+    if len(names) > MOST_SIGNALS:
+        mend = "Export the log as a table with one column per signal"
+        raise InputError(f"names {len(names)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}", mend=mend)
+    chosen = [match for match in matches if request.choice(match[1])]  # reading dates takes most of the time
+    stamps = [*names.values(), *(match[2] for match in chosen)]
+    times = _of_dates(stamps) if ":" in stamps[0] else np.array(stamps, dtype=float)
+    times -= times[: len(names)].min() * (":" in stamps[0])
+    values = np.array([float(match[3].replace(",", ".")) for match in chosen])
+    series = [*_series_by_name([match[1] for match in chosen], times[len(names) :], {"": (values, "")})]
+    series += [Series(name, None) for name in names if not request.choice(name)]
+    unreadable = sum(bool(line.strip()) and not line.lstrip().startswith("#") for line in lines) - len(matches)
+    notes = [f"bristle ignores {unreadable} lines without a value of a signal"] * (unreadable > 0)
+    notes += ["bristle ignores the text behind the values"] * any(match[4] for match in matches)
     return table_of_series(series, request, "archive", notes=notes)
 
 
@@ -387,7 +385,7 @@ def signals_of_rows(
 ) -> Table | None:
     """Return the signals of a table in long form, whose rows name their joint or signal; None if it is a table of columns."""
     clock = next((i for i in (*dates, *columns) if i in dates or is_time(layout.names[i])), min(columns))
-    times = dates[clock] if clock in dates else columns[clock]
+    times = {**columns, **dates}[clock]
     values = {layout.names[i]: (column, layout.units[i]) for i, column in columns.items() if i != clock}
     # As few columns of words as possible, with the fewest names: a word of a row can depend on its joint.
     filled = [i for i, column in words.items() if all(column)]
@@ -405,11 +403,6 @@ def signals_of_rows(
     return table_of_series(_series_by_name(named[key], times, values), request, "text", time_unit=unit, notes=notes)
 
 
-def note_of_text(names: Sequence[str]) -> list[str]:
-    """Return the note on columns of text."""
-    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
-
-
 def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[str, tuple[np.ndarray, str]]) -> Iterator[Series]:
     """Yield the columns of a table in long form, given with their units, as signals of each name."""
     roles = {meaning_of(name).role for name in columns} - {"", "time", "status"}
@@ -420,8 +413,3 @@ def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[st
             called = f"{word}.{name}" if roles or len(columns) > 1 else word
             filled = rows & np.isfinite(values)
             yield Series(called, values[filled], times[filled], unit, joint=word if len(roles) > 1 else "")
-
-
-def _date(text: str) -> datetime:
-    parts = re.split(r"[T ,;\t]+", text, maxsplit=1)
-    return datetime.fromisoformat(f"{parts[0].replace('/', '-')}T{parts[1].replace(',', '.')}")

@@ -100,11 +100,12 @@ def _as_log(table: Table, axis: Axis) -> Summary:
     part["channels"] = [_entry(name, channel) for name, channel in gathered.named()]
     channels = [gathered.channels.get("time"), gathered.motion]
     fit = all(channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels)
+    clock = None
     try:
-        clock = clock_for(table, axis, gathered) if fit and channels[1] else None
+        if fit and channels[1]:
+            clock = clock_for(table, axis, gathered)
     except InputError as problem:
         problems.append(problem)
-        clock = None
     if clock is not None:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}

@@ -129,6 +129,11 @@ def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int
         yield from flattened(value, through, depth - 1, name)
 
 
+def note_of_text(names: Sequence[str]) -> list[str]:
+    """Return the note on columns of text."""
+    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
+
+
 class Series(NamedTuple):
     """A channel: its values if read, and its times if separate."""
 

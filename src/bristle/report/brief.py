@@ -8,7 +8,7 @@ from bristle.core import number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.cards import Line, labelled, no_gain
 from bristle.report.compensation import gain_of
-from bristle.report.judgement import DOUBTS, feedforward_of, is_one_sided, ruling_of
+from bristle.report.judgement import DOUBTS, comparison_with, feedforward_of, is_one_sided, ruling_of
 from bristle.report.messages import advice_of, second_pass_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
@@ -155,7 +155,7 @@ def _warnings(fit: Fit, following: Following | None) -> list[Line]:
         [f"{f'{more} more: -v. ' if more > 0 else ''}To explain a warning: bristle explain CODE"] if lines else []
     )
     models = dict.fromkeys(str(diagnostic.numbers["model"]) for diagnostic in doubts if diagnostic.numbers.get("model"))
-    proposed = [Line("Try", f"--model {next(iter(models))}")] if models else []
+    proposed = [Line("Try", comparison_with(fit, [*models][:1]))] if models else []
     return [*labelled("Warnings", lines), *proposed]
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from bristle.comparison import Comparison, compare as sides_compared
-from bristle.core import Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
-from bristle.files import axes_for, log_and_axis, provenance
+from bristle.core import SIZE_LIMIT, Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
+from bristle.files import axes_for, logs_and_axes, provenance
 from bristle.logs import Log
 from bristle.report.results import Result
 
@@ -154,22 +154,19 @@ def compared_as(
     name: str = "",
     read: Mapping[str, Any] | None = None,
     figures: Sequence[ReportFigure] = (),
+    size_limit: int = SIZE_LIMIT,
 ) -> Compared:
     """Return the result of `compare`, with a given call and names."""
     sides = {path: list(side) if isinstance(side, (list, tuple)) else [side] for path, side in (("before", before), ("after", after))}
-    for path, side in sides.items():
-        if not side:
-            raise InputError("names no log", path=path, mend="Give at least one log")
-    named_logs = [(path, log) for path, side in sides.items() for log in side]
-    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named_logs))
-    pairs = [_read(log, own_axis, path) for (path, log), own_axis in zip(named_logs, axes, strict=True)]
-    count = len(sides["before"])
-    comparison = sides_compared(pairs[:count], pairs[count:], window)
-    first, described = pairs[0]
+    axes = iter(axes_for(axis, sum(map(len, sides.values()))))
+    pairs = {path: _read(side, [next(axes) for _ in side], path, size_limit) for path, side in sides.items()}
+    comparison = sides_compared(pairs["before"], pairs["after"], window)
+    first, described = pairs["before"][0]
     # The call that repeats the comparison with the same logs and axis.
-    names = [log.origin.name or log.source.name.strip("<>") or path for (path, _), (log, _) in zip(named_logs, pairs, strict=True)]
-    words = [repr(side[0] if len(side) == 1 else side) for side in (names[:count], names[count:])]
-    words += ["axis=axis"] * any(own is not None for _, own in pairs) + [f"window={window!r}"] * (window is not None)
+    names = [[log.origin.name or log.source.name.strip("<>") or path for log, _ in side] for path, side in pairs.items()]
+    words = [repr(side[0] if len(side) == 1 else side) for side in names]
+    words += ["axis=axis"] * any(own is not None for side in pairs.values() for _, own in side)
+    words += [f"window={window!r}"] * (window is not None)
     return Compared(
         **{field: getattr(comparison, field) for field in Comparison.__dataclass_fields__},
         axis_name=name or (described.name if described is not None else Path(first.source.name.strip("<>")).stem or "axis"),
@@ -179,9 +176,9 @@ def compared_as(
     )
 
 
-def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:
-    """Return a log and its axis; errors name the argument."""
+def _read(logs: list[Any], axes: list[Any], path: str, size_limit: int) -> list[tuple[Log, Axis | None]]:
+    """Return the logs of a side with their axes; errors name the argument."""
     try:
-        return log_and_axis(log, axis)
+        return logs_and_axes(logs, axes, size_limit=size_limit)
     except InputError as error:
         raise error.at(path=path if error.path == "log" else error.path) from None

@@ -15,7 +15,7 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import COMPARE, Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
+from bristle.report.judgement import WRITTEN_BY, comparison_with, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
 from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
 from bristle.report.loops import variant_table
 from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
@@ -215,7 +215,7 @@ def next_steps(fit: Fit, *, usable: bool) -> list[str]:
     """Return the next steps: how to record again, models with a missing force, motions for open parameters."""
     lines = advice_of(doubt.code for doubt in fit.diagnostics if doubt.severity == "error")
     models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
-    lines += [f"try a model with the missing force: `--model {','.join(dict.fromkeys(models))}`"] if models else []
+    lines += [f"try a model with the missing force: `{comparison_with(fit, models)}`"] if models else []
     by_motion: dict[str, list[str]] = {}
     for names, motion in next_measurements(fit):
         sentence, _, command = motion.partition(WRITTEN_BY)

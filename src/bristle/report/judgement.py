@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bristle.core import unit_of
+from bristle.files import origins_of_code
 from bristle.prediction import compensation_of, first_gain, level_values
 from bristle.report.compensation import helped_text
 from bristle.report.page import Ruling
@@ -214,3 +215,9 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
         for needed, (text, purposes) in ADVICE.items()
     }
     return [(", ".join(names), motions[needed]) for needed, names in open_.items() if needed in motions]
+
+
+def comparison_with(fit: Fit, models: list[str]) -> str:
+    """Return the option that compares a model with others: after it, bristle proposes none of them again."""
+    own = [] if origins_of_code([fit.friction.component]) else [fit.name]  # the name of a user's model names no file
+    return f"--model {','.join(dict.fromkeys([*own, *models]))}"

@@ -86,7 +86,7 @@ def prepare(
 
 
 def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress) -> Fit:
-    from bristle.files import read_axis, read_log
+    from bristle.files import logs_and_axes, read_axis
     from bristle.report.identified import identify
 
     plan.folder.parent.mkdir(exist_ok=True)
@@ -95,7 +95,7 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
         if plan.excited:
             logs, axis = _excited(plan.excited, axis)
         else:
-            logs = [read_log(log, axis, size_limit=size_limit) for log in plan.logs]
+            logs = [log for log, _ in logs_and_axes(list(plan.logs), axis, size_limit=size_limit)]
         identification = identify(logs, axis=axis, progress=progress, **{"draws": 0, **plan.options}).finished
         outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
         if plan.excited:

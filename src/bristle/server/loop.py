@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle import controllers
 from bristle.core import InputError, between
-from bristle.files import edited, form_of, key_of, write_whole
+from bristle.files import edited, form_of, key_of, logs_and_axes, write_whole
 from bristle.server.errand import Answer, Errand, as_table, zipped
 
 if TYPE_CHECKING:
@@ -37,14 +37,12 @@ def _fields(law: Component) -> list[tuple[str, str, str]]:
 
 def compensate(errand: Errand) -> Answer:
     """Simulate the loop of the log with the identified model, after edits of the controller, without another identification."""
-    import bristle
-
     identified, command = pickle.loads((errand.model.parent / IDENTIFIED).read_bytes())
     errand = replace(errand, axis_text=edited(errand.axis_text, errand.options.get("edits") or {}, errand.axis_label))
     axis, before = errand.axis(), identified.axis
     if replace(axis, **{name: getattr(before, name) for name in OF_LOOP}) != before:
         raise InputError("changes the meaning of the log", path=errand.axis_label, mend="Check the logs, and identify again")
-    first, *further = (bristle.read_log(log.content, axis, size_limit=errand.size_limit) for log in errand.fitted)
+    first, *further = (log for log, _ in logs_and_axes([log.content for log in errand.fitted], axis, size_limit=errand.size_limit))
     if reason := reason_without_loop(identified.best, axis, first):
         raise InputError(reason, path="the loop cannot be simulated")
     identified = replace(identified, log=first, further_logs=tuple(further), axes=(axis,) * len(identified.axes))
