@@ -246,8 +246,7 @@ def test_the_share_with_the_smallest_error_is_taken_by_files_and_loop(monkeypatc
 
 # A drive that feeds 4 % of the effort of 30 m/s^2 too much leaves an error of its own beside each error.
 @pytest.mark.parametrize(
-    ("scaled", "acceleration", "ratios"),
-    [("contact", 1e-3, [0.2]), ("contact", 30.0, [0.6]), ("contact", 3e3, [0.75]), ("force", 1e-3, [])],
+    ("scaled", "acceleration", "ratios"), [("contact", 1e-3, [0.2]), ("contact", 30.0, [0.6]), ("contact", 3e3, []), ("force", 1e-3, [])]
 )
 def test_a_law_promises_for_the_share_of_an_identification_only(monkeypatch, scaled, acceleration, ratios):
     own = 0.08 * 30.0 * MASS / STIFFNESS
@@ -296,7 +295,7 @@ def test_errors_within_five_per_cent_count_as_equal(size, is_worse):
     assert moved(1e-5, 1.0, size).is_worse == is_worse
 
 
-BETTER, QUICK, SLOW = moved(1e-5, 1.0, 0.2), Claim(3e-5, None, 0.3, 1.5), Claim(3e-4, 1.0, 1.0, 1.0)
+BETTER, QUICK, SLOW = moved(1e-5, 1.0, 0.2), Claim(3e-5, None, 0.3, 1.5), Claim(3e-4, 1.0, 1.0)
 
 
 @pytest.mark.parametrize(

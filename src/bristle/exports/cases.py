@@ -127,7 +127,8 @@ def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
 def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tuple[tuple[Claim, ...], bool]:
     """Return the moves that no case shows to get worse, and whether the axis hunts.
 
-    An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor.
+    An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor. A promise
+    that is lost in it is none.
     """
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
     # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
@@ -143,9 +144,9 @@ def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tu
         if poor >= LEAST * reach * (1.0 - 1e-9):
             doubtful = max(doubtful, CLEAR * poor)
         least = max(LEAST * reach, min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf))
-        if math.isfinite(least) and all(claim.least_distance > least for claim in claims):
-            worst = max(trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least)
-            claims.append(Claim(least, slowest, rest, max(1.0, CAREFUL / worst)))
+        worst = max((trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least), default=math.inf)
+        if worst < CAREFUL and all(claim.least_distance > least for claim in claims):
+            claims.append(Claim(least, slowest, rest, CAREFUL / worst))
     return tuple(claims), hunts
 
 

@@ -40,7 +40,7 @@ class Claim(NamedTuple):
 
     Moves over `least_distance` [m or rad] or more, as quick as the axis allows or, with `slowest_move`, lasting up to this time
     [s], and rests between them of up to `longest_rest` [s]. Their following error falls at least by a `factor`, which only a
-    simulation of the loop shows; with 1, it does not grow.
+    simulation of the loop shows.
     """
 
     least_distance: float
@@ -52,7 +52,7 @@ class Claim(NamedTuple):
         """Return the moves in words, with the least distance as text."""
         pace = "quick moves" if self.slowest_move is None else f"moves of up to {self.slowest_move:g} s"
         moves = f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
-        return moves if self.factor in (None, 1.0) else f"{moves} (error at least {number(self.factor, digits=2)} times smaller)"
+        return moves if self.factor is None else f"{moves} (error at least {number(self.factor, digits=2)} times smaller)"
 
 
 def doubt_of(model: Model, draws: Mapping[str, np.ndarray]) -> float:
