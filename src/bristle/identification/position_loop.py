@@ -7,6 +7,7 @@ slope of its effort over the position error, with the integral frozen. Without o
 least-squares fit of the effort of a log to the terms above. Its interval comes from fits that leave out one part of the log.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,11 +58,10 @@ def stiffness_in(log: Log) -> Stiffness | None:
     rows, effort, parts = _rows_of(log)
     if effort.size < 50 * PARTS:
         return None
-    slope = _coefficient(rows, effort)
-    left_out = []
-    for part in range(PARTS):
-        rest = parts != part
-        left_out.append(_coefficient(rows[rest], effort[rest]))
+    # The triangular factor of a part stands for its rows in every fit.
+    factors = [np.asarray(np.linalg.qr(np.column_stack([rows, effort])[parts == part], mode="r")) for part in range(PARTS)]
+    slope = _coefficient(factors)
+    left_out = [_coefficient(factors[:part] + factors[part + 1 :]) for part in range(PARTS)]
     scatter = np.std(left_out) * np.sqrt(PARTS - 1.0)
     half_width = float(T_95 * scatter)
     if not (slope > 0.0 and half_width <= ROUGHEST * slope):
@@ -87,7 +87,8 @@ def _rows_of(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.concatenate(rows), effort, parts
 
 
-def _coefficient(rows: np.ndarray, effort: np.ndarray) -> float:
-    """Return the coefficient of the position error in a least-squares fit."""
+def _coefficient(factors: Sequence[np.ndarray]) -> float:
+    """Return the coefficient of the position error in a least-squares fit to rows with these triangular factors."""
+    rows, effort = np.split(np.concatenate(factors), [-1], axis=1)
     scale = np.maximum(np.max(np.abs(rows), axis=0), np.finfo(float).tiny)
-    return float(least_squares.unbounded(rows / scale, effort)[1] / scale[1])
+    return float(least_squares.unbounded(rows / scale, effort[:, 0])[1] / scale[1])
