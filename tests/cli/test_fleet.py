@@ -11,7 +11,7 @@ import pyarrow.parquet
 import pytest
 from tests.arm.conftest import DT, swing
 from tests.arm.test_robot import BODIES, URDF
-from tests.cli.conftest import progress_in_order
+from tests.cli.conftest import progress_in_range
 from tests.fleet.conftest import write_log
 from tests.report.pages import Page
 from tests.study.conftest import STUDY, Bench
@@ -231,7 +231,7 @@ def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristl
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bristle.cli.study.progress", progress_in_order)
+    monkeypatch.setattr("bristle.cli.study.progress", progress_in_range)
     bench = Bench(tmp_path)
     bench.write(STUDY)
     return bench

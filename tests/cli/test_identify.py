@@ -296,7 +296,7 @@ NOTHING = "no model is fitted yet, so bristle writes no results"
         ("bristle.files", "logs_and_axes", 130, NOTHING),
         ("bristle.report.identified", "identify", 130, NOTHING),
         ("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP),
-        ("bristle.cli.identify", "_next_motion", 130, WITHOUT_LOOP),
+        ("bristle.report.next_motion", "next_motion", 0, ""),
         ("bristle.report.identified.Outcome", "following_experiment", 0, ""),
     ],
 )
@@ -310,7 +310,8 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
         return original(*arguments, **options)
 
     monkeypatch.setattr(f"{owner}.{name}", interrupted)
-    bristle(*IDENTIFY, "--out", "results", code=code, said=said)
+    bristle(*IDENTIFY, "--draws", "20", "--out", "results", code=code, said=said)
+    assert next(interruptions, None) is None
     assert (json.loads(written.read_text())["unfinished"] or "") == said if written.exists() else said == NOTHING
 
 

@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -328,18 +329,22 @@ TURN = 0.01
 def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
     effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
     axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
-    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, Work(None, 0.0), None, 100.0, 4)
+    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, Work(least_squares.silent), None, 100.0, 4)
     assert context.prior.plant.orders == (("motor", 2),) if harmonics is None else context.prior.plant is inertia
 
 
-def test_progress_never_falls_if_work_is_added():
-    messages = []
-    work = Work(lambda *message: messages.append(message), ahead=6.0, completed=2.0)
-    work.task(2.0, "fitting")(0.5, "start 2")
-    work.ahead = 12.0
-    again = work.task(4.0, "fitting again")
-    again(0.0)
-    work.ahead = 0.0
-    again(1.0)
-    assert messages == [(0.375, "fitting, start 2"), (0.375, "fitting again"), (1.0, "fitting again")]
-    Work(None, 1.0).task(1.0, "fitting")(0.5)
+@pytest.mark.parametrize(
+    ("expected", "ahead", "share", "left"),
+    [
+        (4.0, 3.0, 0.5, 3.0 + 2.0),
+        (4.0, 3.0, 0.0, 3.0 + 6.0),
+        (math.inf, 3.0, 0.5, 3.0 + 2.0),
+        (4.0, math.inf, 0.5, math.inf),
+        (4.0, 0.0, 1.0, 0.0),
+    ],
+)
+def test_the_share_of_the_time_tells_the_remaining_time(monkeypatch, expected, ahead, share, left):
+    clock, messages = Mock(side_effect=[0.0, 10.0, 12.0]), []
+    monkeypatch.setattr("bristle.identification.work.perf_counter", clock)
+    Work(lambda *told: messages.append(told), ahead, begun=clock()).task("fitting", expected)(share, "start 2")
+    assert messages == [(12.0 / (12.0 + left), "fitting, start 2")]

@@ -58,7 +58,7 @@ def once_more(passes, cogged, monkeypatch):
     """Identify with both passes as they were, where a test changes what follows them."""
     first, second = (call.returned for call in passes[0])
     ranked = first._replace(fits=[first.fits[0], replace(first.fits[0], held_out=None)])  # the first fit is the best
-    monkeypatch.setattr(IDENTIFYING, "_passed", lambda common, share, pairs, *_, **__: second if pairs[0][1].cogging else ranked)
+    monkeypatch.setattr(IDENTIFYING, "_passed", lambda pairs, *_, **__: second if pairs[0][1].cogging else ranked)
     return lambda **options: identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, by=br.identify, **options)
 
 
@@ -128,10 +128,10 @@ def test_rejected_lines_leave_the_first_pass_and_state_both_errors(taken, once_m
 def test_lines_with_which_no_model_fits_are_rejected(passes, once_more, monkeypatch):
     as_before = IDENTIFYING._passed
 
-    def refused(common, share, pairs, *reason, **first):
+    def refused(pairs, *reason, **given):
         if pairs[0][1].cogging:
             raise InputError("has too few rows", path="log")
-        return as_before(common, share, pairs)
+        return as_before(pairs, *reason, **given)
 
     monkeypatch.setattr(IDENTIFYING, "_passed", refused)
     result = once_more()
@@ -148,17 +148,14 @@ def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch
     assert [list(values) for values in seen] == [list(result.best.plant.values)]
     assert "motor_1_sin" in seen[0]
     assert "motor_1_sin" in result.best.resampling.bands.draws
-    assert [share for share, _ in shares] == sorted(share for share, _ in shares)
-    assert {share for share, task in shares if task.startswith("second pass, ")} != set()
+    assert {share for share, task in shares if task.startswith("second pass, ")} == {0.0}
     assert shares[-1][0] == 1.0
 
 
 def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypatch):
     as_before = IDENTIFYING._passed
     part = passes[0][1].returned._replace(unfinished="interrupted: a part")
-    monkeypatch.setattr(
-        IDENTIFYING, "_passed", lambda common, share, pairs, *_, **__: part if pairs[0][1].cogging else as_before(common, share, pairs)
-    )
+    monkeypatch.setattr(IDENTIFYING, "_passed", lambda pairs, *_, **given: part if pairs[0][1].cogging else as_before(pairs, **given))
     result = once_more()
     assert result.unfinished == "interrupted: the second pass with the proposed lines is incomplete"
     assert (result.second_pass, result.best.resampling) == (None, None)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
@@ -50,8 +52,7 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
-# Shares of the work until the models are fitted, the loop is simulated, and the next motion is rehearsed.
-WITH_MOTION, WITHOUT_MOTION = (0.6, 0.68, 0.94), (0.85, 0.94, 0.94)
+SHORT, LONG = 4.0, 150_000.0  # duration of loop and report over the time until the log is read: of a short log, and its growth by sample
 WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 
 Method = Annotated[
@@ -162,29 +163,28 @@ def _identify_friction(
 ) -> int:
     from bristle.core import between
     from bristle.files import logs_and_axes, read_axis
+    from bristle.identification import Work
     from bristle.report.identified import identify as identified
 
-    out, limit = output.out, size_limit()
+    out = output.out
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
         for_reader = not (output.as_json or output.quiet)
-        answer = partial(_show_first, sys.stderr) if for_reader else None
-        fitted, looped, moved = WITH_MOTION if for_reader and folder and options["draws"] else WITHOUT_MOTION
+        answer, work = partial(_show_first, sys.stderr) if for_reader else None, Work(report)
         try:
-            pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=limit)
+            pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=size_limit())
             recorded, axes = map(list, zip(*pairs, strict=True))
-            identification = identified(recorded, axis=axes, progress=between(report, 0.0, fitted), answer=answer, **options)
+            work.ahead = process_time() * (SHORT + sum(map(len, recorded)) / LONG)
+            identification = identified(recorded, axis=axes, progress=work.task(), answer=answer, **options)
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
             raise
         words = {"command": output.command, "axis_name": axes[0].name if axes[0] else log[0].stem}
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
-        motion = None
+        told = work.task("", work.ahead)
+        work.ahead = 0.0
         try:
-            outcome = identification.outcome_with(progress=between(report, fitted, looped), **words)
-            # A rehearsal takes seconds: only a person who reads its line waits for it.
-            if folder and for_reader:
-                motion = _next_motion(identification, options["draws"], between(report, looped, moved))
+            outcome = identification.outcome_with(progress=between(told, 0.45, 0.5), **words)
         except KeyboardInterrupt:
             if identification.unfinished:  # the second interruption
                 raise
@@ -193,7 +193,7 @@ def _identify_friction(
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
-            report(moved, "writing the report")
+            told(0.5, "writing the report")
             try:
                 outcome.write(folder)
             except KeyboardInterrupt:
@@ -203,7 +203,8 @@ def _identify_friction(
     if output.as_json:
         output.tell(outcome.summary)
     else:
-        results, following = _steps(outcome, out, motion, axis)
+        # A rehearsal takes seconds: only a person who reads its line waits for it.
+        results, following = _steps(outcome, out, _next_motion(identification, options["draws"]) if folder and for_reader else None, axis)
         show_identification(outcome, verbose=verbose, quiet=output.quiet, results=results, following=following)
     if identification.unfinished:
         complain(identification.unfinished)
@@ -217,8 +218,8 @@ def _show_first(stream: TextIO, identification: Identification) -> None:
     show_lines(first_answer(identification), stream)
 
 
-def _next_motion(identification: Identified, draws: int, report: Callable[[float, str], None]) -> NextMotion | None:
-    """Return the motion to record next; without draws, intervals are unknown and bristle designs no motion."""
+def _next_motion(identification: Identified, draws: int) -> NextMotion | None:
+    """Return the motion to record next, if the user waits for it; without draws, intervals are unknown and bristle designs no motion."""
     from bristle.core import Axis
     from bristle.report.brief import advice_to_record
     from bristle.report.next_motion import next_motion
@@ -228,7 +229,9 @@ def _next_motion(identification: Identified, draws: int, report: Callable[[float
         return None
     logs = (identification.log, *identification.further_logs)
     log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())
-    return next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
+    with progress("rehearsing a motion") as report, suppress(KeyboardInterrupt):
+        return next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
+    return None
 
 
 def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: Sequence[Any]) -> tuple[list[Line], list[Line]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import codecs
 import errno
 import io
-import math
 import os
 import sys
 import tempfile
@@ -15,6 +14,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
+from datetime import timedelta
+from time import monotonic
 from typing import TYPE_CHECKING, Any, TextIO
 
 from bristle.cli.signals import INTERRUPTED
@@ -155,17 +156,29 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str
     if quiet or not sys.stderr.isatty():
         yield lambda share, text: None
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    # The remaining time follows from the mean speed since the start: tasks differ in length.
-    bar = Progress(*columns, console=_console(sys.stderr), transient=True, speed_estimate_period=math.inf)
-    task = bar.add_task(text, total=None)
+    class Remaining(ProgressColumn):
+        """The time until the end that the last report tells; empty for a share of 0, at which it is unknown."""
+
+        def render(self, task: Task) -> str:
+            left = round(task.fields["end"] - monotonic())
+            return str(timedelta(seconds=left)) * (0 < left < 1e7)
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), Remaining())
+    bar = Progress(*columns, console=_console(sys.stderr), transient=True)
+    begun = monotonic()
+    task = bar.add_task(text, total=None, end=begun)
+
+    def report(share: float, text: str) -> None:
+        end = begun + (monotonic() - begun) / max(share, 1e-9)
+        bar.update(task, total=1.0, completed=share, description=one_line(text), end=end)
+
     starter = threading.Timer(PATIENCE, bar.start)
     starter.daemon = True
     starter.start()
     try:
-        yield lambda share, text: bar.update(task, total=1.0, completed=share, description=one_line(text))
+        yield report
     finally:
         starter.cancel()
         starter.join()

@@ -33,15 +33,15 @@ class LoopRecord(NamedTuple):
     unexplained: np.ndarray
     injected: np.ndarray | None = None
 
-
-def loop_text(record: LoopRecord) -> str:
-    """Write the table as text."""
-    out, time = io.StringIO(), record.sample_time * np.arange(record.reference.size)
-    columns, header = [time, record.reference, record.unexplained], _header(record.kind)
-    if record.injected is not None:
-        columns, header = [*columns, record.injected], f"{header}{INJECTED} [{unit_of('force', record.kind)}]"
-    np.savetxt(out, np.column_stack(columns), fmt="%.12g", delimiter=",", header=header, comments="")
-    return out.getvalue()
+    @property
+    def text(self) -> str:
+        """The table as text."""
+        columns, header = [self.sample_time * np.arange(self.reference.size), self.reference, self.unexplained], _header(self.kind)
+        if self.injected is not None:
+            columns, header = [*columns, self.injected], f"{header}{INJECTED} [{unit_of('force', self.kind)}]"
+        row = ",".join(["%.12g"] * len(columns)) + "\n"
+        # One format for all rows takes a third of the time of one for each row.
+        return f"{header}\n{row * self.reference.size % tuple(np.column_stack(columns).ravel().tolist())}"
 
 
 def read_loop(content: Content) -> LoopRecord:
@@ -89,8 +89,8 @@ class NextExperiment:
 
     text: str
     missing: tuple[str, ...]
-    loop: str = ""
-    """Content of ``loop.csv`` if the file names it, or else empty."""
+    loop: LoopRecord | None = None
+    """Signals for ``loop.csv`` if the file names it."""
 
     @classmethod
     def beside_model(
@@ -114,11 +114,11 @@ class NextExperiment:
             f"[compare.{FEEDFORWARD}.controller]\n{follows}feedforward = {{ {fed} }}\n",
             f'[compare.{COMPENSATED}.controller]\n{follows}feedforward = {{ {fed}, friction = {{ file = "model.toml" }}{share} }}\n',
         ]
-        record = ""
+        record = None
         if loop is not None:
             position = np.asarray(loop.reference.values["position"])
             left = np.zeros(position.size) if loop.disturbance is None else loop.disturbance
-            record = loop_text(LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected))
+            record = LoopRecord(loop.plant.kind, loop.run.sample_time, position, left, loop.injected)
         missing = () if has_law else ("controller.k_p", "controller.k_v")
         return cls("\n".join(part for part in parts if part), missing, record)
 

@@ -13,5 +13,6 @@ if TYPE_CHECKING:
     from bristle.identification.second_pass import ProposedLine, SecondPass, axis_with, proposed_lines
     from bristle.identification.settings import Settings
     from bristle.identification.simulated_bands import Bands
+    from bristle.identification.work import Work
 
 __getattr__ = loaded_from(__name__)

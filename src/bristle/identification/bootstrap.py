@@ -147,6 +147,8 @@ def bootstrap(
         # Noise and the treatment look like scatter, and the parameters of a fit absorb part of it: visible and true scatter differ.
         quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
         pilot = _squares(pool.map(fits.fit, first))
+        whole = QUIET + 2 * PILOT + ROUNDS * CENTRING + count  # two of the rounds suffice mostly, of pairs
+        report((QUIET + PILOT) / whole)
         level = Level(visible**2, quiet, max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0, pilot)
         fits = fits.disturbed(scatter=level.scatter())
         # Centre the replicates: choose parameters whose replicates give fits near the fit to the log. The error of a fit to the
@@ -165,7 +167,7 @@ def bootstrap(
         fits, drawn = replace(fits, level=level), []
         for pair in pool.map(fits.pair, pairs):
             drawn += pair
-            report(min(len(drawn) / count, 1.0))
+            report(1.0 - max(count - len(drawn), 0) / whole)
     thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
     moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
     level = level._replace(squares=_squares(drawn))

@@ -237,8 +237,9 @@ class Dataset:
             return self.row_mask
         if self.keeps_rests:
             return np.ones(self._thinned(self._signals("time")).size, dtype=bool)
-        rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
-        return np.abs(self._thinned(rests)) < 0.01  # weight of samples at rest that a row may contain
+        # Weights of the motion, not of the rests: a filter of a signal that stays at zero computes with denormal numbers, 20 times slower.
+        moving = [self.filtered((segment.velocity != 0.0).astype(float)) for segment in self.segments]
+        return np.abs(1.0 - self._thinned(moving)) < 0.01  # weight of samples at rest that a row may contain
 
     @property
     def response(self) -> np.ndarray:

@@ -26,6 +26,7 @@ from bristle.identification.elasticity import Elastic
 from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report, Search, Sliding, linear, silent
+from bristle.identification.missing_force import Missing
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import (
     PROPOSED,
@@ -94,6 +95,7 @@ class Estimation:
     further: int = 0
     diagnostics: tuple[Diagnostic, ...] = ()
     covariance: Covariance | None = None
+    missing: list[tuple[tuple[Missing, ...], float]] = field(default_factory=list)  # result of `structure.missing_in`
 
     @property
     def simulates(self) -> bool:

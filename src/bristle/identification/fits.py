@@ -11,21 +11,13 @@ from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.fitting import fit
 from bristle.identification.intervals import NUMERIC, message_of
 from bristle.identification.result import Fit
-from bristle.identification.screening import screened, terms_of
+from bristle.identification.screening import screened
 from bristle.identification.structure import next_models
 from bristle.identification.validation import in_order, with_information
 from bristle.identification.work import Work
 
 WITHOUT_SLOTS = "the search for models with slots is incomplete"
 TURNS = 2  # rounds of slots added to the best model
-# Durations in fits of a model with a state, measured on logs of 10 s to 30 s at 1 kHz.
-STATIC, OF_SLOT, SEEKING_SLOTS, JUDGING = 0.05, 1.5, 5.0, 2.5
-
-
-def duration_of(component: FrictionModel) -> float:
-    """Return the duration of a fit, roughly."""
-    has_shape = bool(terms_of(component) & {"fall", "elements"})
-    return (1.0 if has_shape else STATIC) * (1.0 + OF_SLOT * component.name.count("+"))
 
 
 @dataclass
@@ -83,7 +75,8 @@ def _fits(
     errors: list[Exception] = []
     for component in components:
         try:
-            model_fit, estimation = fit(context, component, blocks, work.task(duration_of(component), f"fitting {component.name}"))
+            done = f"{len(collected.fits)} of {len(collected.names)} models fitted"
+            model_fit, estimation = fit(context, component, blocks, work.task(f"fitting {component.name}, {done}"))
         except NUMERIC as error:
             if isinstance(error, InputError) and error.path not in ("model", *component.variables):
                 raise
@@ -108,7 +101,6 @@ def ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
 
 def _with_slots(context: Context, blocks: int, work: Work, collected: Collected) -> None:
     """Fit the best model with the slots suggested by its residual, in several rounds."""
-    ahead = work.ahead - SEEKING_SLOTS
     for _ in range(TURNS):
         best = ranked(collected.fits, context)[0]
         names = next_models(best, collected.estimations[best.name], context.settings, context.coupling)
@@ -117,4 +109,3 @@ def _with_slots(context: Context, blocks: int, work: Work, collected: Collected)
             break
         collected.names += [model.name for model in further]
         _fits(context, further, blocks, work, collected)
-    work.ahead = min(work.ahead, ahead)

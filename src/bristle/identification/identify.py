@@ -23,9 +23,9 @@ from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
-from bristle.identification.fits import JUDGING, SEEKING_SLOTS, Collected, all_fits, duration_of, ranked
+from bristle.identification.fits import Collected, all_fits, ranked
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.intervals import DRAWING, WITHOUT_DRAWS, with_intervals
+from bristle.identification.intervals import WITHOUT_DRAWS, with_intervals
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
@@ -33,7 +33,7 @@ from bristle.identification.parameters import STATED, PriorKnowledge, Role, name
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, long_enough, treat_all
 from bristle.identification.result import Fit, Identification
-from bristle.identification.second_pass import Passed, SecondPass, proposed_lines, second_pass
+from bristle.identification.second_pass import Passed, SecondPass, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.structure import with_friction_alone, with_spring_named, with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
@@ -45,9 +45,6 @@ from bristle.logs.log import Log
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"
 AGAIN = "second pass, "  # before a task of the progress
-_Common = tuple[
-    Sequence[FrictionModel], bool, int | None, Settings, Callable[[Axis | None], PriorKnowledge], tuple[float | None, int | None]
-]  # of each pass: models, whether with slots, blocks, thresholds, prior knowledge, cut-off and decimation
 TELLS_CHANNEL = "lugre"
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders
@@ -117,8 +114,8 @@ def identify(
     settings : Settings or mapping of str to float, optional
         Thresholds of diagnostics, by name; by default the thresholds of the axis, else the default values.
     progress : callable, optional
-        Called with the share of the work done and the current task. If it raises `KeyboardInterrupt`, as after a time
-        limit of yours, `identify` returns the models fitted so far.
+        Called with the passed share of the whole time, 0 while the remaining time is unknown, and the current task. If it
+        raises `KeyboardInterrupt`, as after a time limit of yours, `identify` returns the models fitted so far.
     answer : callable, optional
         Of several models, called with the first one as soon as it is fitted, without the intervals from simulated logs. A
         linear regression chooses which model is fitted first.
@@ -162,25 +159,17 @@ def identify(
     def prior_of(axis: Axis | None) -> PriorKnowledge:
         return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
-    common = components, extended, blocks, chosen, prior_of, treated
-    twice, drawing = chosen.lines_gain < 1.0 and blocks != 0, DRAWING * bool(draws)
-    fitting = sum(map(duration_of, components)) + SEEKING_SLOTS * extended + JUDGING
-    work = Work(progress, fitting + drawing)
+    work = Work(progress or silent)
+    passed = partial(
+        _passed, components=components, extended=extended, blocks=blocks, settings=chosen, prior_of=prior_of, treatment=treated, work=work
+    )
 
-    def first_told(passed: Passed) -> None:
-        if twice and proposed_lines(passed.fits[0], pairs[0][1] or Axis(kind=kind)):
-            work.ahead += fitting
-        if answer is not None:
-            answer(_result(passed, first_log, chosen))
-
-    def again(*changed: Any) -> Passed:
-        work.ahead, work.before = fitting + drawing, AGAIN
-        return _passed(common, work, *changed, first=better)
-
-    better, second = _passed(common, work, pairs, after_first=first_told if answer else None), None
-    if twice:
-        better, second = second_pass(better, pairs, again, chosen.lines_gain)
-    work.ahead, work.before = 0.0, ""
+    first_told = answer and (lambda first: answer(_result(first, first_log, chosen)))
+    better, second = passed(pairs, after_first=first_told), None
+    if chosen.lines_gain < 1.0 and blocks != 0:
+        work.before = AGAIN
+        better, second = second_pass(better, pairs, partial(passed, first=better), chosen.lines_gain)
+    work.before = ""
     unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
         better, unfinished = with_intervals(better, draws, chosen, pairs, work)
@@ -229,11 +218,16 @@ def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
 
 
 def _passed(
-    common: _Common,
-    work: Work,
     pairs: Sequence[tuple[Log, Axis | None]],
     offset_reason: str = STATED,
     *,
+    components: Sequence[FrictionModel],
+    extended: bool,  # by slots
+    blocks: int | None,
+    settings: Settings,
+    prior_of: Callable[[Axis | None], PriorKnowledge],
+    treatment: tuple[float | None, int | None],  # cut-off and decimation
+    work: Work,
     first: Passed | None = None,
     after_first: Callable[[Passed], None] | None = None,
 ) -> Passed:
@@ -241,7 +235,6 @@ def _passed(
 
     `after_first` receives the first fit of several.
     """
-    components, extended, blocks, settings, prior_of, treatment = common
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
     coupling = with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs) if first is None else first.context.coupling
@@ -310,7 +303,7 @@ def _context(
             alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
             dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
-    context = _of_channel(context, treated_dataset, work.task(0.0, "looking for the channel that was filtered"))
+    context = _of_channel(context, treated_dataset, work.task("looking for the channel that was filtered"))
     return replace(context, coupling=coupling)
 
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from time import perf_counter
 
 from bristle.core.axis import Axis
 from bristle.core.cores import core_count
-from bristle.core.edge import between
 from bristle.core.errors import InputError
+from bristle.identification.estimation import Estimation
 from bristle.identification.observed_fit import foreseen
+from bristle.identification.observer import MOST, observable
 from bristle.identification.second_pass import Passed
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops, within_the_log
@@ -17,9 +19,18 @@ from bristle.logs.log import Log
 
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
-DRAWING = 13.0 / core_count()  # duration of the intervals in fits
+EVALUATIONS, REFITS, CLIMBING = 8.5, 104, 3000.0  # of the residual: a fit to a draw, fits beside the draws, and the observers
 NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
+
+
+def durations_of(estimation: Estimation, draws: int) -> tuple[float, float]:
+    """Return the durations of the fits to draws and of the observers [s], from the measured duration of one residual."""
+    (problem, solution), begun = estimation.resampled, perf_counter()
+    problem.residual(solution.values)
+    once, samples = perf_counter() - begun, sum(segment.time.size for segment in problem.dataset.segments)
+    climbs = CLIMBING * observable(estimation.inverse, estimation.solution.values)
+    return EVALUATIONS * (draws + REFITS) * once / core_count(), climbs * min(MOST / samples, 1.0) * once
 
 
 def with_intervals(
@@ -30,12 +41,15 @@ def with_intervals(
     observed = passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
     while True:
         (best, *rest), remark = passed.fits, ""
-        report, estimation = work.task(DRAWING, f"fitting {best.name} to simulated logs"), passed.estimations[best.name]
+        estimation = passed.estimations[best.name]
+        drawing, climbing = durations_of(estimation, draws)
+        work.ahead = climbing * observed
         try:
-            best = with_uncertainty(best, estimation, draws, settings, between(report, 0.0, 0.5 if observed else 1.0))
+            best = with_uncertainty(best, estimation, draws, settings, work.task(f"fitting {best.name} to simulated logs", drawing))
             if observed:
-                logs = [log for log, _ in passed.pairs]
-                best = foreseen(best, estimation, passed.context, logs, between(report, 0.5, 1.0))
+                logs, report = [log for log, _ in passed.pairs], work.task(f"predicting the log with {best.name}", climbing)
+                work.ahead = 0.0
+                best = foreseen(best, estimation, passed.context, logs, report)
             best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -42,12 +42,7 @@ class _KnownError(Exception):
     """A descent has reached a known minimum."""
 
 
-class Report(Protocol):
-    """Callback for progress: the share of the work done, and a remark."""
-
-    def __call__(self, share: float, remark: str = "") -> None:
-        """Take note."""
-        ...
+Report = Callable[..., None]  # Function that receives the share of the work done, and a remark
 
 
 def silent(share: float, remark: str = "") -> None:

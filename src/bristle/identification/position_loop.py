@@ -7,6 +7,7 @@ slope of its effort over the position error, with the integral frozen. Without o
 least-squares fit of the effort of a log to the terms above. Its interval comes from fits that leave out one part of the log.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,9 +58,11 @@ def stiffness_in(log: Log) -> Stiffness | None:
     rows, effort = _rows_of(log, log.reference.values, log.effort.values)
     if effort.size < 50 * PARTS:
         return None
-    slope = _coefficient(rows, effort)
     parts = np.arange(effort.size) * PARTS // effort.size
-    left_out = [_coefficient(rows[parts != part], effort[parts != part]) for part in range(PARTS)]
+    # The triangular factor of a part stands for its rows in every fit.
+    factors = [np.asarray(np.linalg.qr(np.column_stack([rows, effort])[parts == part], mode="r")) for part in range(PARTS)]
+    slope = _coefficient(factors)
+    left_out = [_coefficient(factors[:part] + factors[part + 1 :]) for part in range(PARTS)]
     half_width = float(T_95 * (np.std(left_out) * np.sqrt(PARTS - 1.0)))
     if not (slope > 0.0 and half_width <= ROUGHEST * slope):
         return None
@@ -80,7 +83,8 @@ def _rows_of(log: Log, reference: np.ndarray, effort: np.ndarray) -> tuple[np.nd
     return np.concatenate(rows), np.concatenate(efforts)
 
 
-def _coefficient(rows: np.ndarray, effort: np.ndarray) -> float:
-    """Return the coefficient of the position error in a least-squares fit."""
+def _coefficient(factors: Sequence[np.ndarray]) -> float:
+    """Return the coefficient of the position error in a least-squares fit to rows with these triangular factors."""
+    rows, effort = np.split(np.concatenate(factors), [-1], axis=1)
     scale = np.maximum(np.max(np.abs(rows), axis=0), np.finfo(float).tiny)
-    return float(least_squares.unbounded(rows / scale, effort)[1] / scale[1])
+    return float(least_squares.unbounded(rows / scale, effort[:, 0])[1] / scale[1])

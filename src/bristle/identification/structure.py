@@ -53,6 +53,12 @@ AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 def missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None) -> tuple[tuple[Missing, ...], float]:
     """Return the forces missing in a fit along the measured motion, and the remaining residual [N or N*m]."""
+    if not estimation.missing:  # the search takes seconds on a long log
+        estimation.missing.append(_missing_in(fit, estimation, settings, coupling))
+    return estimation.missing[0]
+
+
+def _missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None) -> tuple[tuple[Missing, ...], float]:
     problem, solution = estimation.inverse, estimation.solution
     if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
         return (), 0.0

@@ -1,32 +1,31 @@
-"""The progress of an identification, in durations of the fit of a model with a state."""
+"""The progress of work as a share of its time, from which the remaining time follows."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+from time import perf_counter
 
 from bristle.core.edge import Progress
-from bristle.identification.least_squares import Report
-
-PREPARING = 4.0  # before the first fit, measured on logs of 10 s to 30 s at 1 kHz
 
 
 @dataclass
 class Work:
-    """The progress of an identification: work `done` up to the end of the present task, and work `ahead` [fits]."""
+    """Tasks, one after the other; `ahead` is the duration of all tasks after the present one [s], infinite while it is unknown."""
 
-    progress: Progress | None
-    ahead: float
-    completed: float = PREPARING
-    reported: float = 0.0
+    progress: Progress
+    ahead: float = inf
     before: str = ""  # text in front of each task
+    begun: float = field(default_factory=perf_counter)
 
-    def task(self, weight: float, text: str) -> Report:
-        """Begin a task, and return its report."""
-        begun, task = self.completed, f"{self.before}{text}"
-        self.completed += weight
-        self.ahead = max(self.ahead - weight, 0.0)
+    def task(self, text: str = "", expected: float = inf) -> Callable[..., None]:
+        """Begin a task that is `expected` to last some seconds, else as long as its share of the time tells; return its report."""
+        begun, words = perf_counter(), f"{self.before}{text}"
 
         def report(share: float, remark: str = "") -> None:
-            if self.progress is not None:
-                self.reported = max((begun + weight * share) / (self.completed + self.ahead), self.reported)
-                self.progress(self.reported, f"{task}{remark and f', {remark}'}")
+            now = perf_counter()
+            # The measured duration replaces the expected one little by little.
+            lasts = (now - begun) / share if expected == inf and share else now - begun + (1.0 - share) * expected
+            done, left = now - self.begun, self.ahead + (1.0 - share) * lasts
+            self.progress(done / (done + left) if left else 1.0, ", ".join(filter(None, (words, remark))))
 
         return report

@@ -258,7 +258,7 @@ class Outcome:
         following = self.following_experiment(folder.path)
         folder.write(EXPERIMENT, following.text)
         if following.loop:
-            folder.write(LOOP, following.loop)
+            folder.write(LOOP, following.loop.text)
         if self.table:
             folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
         if best.resampling is not None:

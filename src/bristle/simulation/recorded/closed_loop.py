@@ -157,7 +157,7 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
     if component.resume is not None:
         law = component.resume(law, Reference(*desired[:, 0]), beginning.x, NOT_KNOWN, dt, p)
     efforts = []
-    for sample, measured in zip(desired.T.tolist(), log.position.values[part].tolist(), strict=False):
+    for sample, measured in zip(desired[:, :START_SAMPLES].T.tolist(), log.position.values[part].tolist(), strict=False):
         effort, law = component.step(law, Reference(*sample), measured, dt, p)
         efforts.append(effort)
     return efforts[0] + float(np.mean(log.effort.values[part] - log.injected_effort[part] - np.array(efforts)))
