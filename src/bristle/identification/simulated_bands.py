@@ -220,6 +220,8 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
     if fit.resampling is None:
         return fit
     bands, values = fit.resampling.bands, {**fit.plant.values, **fit.friction.values}
+    if any(np.shape(values[name]) != sample.shape[1:] for name, sample in bands.draws.items()):
+        return fit  # each draw has elements of its own, which lie on no line through the fit
     alone = Bands({name: np.array([values[name]]) for name in bands.draws}, scatter=0.0, noise=0.0, unexplained=0.0)
     (middle,) = _efforts(alone, fit.plant, fit.friction, dataset, 1)
     drawn = _efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count)
