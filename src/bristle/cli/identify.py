@@ -181,10 +181,10 @@ def _identify_friction(
             raise
         words = {"command": output.command, "axis_name": axes[0].name if axes[0] else log[0].stem}
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
-        told = work.task("", work.ahead)
+        writing = work.task("", work.ahead)
         work.ahead = 0.0
         try:
-            outcome = identification.outcome_with(progress=between(told, 0.45, 0.5), **words)
+            outcome = identification.outcome_with(progress=between(writing, 0.45, 0.5), **words)
         except KeyboardInterrupt:
             if identification.unfinished:  # the second interruption
                 raise
@@ -193,7 +193,7 @@ def _identify_friction(
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
-            told(0.5, "writing the report")
+            writing(0.5, "writing the report")
             try:
                 outcome.write(folder)
             except KeyboardInterrupt:
