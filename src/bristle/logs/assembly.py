@@ -37,7 +37,7 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     else:
         # Rows that repeat the previous row in all channels.
         values = [channel.values for name, channel in gathered.named() if name != "time"]
-        repeats = np.append(False, np.all([np.diff(each) == 0.0 for each in values], axis=0))
+        repeats = np.append(False, np.all([np.diff(column) == 0.0 for column in values], axis=0))
         position, source = gathered.motion.values if gathered.motion else None, f"column {time.column}"
         place = f"{place}: column {time.column!r}"
         clock = clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)

@@ -52,7 +52,10 @@ class Claim(NamedTuple):
         """Return the moves in words, with the least distance as text."""
         pace = "quick moves" if self.slowest_move is None else f"moves of up to {self.slowest_move:g} s"
         moves = f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
-        return moves if self.factor is None else f"{moves} (error at least {number(self.factor, digits=2)} times smaller)"
+        if self.factor is None or self.factor < 1.1:
+            return moves
+        at_least = math.floor(10.0 * self.factor) / 10.0
+        return f"{moves} (error at least {number(at_least, digits=2)} times smaller)"
 
 
 def doubt_of(model: Model, draws: Mapping[str, np.ndarray]) -> float:
