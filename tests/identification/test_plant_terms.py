@@ -12,7 +12,8 @@ from bristle.core import Axis, InputError
 from bristle.files import axis_text, read_axis, read_model, write_model
 from bristle.files.axis import axis_from
 from bristle.friction.next_model import model_with
-from bristle.identification import request
+from bristle.identification import request, simulated_bands
+from bristle.identification.preprocessing import treat_all
 from bristle.logs import Log
 from bristle.logs.check import checked
 from bristle.plants import inertia, with_terms
@@ -202,6 +203,15 @@ def test_friction_of_a_gear_rises_with_the_transmitted_effort(geared):
     assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
     assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
     assert "structure" not in {diagnostic.code for diagnostic in with_slot.diagnostics}  # no force is missing
+
+
+def test_draws_have_the_friction_of_the_transmitted_effort():
+    dataset = treat_all([Log.from_columns(truth.log(seconds=4.0), axis=ARM)], [ARM])
+    plant = br.plants.find("inertia+gravity")(M=truth.J, g_sin=truth.GRAVITY, g_cos=0.0)
+    rising = friction.find("coulomb_viscous+transmitted")(F_C=truth.F_C, F_v=truth.F_V, c_T=truth.SHARE)
+    fixed = simulated_bands.Bands({"F_C": np.array([truth.F_C])}, scatter=0.0, noise=0.0, unexplained=0.0)
+    (effort,) = simulated_bands._efforts(fixed, plant, rising, dataset, 1)
+    assert np.sqrt(np.mean((effort - dataset.effort) ** 2)) < 0.02 * np.sqrt(np.mean(dataset.effort**2))
 
 
 def test_the_slot_does_no_harm_for_constant_friction():

@@ -12,6 +12,8 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
 from bristle.identification.dataset import Alignment
 from bristle.identification.elasticity import Elastic
+from bristle.identification.estimation import Estimation
+from bristle.identification.excitation import with_checks
 from bristle.identification.missing_force import Missing
 from bristle.identification.settings import DEFAULT
 from bristle.identification.structure import (
@@ -232,6 +234,7 @@ class FakeFit:
     traces: object
     diagnostics: tuple = ()
     estimates: tuple = field(default=())
+    plant: object = field(default_factory=lambda: SimpleNamespace(component=inertia))
 
 
 def test_the_residual_of_a_static_model_without_sliding_is_presliding():
@@ -291,3 +294,18 @@ def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkey
     assert (coupled.numbers["antiresonance"], coupled.numbers["one_mass"]) == (43.0, 1)
     assert "model" not in coupled.numbers
     assert [item.code for item in others] == ["structure", "missing_position", "correlated"]
+
+
+def test_a_changed_estimation_seeks_missing_forces_anew():
+    estimation = Estimation(None, None, None, (None, None), lambda rows: rows)
+    estimation.missing.append(((), 0.7))
+    assert (replace(estimation, further=1).missing, estimation.missing) == ([], [((), 0.7)])
+
+
+@pytest.mark.parametrize(
+    ("slots", "codes"), [("coulomb_viscous", ["level_over_position", "one_speed"]), ("coulomb_viscous+position", ["one_speed"])]
+)
+def test_a_level_over_position_is_no_remark_on_a_model_that_has_it(slots, codes):
+    found = (Diagnostic("level_over_position"), Diagnostic("one_speed"))
+    fit = FakeFit(SimpleNamespace(name=slots, component=coulomb_viscous), None, estimates=(estimate("F_v"),))
+    assert [item.code for item in with_checks(fit, found).diagnostics] == codes

@@ -134,13 +134,25 @@ def test_the_shortest_draws_limit_their_number_and_change_only_known_parameters(
     assert with_parameters(bands, 1, FRICTION).kind == FRICTION.kind
 
 
-def test_a_draw_that_contradicts_the_log_moves_towards_the_fit(monkeypatch):
+def within(monkeypatch, friction=FRICTION, **draws):
+    """Draws after they moved towards a fit with a residual of 0.5, whose effort is F_C."""
     monkeypatch.setattr(simulated_bands, "_efforts", lambda bands, *models: [np.full(9, level) for level in bands.draws["F_C"]])
-    bands = bands_of(draws={"F_C": np.array([8.2, 9.0, 4.0]), "M": np.array([2.2, 2.2, 1.0])})
+    bands = bands_of(draws={name: np.array(values) for name, values in draws.items()})
     traces = SimpleNamespace(residual=np.tile([0.5, -0.5], 4))
-    fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=FRICTION, traces=traces)
-    moved = within_the_log(fit, None).resampling.bands.draws
-    assert [moved["F_C"].tolist(), moved["M"].tolist()] == [pytest.approx([8.2, 8.5, 7.5]), pytest.approx([2.2, 2.1, 1.875])]
+    fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=friction, traces=traces)
+    return {name: values.tolist() for name, values in within_the_log(fit, None).resampling.bands.draws.items()}
+
+
+def test_a_draw_that_contradicts_the_log_moves_towards_the_fit(monkeypatch):
+    moved = within(monkeypatch, F_C=[8.2, 9.0, 4.0], M=[2.2, 2.2, 1.0])
+    assert [moved["F_C"], moved["M"]] == [pytest.approx([8.2, 8.5, 7.5]), pytest.approx([2.2, 2.1, 1.875])]
+
+
+def test_a_draw_that_diverges_and_other_numbers_stay(monkeypatch):
+    endless = SimpleNamespace(values=FRICTION.values | {"F_v": np.inf})
+    moved = within(monkeypatch, endless, F_C=[np.nan, 9.0], M=[2.2, 2.2], F_v=[np.inf, np.inf], lag=[1e-3, 2e-3])
+    assert moved["M"] == pytest.approx([2.2, 2.1])
+    assert (moved["F_v"], moved["lag"]) == ([np.inf, np.inf], [1e-3, 2e-3])
 
 
 def looped(stretch, bands, monkeypatch, *, simulated=("closed-loop",), lag=None, segments=()):

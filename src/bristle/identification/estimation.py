@@ -95,7 +95,8 @@ class Estimation:
     further: int = 0
     diagnostics: tuple[Diagnostic, ...] = ()
     covariance: Covariance | None = None
-    missing: list[tuple[tuple[Missing, ...], float]] = field(default_factory=list)  # result of `structure.missing_in`
+    # Result of `structure.missing_in`; a changed copy begins without it.
+    missing: list[tuple[tuple[Missing, ...], float]] = field(default_factory=list, init=False, repr=False)
 
     @property
     def simulates(self) -> bool:

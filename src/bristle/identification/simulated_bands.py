@@ -205,11 +205,11 @@ def _efforts(bands: Bands, plant: Model, friction: Model, dataset: Dataset, most
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = list[np.ndarray]()
     for body, contact in zip(bands.models(plant, most), bands.models(friction, most), strict=True):
-        efforts = [
-            mechanical(body, segment)
-            + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
-            for segment, turns in zip(dataset.segments, starts, strict=True)
-        ]
+        efforts = list[np.ndarray]()
+        for segment, turns in zip(dataset.segments, starts, strict=True):
+            transmitted = transmitted_by(contact, body, segment)
+            force = force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng, transmitted)
+            efforts.append(mechanical(body, segment) + dataset.filtered(force))
         members.append(dataset.rows_of(efforts))
     return members
 
@@ -219,15 +219,21 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
     # Draws leave the valley of a fit along straight lines. Where it bends, they contradict the log.
     if fit.resampling is None:
         return fit
-    bands, values = fit.resampling.bands, {**fit.plant.values, **fit.friction.values}
-    if any(np.shape(values[name]) != sample.shape[1:] for name, sample in bands.draws.items()):
+    bands = fit.resampling.bands
+    known = {**fit.plant.values, **fit.friction.values}
+    values = {name: value for name, value in known.items() if name in bands.draws and np.all(np.isfinite(value))}
+    if any(np.shape(value) != bands.draws[name].shape[1:] for name, value in values.items()):
         return fit  # each draw has elements of its own, which lie on no line through the fit
-    alone = Bands({name: np.array([values[name]]) for name in bands.draws}, scatter=0.0, noise=0.0, unexplained=0.0)
+    alone = Bands({name: np.array([value]) for name, value in values.items()}, scatter=0.0, noise=0.0, unexplained=0.0)
     (middle,) = _efforts(alone, fit.plant, fit.friction, dataset, 1)
     drawn = _efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count)
     error = max(float(np.sqrt(np.mean(fit.traces.residual**2))), np.finfo(float).tiny)
-    share = error / np.maximum(np.sqrt(np.mean((np.array(drawn) - middle) ** 2, axis=1)), error)
-    draws = {name: values[name] + ((sample[: share.size] - values[name]).T * share).T for name, sample in bands.draws.items()}
+    off = np.sqrt(np.mean((np.array(drawn) - middle) ** 2, axis=1))
+    off[~np.isfinite(off)] = 0.0  # a draw that diverges stays as it is; a prediction leaves it out
+    share = error / np.maximum(off, error)
+    draws = dict(bands.draws)
+    for name, value in values.items():
+        draws[name] = value + ((draws[name][: share.size] - value).T * share).T
     return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, draws=draws)))
 
 
