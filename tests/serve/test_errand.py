@@ -289,6 +289,18 @@ def test_every_log_is_checked_and_problems_are_counted(errand):
     assert errand.told == [(0.0, "reading a.csv"), (1.0 / 3.0, "reading b.csv"), (2.0 / 3.0, "reading c.csv")]
 
 
+def test_of_several_logs_a_short_one_is_left_out(errand):
+    facts, data = tasks.check(errand([("a.csv", "fit", log()), ("b.csv", "fit", log(50)), ("c.csv", "held_out", log(50))]))
+    assert facts == {"problems": 0, "warnings": facts["warnings"], "ready": True}
+    whole, *short = data["logs"]
+    assert "left_out" not in whole
+    for name, entry in zip(("b.csv", "c.csv"), short, strict=True):
+        assert entry["left_out"].startswith(f"bristle leaves this log out: {name}: column 'time': is too short")
+        assert entry["problems"] == []
+    facts, data = tasks.check(errand([("a.csv", "fit", log(50)), ("b.csv", "held_out", log())]))
+    assert (facts["problems"], facts["ready"]) == (1, False)
+
+
 def test_warnings_are_counted_and_notes_are_not(errand, monkeypatch):
     def inspected(content, axis, size_limit):
         summary = dict.fromkeys(("rate", "duration", "kind", "channels", "notes"))
@@ -356,13 +368,19 @@ def test_each_held_out_log_is_predicted(errand, monkeypatch):
     monkeypatch.setattr(
         "bristle.report.prediction.prediction_ruling", lambda prediction: SimpleNamespace(as_data=lambda: {"level": "usable"})
     )
-    made = errand([("a.csv", "fit", log()), ("b.csv", "held_out", log()), ("c.csv", "held_out", log())])
+    made = errand(
+        [("a.csv", "fit", log()), *((f"{name}.csv", "held_out", log(rows)) for name, rows in (("b", 400), ("c", 50), ("d", 400)))]
+    )
     vars(made)["results"] = made.folder
     facts, data = tasks.predict(made)
-    assert (facts, requested, data["mode"], data["kind"]) == ({"logs": 2}, ["inverse"] * 2, "inverse", "translational")
-    numbers = [(entry["label"], entry["error_percent"], entry["inside_percent"]) for entry in data["logs"]]
-    assert numbers == [("b.csv", 4.5, 93.0), ("c.csv", 4.5, 93.0)]
-    assert errand.told == [(0.0, "predicting b.csv"), (0.5, "predicting c.csv")]
+    assert (facts, requested, data["mode"], data["kind"]) == ({"logs": 3}, ["inverse"] * 2, "inverse", "translational")
+    first, short, last = data["logs"]
+    assert [(entry["label"], entry["error_percent"], entry["inside_percent"]) for entry in (first, last)] == [
+        ("b.csv", 4.5, 93.0),
+        ("d.csv", 4.5, 93.0),
+    ]
+    assert short["left_out"].startswith("bristle leaves this log out: c.csv: ")
+    assert errand.told == [(0.0, "predicting b.csv"), (1.0 / 3.0, "predicting c.csv"), (2.0 / 3.0, "predicting d.csv")]
 
 
 def test_a_table_marks_columns_of_numbers():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core import Content, InputError, between
+from bristle.core.errors import TooShortError
 from bristle.exports import NAME
 from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, logs_and_axes, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
@@ -80,6 +81,7 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
 
 DRAWS = 100
 MODE = "inverse"
+SHOWN = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")  # of the summary of a log
 
 
 def check(errand: Errand) -> Answer:
@@ -92,13 +94,28 @@ def check(errand: Errand) -> Answer:
         except InputError as error:
             logs.append({"label": log.label, "role": log.role, "problems": [str(error)]})
             continue
-        chosen = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")
-        passages = passage_table(summary["passages"], summary["kind"]) if summary["passages"] else None
-        facts = {name: summary[name] for name in chosen}
-        logs.append({"label": log.label, "role": log.role, **facts, "passages": passages and passages._asdict()})
+        passages = passage_table(summary["passages"], summary["kind"])._asdict() if summary["passages"] else None
+        logs.append({"label": log.label, "role": log.role, "passages": passages} | {name: summary[name] for name in SHOWN})
+    _leave_out(errand, logs)
     problems = sum(len(log["problems"]) for log in logs)
     warnings = sum(entry["severity"] != "note" for log in logs for entry in log.get("diagnostics", ()))
     return {"problems": problems, "warnings": warnings, "ready": not problems}, {"logs": logs}
+
+
+def _leave_out(errand: Errand, logs: Sequence[dict[str, object]]) -> None:
+    """Let the problem of a log that is too short be a reason to leave it out, if another log to fit can be used."""
+    import bristle
+
+    if all(facts["problems"] for facts in logs if facts["role"] == "fit"):
+        return
+    for log, facts in zip(errand.logs, logs, strict=True):
+        try:
+            if facts["problems"]:
+                bristle.read_log(log.content, errand.axis(), size_limit=errand.size_limit)
+        except TooShortError as error:
+            facts |= {"problems": [], "left_out": f"bristle leaves this log out: {error}"}
+        except InputError:
+            continue
 
 
 def identify(errand: Errand) -> Answer:
@@ -135,17 +152,20 @@ def predict(errand: Errand) -> Answer:
     chosen = [log for log in errand.logs if log.role == "held_out"]
     for place, log in enumerate(chosen):
         errand.report(place / len(chosen), f"predicting {log.label}")
-        recorded = bristle.read_log(log.content, axis, size_limit=errand.size_limit)
-        prediction = model.predict(recorded, MODE, axis=axis)
+        try:
+            recorded = bristle.read_log(log.content, axis, size_limit=errand.size_limit)
+            prediction = model.predict(recorded, MODE, axis=axis)
+        except TooShortError as error:
+            logs.append({"label": log.label, "left_out": f"bristle leaves this log out: {error}"})
+            continue
         assert prediction.effort is not None
         assert prediction.effort_predicted is not None
-        ruling = prediction_ruling(prediction)
         logs.append(
             {
                 "label": log.label,
                 "error_percent": prediction.metrics["force_error_percent"],
                 "inside_percent": prediction.inside_percent,
-                "verdict": ruling.as_data(),
+                "verdict": prediction_ruling(prediction).as_data(),
                 "time": thinned(prediction.time, prediction.effort, prediction.effort_predicted),
             }
         )

@@ -5,7 +5,8 @@ function checkView(checked) {
     element("h3", { text: `${log.label}${log.role === "held_out" ? " (held out)" : ""}` }),
     log.rate ? element("p", { class: "note", text: `${withDigits(log.rate, 6)} samples a second, ${withDigits(log.duration, 5)} s, ${log.kind}` }) : null,
     listOf(log.problems, "told problems"),
-    log.problems.length ? null : element("p", { text: log.diagnostics.length ? "Usable. Findings in this log: " : "Usable, without findings." }),
+    log.left_out ? element("p", { class: "note", text: log.left_out }) : null,
+    log.problems.length || log.left_out ? null : element("p", { text: log.diagnostics.length ? "Usable. Findings in this log: " : "Usable, without findings." }),
     listOf(log.diagnostics?.map(({ severity, message }) => `${severity}: ${message}`)),
     log.passages ? folded("Experiments in the log", tableOf(log.passages)) : null,
     log.notes?.length ? folded("Notes", listOf(log.notes)) : null,
@@ -30,7 +31,7 @@ function verdictView(found, state, download) {
 
 function predictedView(predicted) {
   const units = unitsOf(predicted.kind);
-  return [element("h3", { text: "Held-out logs" }), ...predicted.logs.flatMap((log) => [
+  return [element("h3", { text: "Held-out logs" }), ...predicted.logs.flatMap((log) => log.left_out ? [element("p", { class: "note", text: log.left_out })] : [
     element("p", { text: `${log.label}: ${log.verdict.words}; model error ${withDigits(log.error_percent, 3)} % of the effort${log.inside_percent === null ? "" : `, ${withDigits(log.inside_percent, 3)} % of the samples are within the 95 % band`}.` }),
     effortPicture(log.time, units.force, `Effort of ${log.label}`),
   ])];
