@@ -593,6 +593,12 @@ def at_rest(ahead, a=0.0, a_ahead=0.0, measured=0.0):
     return Inputs(0.0, 0.0, a, measured, np.array(ahead), np.full(len(ahead), a_ahead))
 
 
+def test_a_law_may_be_named_law():
+    names = [function.name for function in law_of(variant()).unit.functions]
+    assert "law_command_kernel" in names
+    assert not {"law", "law_inputs", "law_start", "law_effort", "law_command"} & set(names)
+
+
 def test_inertia_is_fed_forward_as_the_mean_of_two_samples():
     inputs, efforts = fed([at_rest([0.0], a, a + 1.0) for a in (0.0, 1.0, 2.0)], mass=MASS)
     assert inputs == ("position", "velocity", "acceleration", "measured", "acceleration_ahead")

@@ -1,16 +1,19 @@
 """Kernels as a tree: computed from the tree they give what they give as Python, also where parameters are settled."""
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 
 from bristle.core.kernel import kernel
+from bristle.exports import targets
 from bristle.exports.settled import fact_of, settled
 from bristle.translation import tree
-from bristle.translation.build import Builder
+from bristle.translation.build import FACE, Builder
 from bristle.translation.expressions import COMPUTED
 from bristle.translation.scope import NotExportableError, defined
 from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, type_of
@@ -366,3 +369,12 @@ def test_the_length_of_an_array_is_a_constant_if_known(size, is_known):
     (returned,) = Builder().function(length_of, [Array(size)]).body
     assert isinstance(returned.value, tree.Constant if is_known else tree.Intrinsic)
     assert not is_known or returned.value.value == size
+
+
+def test_no_kernel_has_the_name_of_a_function_of_an_export():
+    templates = Path(targets.__file__).parent / "templates"
+    texts = [
+        path.read_text() for folder in ("c", "shared", "hal", "ros2", "fmu") for path in (templates / folder).rglob("*") if path.is_file()
+    ]
+    suffixes = {suffix for text in texts for suffix in re.findall(r"\{\{ ?name ?\}\}_([a-z_]+)\(", text)}
+    assert {"force", "command", "feed"} <= suffixes <= FACE

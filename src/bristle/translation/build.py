@@ -197,7 +197,12 @@ def _ends(body: list[ast.stmt]) -> bool:
     return isinstance(last, ast.Return) or (endless and not any(isinstance(node, ast.Break) for node in ast.walk(last)))
 
 
-FACE = frozenset(("effort", "example", "force", "force_at", "inputs", "load", "output", "parameters", "save", "selftest", "start"))
+FACE = frozenset(
+    (
+        *("begun", "command", "effort", "example", "feed", "force", "force_at", "force_d", "friction", "initial", "inputs", "lane"),
+        *("load", "output", "parameters", "save", "selftest", "start", "start_d", "step", "table", "tangent", "unit"),
+    )
+)
 """Suffixes of the names of the functions and types of an export."""
 DEEPEST = 100  # nested calls
 
