@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from tests.cli.conftest import written_in
@@ -117,16 +118,16 @@ def test_without_draws_intervals_include_correlated_residuals(bristle, place):
 
 
 @pytest.mark.slow
-def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place):
+def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place, monkeypatch):
+    monkeypatch.setattr("bristle.identification.work.Work.task", task := Mock(return_value=lambda *told: None))
     data = bristle(*IDENTIFY, "--json").data
     peaks = {name: item["following_error"]["peak_to_peak"] for name, item in data["compensation"].items()}
     assert peaks["compensated"] < 0.5 * peaks["feedforward"] < peaks["as_recorded"]
     assert data["prediction"]["metrics"]["force_error_percent"] < 5.0
-    axis = Path("axis.toml")
-    axis.write_text(axis.read_text().partition("[controller]")[0])
+    Path("axis.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0])
     alone = bristle(*IDENTIFY, "--json").data
-    assert {alone["compensation"], alone["prediction"]} == {None}
-    assert alone["parameters"] == data["parameters"]
+    assert (alone["compensation"], alone["prediction"], alone["parameters"]) == (None, None, data["parameters"])
+    assert [call.args[1] > 0.0 for call in task.call_args_list if call.args[:1] == ("",)] == [True, False]  # duration of the loop
 
 
 def test_a_terminal_shows_an_identification_in_25_lines_with_the_verdict_last(bristle, place):
@@ -149,12 +150,13 @@ def test_verbose_adds_the_tables_and_quiet_leaves_the_verdict(bristle, place):
     assert quiet.err == ""
 
 
-@pytest.mark.parametrize(("option", "rehearsed"), [("--json", False), ("--quiet", False), ("--draws=0", True)])
-def test_only_a_person_who_reads_the_next_motion_waits_for_its_rehearsal(bristle, place, monkeypatch, option, rehearsed):
+@pytest.mark.parametrize(("option", "done"), [("--json", []), ("--quiet", ["results"]), ("--draws=0", ["results", "rehearsal"])])
+def test_only_a_person_who_has_read_the_results_waits_for_a_rehearsal(bristle, place, monkeypatch, option, done):
     asked = []
-    monkeypatch.setattr("bristle.cli.identify._next_motion", lambda *arguments: asked.append(arguments))
+    monkeypatch.setattr("bristle.cli.identify.show_identification", lambda *arguments, **options: asked.append("results"))
+    monkeypatch.setattr("bristle.cli.identify._motion_to_record", lambda *arguments: asked.append("rehearsal") or [])
     assert bristle(*IDENTIFY, "--out", "run", option).code == 0
-    assert bool(asked) is rehearsed
+    assert asked == done
 
 
 @pytest.mark.slow

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from bristle.prediction import Following
     from bristle.report.brief import Line
     from bristle.report.identified import Identified, Outcome
-    from bristle.report.next_motion import NextMotion
     from bristle.report.table import Table
     from bristle.simulation import Prediction, SimulationResult
 
@@ -52,7 +51,8 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
-SHORT, LONG = 4.0, 150_000.0  # duration of loop and report over the time until the log is read: of a short log, and its growth by sample
+REPORT = 1.6  # duration of the report over the time until the log is read
+LOOPED = 300_000.0  # samples over which the loop lasts once more as long as the time until the log is read
 WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 
 Method = Annotated[
@@ -169,22 +169,22 @@ def _identify_friction(
     out = output.out
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
-        for_reader = not (output.as_json or output.quiet)
-        answer, work = partial(_show_first, sys.stderr) if for_reader else None, Work(report)
+        answer, work = None if output.as_json or output.quiet else partial(_show_first, sys.stderr), Work(report)
         try:
             pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=size_limit())
             recorded, axes = map(list, zip(*pairs, strict=True))
-            work.ahead = process_time() * (SHORT + sum(map(len, recorded)) / LONG)
+            reading, looped = process_time(), axes[0] is not None and axes[0].controller is not None
+            looping = looped * reading * (1.0 + len(recorded[0]) / LOOPED)
+            work.ahead = looping + REPORT * reading
             identification = identified(recorded, axis=axes, progress=work.task(), answer=answer, **options)
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
             raise
         words = {"command": output.command, "axis_name": axes[0].name if axes[0] else log[0].stem}
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
-        writing = work.task("", work.ahead)
-        work.ahead = 0.0
+        work.ahead = REPORT * reading
         try:
-            outcome = identification.outcome_with(progress=between(writing, 0.45, 0.5), **words)
+            outcome = identification.outcome_with(progress=between(work.task("", looping), 0.5, 1.0), **words)
         except KeyboardInterrupt:
             if identification.unfinished:  # the second interruption
                 raise
@@ -193,7 +193,8 @@ def _identify_friction(
         if outcome.uncertified:
             complain(f"no certificates: {outcome.uncertified}")
         if folder:
-            writing(0.5, "writing the report")
+            work.ahead = 0.0
+            work.task("writing the report", REPORT * reading)(0.0)
             try:
                 outcome.write(folder)
             except KeyboardInterrupt:
@@ -203,9 +204,10 @@ def _identify_friction(
     if output.as_json:
         output.tell(outcome.summary)
     else:
-        # A rehearsal takes seconds: only a person who reads its line waits for it.
-        results, following = _steps(outcome, out, _next_motion(identification, options["draws"]) if folder and for_reader else None, axis)
+        results, following = _steps(outcome, out)
         show_identification(outcome, verbose=verbose, quiet=output.quiet, results=results, following=following)
+        if out and not output.quiet:  # a rehearsal takes seconds: only a person who reads its line waits for it
+            show_lines(_motion_to_record(identification, options["draws"], out, axis))
     if identification.unfinished:
         complain(identification.unfinished)
     return INTERRUPTED if identification.unfinished else 0
@@ -218,24 +220,31 @@ def _show_first(stream: TextIO, identification: Identification) -> None:
     show_lines(first_answer(identification), stream)
 
 
-def _next_motion(identification: Identified, draws: int) -> NextMotion | None:
-    """Return the motion to record next, if the user waits for it; without draws, intervals are unknown and bristle designs no motion."""
+def _motion_to_record(identification: Identified, draws: int, out: Path, axis: Sequence[Any]) -> list[Line]:
+    """Return the line on the motion that narrows open intervals; without draws, intervals are unknown and bristle designs no motion."""
     from bristle.core import Axis
-    from bristle.report.brief import advice_to_record
+    from bristle.report.brief import Line, advice_to_record
     from bristle.report.next_motion import next_motion
 
     # A motion is designed on the identified axis: of a faulty log, that is not the axis.
     if not draws or identification.unfinished or advice_to_record(identification.best):
-        return None
+        return []
     logs = (identification.log, *identification.further_logs)
     log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())
+    motion = None
     with progress("rehearsing a motion") as report, suppress(KeyboardInterrupt):
-        return next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
-    return None
+        motion = next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
+    if motion is None:
+        return []
+    file = str(axis[0].source) if axis else "AXIS.toml"
+    words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
+    before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
+    command = shlex.join([*words, "--out", f"{out}_motion"])
+    return [Line("Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=command)]
 
 
-def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: Sequence[Any]) -> tuple[list[Line], list[Line]]:
-    """Return the lines on the results, and on the next steps: the loop, and the motion that narrows open intervals."""
+def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
+    """Return the lines on the results, and on the next step: the loop, or a better log."""
     from bristle.report.brief import Line, advice_to_record
     from bristle.report.identified import EXPERIMENT
     from bristle.report.two_masses import EXPERIMENT_FILE as TWO_MASSES
@@ -256,15 +265,6 @@ def _steps(outcome: Outcome, out: Path | None, motion: NextMotion | None, axis: 
     if has_table:
         command = shlex.join(["bristle", "run", str(out / TWO_MASSES), "--out", str(out.with_name(f"{out.name}_two_masses"))])
         lines.append(Line("Table", "Compare the error of the load with feedforward of one mass and of both masses:", command=command))
-    if motion is not None:
-        file = str(axis[0].source) if axis else "AXIS.toml"
-        words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
-        before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
-        lines.append(
-            Line(
-                "Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=shlex.join([*words, "--out", f"{out}_motion"])
-            )
-        )
     return results, lines
 
 
@@ -401,9 +401,10 @@ def identification_parts(
     best = identification.best
     parts: list[str | Table] = [parameter_table(best)]
     parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
-    parts += [comparison_table(identification, details=False)] if len(identification.fits) > 1 else []
-    parts += [table] if (table := break_away_table(identification)) is not None else []
-    parts += [table for table in (sweep_table(identification), two_masses_table(identification)) if table is not None]
+    if len(identification.fits) > 1:
+        parts.append(comparison_table(identification, details=False))
+    tables = (break_away_table(identification), sweep_table(identification), two_masses_table(identification))
+    parts += [table for table in tables if table is not None]
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
