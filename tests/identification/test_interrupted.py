@@ -66,8 +66,7 @@ def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
     interrupted_after(30)
     part = identify(log, "lugre", axis=STATED, blocks=0)
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
-    assert part.unfinished == "interrupted: 0 of 1 models fitted; the fit of lugre is incomplete"
-    assert whole.unfinished == ""
+    assert (part.unfinished, whole.unfinished) == ("interrupted: 0 of 1 models fitted; the fit of lugre is incomplete", "")
     assert warnings_of(part.best)[0].startswith("unfinished: ")
     # Not yet the end, but better than any start alone.
     assert whole.best.force_error_percent <= part.best.force_error_percent < 60.0
@@ -76,9 +75,8 @@ def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
 
 @pytest.mark.slow
 def test_finished_models_come_first_and_missing_models_are_named(interrupted_after):
-    motion = sines()
     interrupted_after(35)
-    identification = identify(log_of(motion, sliding_effort(motion)), "lugre,coulomb_viscous,dahl", axis=STATED, blocks=2)
+    identification = identify(log_of(sines(), sliding_effort(sines())), "lugre,coulomb_viscous,dahl", axis=STATED, blocks=2)
     assert [(fit.name, fit.unfinished) for fit in identification.fits] == [("coulomb_viscous", False), ("dahl", True)]
     assert identification.unfinished == "interrupted: 1 of 3 models fitted; the fit of dahl is incomplete; lugre was not fitted"
 
@@ -134,6 +132,28 @@ def test_an_unfinished_identification_cannot_be_used_further(log, interrupted_af
     unfinished = identify(log, "coulomb_viscous,lugre", axis=STATED, blocks=0, draws=0)
     with pytest.raises(KeyboardInterrupt):
         assert unfinished.finished
+
+
+@pytest.mark.parametrize("draws", [0, 20])
+def test_the_remaining_time_is_known_after_the_first_verdict(sliding, draws):
+    answers, known = [], set()
+    identify(
+        sliding,
+        "coulomb,viscous,coulomb_viscous",
+        axis=STATED,
+        blocks=2,
+        draws=draws,
+        progress=lambda share, text: known.add((len(answers), share > 0.0)),
+        answer=answers.append,
+    )
+    assert known == {(0, False), (1, True)}
+
+
+def test_the_time_of_models_to_come_is_in_proportion_to_their_parameters(monkeypatch):
+    work, ahead = fits.Work(Mock(), after_fits=10.0, paces=[3.0, 2.0, 2.0, 9.0]), []
+    monkeypatch.setattr(fits, "fit", lambda *arguments: (Mock(unfinished=False), ahead.append(work.ahead)))
+    fits._fits(None, [friction.find("stribeck"), friction.find("coulomb_viscous")], 0, work, fits.Collected([]), further=5)
+    assert (ahead, len(work.paces)) == ([2.0 * (3 + 5) + 10.0, 2.0 * 5 + 10.0], 6)
 
 
 @pytest.mark.slow

@@ -119,14 +119,16 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
         inside = (time > start - 1e-9) & (time < end + 1e-9)
         if np.count_nonzero(inside) >= FEWEST:
             part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
-            resonances += [part] if part is not None else []
+            if part is not None:
+                resonances.append(part)
     centre = of_log or min(resonances, key=attrgetter("error"), default=None)
     if centre is None:
         return None
     resonances = [part for part in resonances if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if of_log else AGREE)]
     if of_log is None and len(resonances) < AGREEING:
         return None
-    resonances += [of_log] if of_log is not None else []
+    if of_log is not None:
+        resonances.append(of_log)
     best = min(resonances, key=attrgetter("error"))
     weights = np.maximum([part.errors for part in resonances], 1e-6) ** -2.0
     spread = np.sqrt(

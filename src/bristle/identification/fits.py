@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from time import perf_counter
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
@@ -18,6 +19,7 @@ from bristle.identification.work import Work
 
 WITHOUT_SLOTS = "the search for models with slots is incomplete"
 TURNS = 2  # rounds of slots added to the best model
+SLOTTED = 15  # parameters of the models that the rounds usually add
 
 
 @dataclass
@@ -35,8 +37,10 @@ class Collected:
         remarks = list[str]()
         for model in self.fits:
             complete += not model.unfinished
-            remarks += [f"the fit of {model.name} is incomplete"] if model.unfinished else []
-        remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
+            if model.unfinished:
+                remarks.append(f"the fit of {model.name} is incomplete")
+        if missing:
+            remarks.append(f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted")
         return "; ".join([f"interrupted: {complete} of {len(self.names)} models fitted", *(remarks or [WITHOUT_SLOTS])])
 
 
@@ -51,7 +55,7 @@ def all_fits(
 ) -> str:
     """Fit several models, `extended` by slots if requested; return a remark about interrupted work."""
     try:
-        _fits(context, screened(context, components, blocks), blocks, work, collected, tell)
+        _fits(context, screened(context, components, blocks), blocks, work, collected, tell, SLOTTED * extended)
         if extended:
             _with_slots(context, blocks, work, collected)
     except KeyboardInterrupt:
@@ -70,13 +74,18 @@ def _fits(
     work: Work,
     collected: Collected,
     tell: Callable[[Fit], None] = lambda fit: None,
+    further: int = 0,
 ) -> None:
-    """Fit several models; tell the first fit of all if more are to follow."""
+    """Fit several models; tell the first fit of all if more are to follow, among them models with `further` parameters."""
     errors: list[Exception] = []
-    for component in components:
+    sizes = [len(component.variables) for component in components]
+    for place, component in enumerate(components):
+        work.ahead, begun = work.lasting(sum(sizes[place + 1 :]) + further) + work.after_fits, perf_counter()
         try:
             done = f"{len(collected.fits)} of {len(collected.names)} models fitted"
-            model_fit, estimation = fit(context, component, blocks, work.task(f"fitting {component.name}, {done}"))
+            report = work.task(f"fitting {component.name}, {done}", work.lasting(sizes[place]))
+            model_fit, estimation = fit(context, component, blocks, report)
+            work.paces.append((perf_counter() - begun) / sizes[place])
         except NUMERIC as error:
             if isinstance(error, InputError) and error.path not in ("model", *component.variables):
                 raise

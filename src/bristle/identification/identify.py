@@ -25,7 +25,7 @@ from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import Collected, all_fits, ranked
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.intervals import WITHOUT_DRAWS, with_intervals
+from bristle.identification.intervals import WITHOUT_DRAWS, durations_of, with_intervals
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
@@ -164,7 +164,11 @@ def identify(
         _passed, components=components, extended=extended, blocks=blocks, settings=chosen, prior_of=prior_of, treatment=treated, work=work
     )
 
-    first_told = answer and (lambda first: answer(_result(first, first_log, chosen)))
+    def first_told(first: Passed) -> None:
+        work.after_fits = bool(draws) * sum(durations_of(first, draws, pairs))
+        if answer is not None:
+            answer(_result(first, first_log, chosen))
+
     better, second = passed(pairs, after_first=first_told), None
     if chosen.lines_gain < 1.0 and blocks != 0:
         work.before = AGAIN
@@ -175,8 +179,9 @@ def identify(
         better, unfinished = with_intervals(better, draws, chosen, pairs, work)
     coupling = better.context.coupling
     result = _result(better, first_log, chosen, unfinished, second)
-    result = result if of_load else with_masses_of(result, pairs, coupling)
-    if not of_load or unfinished:
+    if not of_load:
+        return with_masses_of(result, pairs, coupling)
+    if unfinished:
         return result
 
     def of_side(*logs: Any, **options: Any) -> Identification:
@@ -212,8 +217,7 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
 
 def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
     """Return the stiffness of the position loop for the treatment, from the log that shows it best; empty if no log shows it."""
-    stiffnesses = filter(None, map(stiffness_in, logs))
-    stiffness = min(stiffnesses, key=lambda entry: entry.half_width / entry.value, default=None)
+    stiffness = min(filter(None, map(stiffness_in, logs)), key=lambda entry: entry.half_width / entry.value, default=None)
     return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
 
 

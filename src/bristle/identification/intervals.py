@@ -1,21 +1,17 @@
 """The intervals of the best model; a model whose intervals fail gives way to the next."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from time import perf_counter
 
-from bristle.core.axis import Axis
 from bristle.core.cores import core_count
 from bristle.core.errors import InputError
-from bristle.identification.estimation import Estimation
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import MOST, observable
-from bristle.identification.second_pass import Passed
+from bristle.identification.second_pass import Pairs, Passed
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops, within_the_log
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.work import Work
-from bristle.logs.log import Log
 
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
@@ -24,30 +20,32 @@ NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
 
 
-def durations_of(estimation: Estimation, draws: int) -> tuple[float, float]:
-    """Return the durations of the fits to draws and of the observers [s], from the measured duration of one residual."""
+def durations_of(passed: Passed, draws: int, pairs: Pairs) -> tuple[float, float]:
+    """Return the durations of the fits to draws and of the observers, if they follow, from the duration of one residual [s]."""
+    estimation = passed.estimations[passed.fits[0].name]
     (problem, solution), begun = estimation.resampled, perf_counter()
     problem.residual(solution.values)
     once, samples = perf_counter() - begun, sum(segment.time.size for segment in problem.dataset.segments)
-    climbs = CLIMBING * observable(estimation.inverse, estimation.solution.values)
+    climbs = CLIMBING * (is_observed(passed, pairs) and observable(estimation.inverse, estimation.solution.values))
     return EVALUATIONS * (draws + REFITS) * once / core_count(), climbs * min(MOST / samples, 1.0) * once
 
 
-def with_intervals(
-    passed: Passed, draws: int, settings: Settings, pairs: Sequence[tuple[Log, Axis | None]], work: Work
-) -> tuple[Passed, str]:
-    """Return a pass whose best fit has intervals, and a remark about interrupted work; InputError if the last model fails."""
+def is_observed(passed: Passed, pairs: Pairs) -> bool:
+    """Return whether observers follow the fits."""
     # An observer moves one mass: of an elastic axis, the fit in the low band remains.
-    observed = passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
+    return passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
+
+
+def with_intervals(passed: Passed, draws: int, settings: Settings, pairs: Pairs, work: Work) -> tuple[Passed, str]:
+    """Return a pass whose best fit has intervals, and a remark about interrupted work; InputError if the last model fails."""
     while True:
         (best, *rest), remark = passed.fits, ""
         estimation = passed.estimations[best.name]
-        drawing, climbing = durations_of(estimation, draws)
-        work.ahead = climbing * observed
+        drawing, work.ahead = durations_of(passed, draws, pairs)
         try:
             best = with_uncertainty(best, estimation, draws, settings, work.task(f"fitting {best.name} to simulated logs", drawing))
-            if observed:
-                logs, report = [log for log, _ in passed.pairs], work.task(f"predicting the log with {best.name}", climbing)
+            if is_observed(passed, pairs):
+                logs, report = [log for log, _ in passed.pairs], work.task(f"predicting the log with {best.name}", work.ahead)
                 work.ahead = 0.0
                 best = foreseen(best, estimation, passed.context, logs, report)
             best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)

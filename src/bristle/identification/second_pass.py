@@ -66,7 +66,8 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
         if code == "missing_ripple" and numbers["pulls"] == "alike" and numbers["harmonics"] and not axis.cogging:
             values = {key: numbers[key] for key in ("turner", "harmonics", "travel")}
             # Without a lead, the travel is an estimated period.
-            values |= {"travel": float(f"{values['travel']:.5g}")} if values["turner"] == "motor" else {}
+            if values["turner"] == "motor":
+                values["travel"] = float(f"{values['travel']:.5g}")
             lines += [ProposedLine("cogging", key, value, code) for key, value in values.items()]
         if code == "weight_guessed" and axis.offset == "identify":
             lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
+from statistics import median_low
 from time import perf_counter
 
 from bristle.core.edge import Progress
@@ -16,6 +17,13 @@ class Work:
     ahead: float = inf
     before: str = ""  # text in front of each task
     begun: float = field(default_factory=perf_counter)
+    after_fits: float = inf  # duration of the tasks after all fits [s]
+    paces: list[float] = field(default_factory=list)  # duration of each fit so far, per parameter of its model [s]
+
+    def lasting(self, parameters: int) -> float:
+        """Return the expected duration of fits of models with so many parameters together [s]."""
+        # Few models take several times as long as most: the median does not follow them.
+        return parameters * median_low(self.paces or [0.0])
 
     def task(self, text: str = "", expected: float = inf) -> Callable[..., None]:
         """Begin a task that is `expected` to last some seconds, else as long as its share of the time tells; return its report."""
