@@ -56,6 +56,7 @@ REPLACED = ("widened", "coarse_elements", "delay_found", "delay_rough", "delay_u
 """Codes about intervals of inverse dynamics and the delay of the first stage, replaced by those of the observer."""
 FILTERED = "filter_suspect"
 DRAWS = 400  # for the intervals
+CLIMBED = 0.4  # share of the time until the replicates
 
 
 class Observed(NamedTuple):
@@ -168,11 +169,11 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
         return fit
     held = held_in(fit, estimation)
     scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
-    rungs = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, 0.7))
+    rungs = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, CLIMBED))
     if not rungs:
         return with_remark(fit, {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     ladder = Ladder.of(rungs)
-    errors = errors_of_replicates(ladder.best, context, scatter, between(report, 0.7, 1.0))
+    errors = errors_of_replicates(ladder.best, context, scatter, between(report, CLIMBED, 1.0))
     times = ladder.best.error / float(np.median(errors)) if errors.size else np.inf
     numbers: dict[str, Number] = {"bandwidth": ladder.best.problem.bandwidth, "error": ladder.best.error, "times": times}
     if times > WORSE:
