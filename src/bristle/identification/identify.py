@@ -167,7 +167,7 @@ def identify(
     def first_told(first: Passed) -> None:
         work.after_fits = bool(draws) * sum(durations_of(first, draws, pairs))
         if answer is not None:
-            answer(_result(first, first_log, chosen))
+            answer(_result(first._replace(fits=first.judged(())), first_log, chosen))
 
     better, second = passed(pairs, after_first=first_told), None
     if chosen.lines_gain < 1.0 and blocks != 0:
@@ -237,7 +237,7 @@ def _passed(
 ) -> Passed:
     """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
 
-    `after_first` receives the first fit of several.
+    `after_first` receives the first fit of several, not yet judged.
     """
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
@@ -259,7 +259,7 @@ def _passed(
 
     def tell(fit: Fit) -> None:
         if after_first is not None:
-            after_first(Passed(checked([fit]), collected.estimations, {}, "", False, context, pairs, judged))
+            after_first(Passed([fit], collected.estimations, {}, "", False, context, pairs, judged))
 
     unfinished = all_fits(context, components, extended, held_out, work, collected, tell)
     # A second interruption ends the work.

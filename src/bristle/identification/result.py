@@ -376,7 +376,7 @@ class Identification:
         facts = [self.treatment[name] for name in ("antiresonance", "inertia_ratio") if name in self.treatment]
         return dahl_resonance((self.log, *self.further_logs), self.log.position.step, below_resonance(*facts) if facts else math.inf)
 
-    @property
+    @cached_property
     def passages(self) -> tuple[Passage, ...]:
         """The kinds of experiment that the log contains, in order."""
         return passages(self.log)
