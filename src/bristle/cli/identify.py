@@ -51,8 +51,8 @@ EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml --model lugre,maxwell_slip+asymmetry --out compared
   bristle identify logs --each --axis axis.toml --out fleet"""
 
-REPORT = 1.6  # duration of the report over the time until the log is read
-LOOPED = 300_000.0  # samples over which the loop lasts once more as long as the time until the log is read
+REPORT = 1.0  # duration of the report over the time until the log is read
+LOOPED = 300_000.0  # samples by which the loop lasts longer by this time; of a short log, it lasts twice as long
 WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 
 Method = Annotated[
@@ -174,7 +174,7 @@ def _identify_friction(
             pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=size_limit())
             recorded, axes = map(list, zip(*pairs, strict=True))
             reading, looped = process_time(), axes[0] is not None and axes[0].controller is not None
-            looping = looped * reading * (1.0 + len(recorded[0]) / LOOPED)
+            looping = looped * reading * (2.0 + len(recorded[0]) / LOOPED)
             work.ahead = looping + REPORT * reading
             identification = identified(recorded, axis=axes, progress=work.task(), answer=answer, **options)
         except KeyboardInterrupt:

@@ -167,9 +167,9 @@ def foreseen(fit: Fit, estimation: Estimation, context: Context, logs: Sequence[
 
     if not observable(estimation.inverse, estimation.solution.values):
         return fit
-    held = held_in(fit, estimation)
+    held, climbing = held_in(fit, estimation), between(report, 0.0, CLIMBED)
     scatter = 0.0 if fit.resampling is None else fit.resampling.scatter.value
-    rungs = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, between(report, 0.0, CLIMBED))
+    rungs = climb(estimation.inverse, estimation.solution.values, logs, context, held, levels_in(fit), scatter, climbing)
     if not rungs:
         return with_remark(fit, {"why": "no segment of the log lasts a second, or the observer loses the motion"})
     ladder = Ladder.of(rungs)
