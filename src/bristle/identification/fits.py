@@ -33,12 +33,9 @@ class Collected:
 
     def in_words(self) -> str:
         """Return how far interrupted work came."""
-        complete, missing = 0, [name for name in self.names if name not in self.estimations and name not in self.left_out]
-        remarks = list[str]()
-        for model in self.fits:
-            complete += not model.unfinished
-            if model.unfinished:
-                remarks.append(f"the fit of {model.name} is incomplete")
+        complete = sum(not model.unfinished for model in self.fits)
+        remarks = [f"the fit of {model.name} is incomplete" for model in self.fits if model.unfinished]
+        missing = [name for name in self.names if name not in self.estimations and name not in self.left_out]
         if missing:
             remarks.append(f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted")
         return "; ".join([f"interrupted: {complete} of {len(self.names)} models fitted", *(remarks or [WITHOUT_SLOTS])])

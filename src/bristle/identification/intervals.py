@@ -45,9 +45,9 @@ def with_intervals(passed: Passed, draws: int, settings: Settings, pairs: Pairs,
         try:
             best = with_uncertainty(best, estimation, draws, settings, work.task(f"fitting {best.name} to simulated logs", drawing))
             if is_observed(passed, pairs):
-                logs, report = [log for log, _ in passed.pairs], work.task(f"predicting the log with {best.name}", work.ahead)
+                report = work.task(f"predicting the log with {best.name}", work.ahead)
                 work.ahead = 0.0
-                best = foreseen(best, estimation, passed.context, logs, report)
+                best = foreseen(best, estimation, passed.context, [log for log, _ in passed.pairs], report)
             best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER

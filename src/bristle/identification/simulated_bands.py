@@ -224,13 +224,13 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
     values = {name: values[name] for name in bands.draws if np.all(np.isfinite(values.get(name, np.inf)))}
     if any(np.shape(value) != bands.draws[name].shape[1:] for name, value in values.items()):
         return fit  # each draw has elements of its own, which lie on no line through the fit
-    alone = Bands({name: np.array([value]) for name, value in values.items()}, scatter=0.0, noise=0.0, unexplained=0.0)
+    alone = replace(bands, draws={name: np.array([value]) for name, value in values.items()}, scatter=0.0)
     (middle,) = _efforts(alone, fit.plant, fit.friction, dataset, 1)
     drawn = np.array(_efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count))
     off = np.mean((drawn - middle) ** 2, axis=1) / max(np.mean(fit.traces.residual**2), np.finfo(float).tiny)
     off[~np.isfinite(off)] = 0.0  # a draw that diverges stays as it is; a prediction leaves it out
-    share = 1.0 / np.sqrt(np.maximum(off, 1.0))
-    moved = {name: value + ((bands.draws[name][: share.size] - value).T * share).T for name, value in values.items()}
+    too_far = np.sqrt(np.maximum(off, 1.0))
+    moved = {name: value + ((bands.draws[name][: off.size] - value).T / too_far).T for name, value in values.items()}
     return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, draws={**bands.draws, **moved})))
 
 

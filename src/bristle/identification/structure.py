@@ -62,14 +62,13 @@ def _missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: 
     problem, solution = estimation.inverse, estimation.solution
     if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
         return (), 0.0
-    values = problem.parameters.complete(solution.values)
     rows = Rows.of(
         problem.dataset,
         problem.half_cycles,
         fit.traces.residual,
         solution.jacobian,
         fit.traces.predicted - fit.traces.mechanical,
-        problem.friction_slope(values),
+        problem.friction_slope(problem.parameters.complete(solution.values)),
     ).pieces(MOST_ROWS)
     missing, left = missing_forces(rows, settings, static=is_static(fit.friction))
     if missing and missing[0].cause not in AS_OF_A_DRIVE:
