@@ -1,6 +1,6 @@
 """Moves of a loop without and with a feed, in cases that the identification cannot exclude.
 
-Twelve cases for each of four distances, the reach F/K times 1, 3, 10 and 30: rests of 0.05, 0.3 and 1 s between the moves,
+Twelve cases for each of five distances, the reach F/K times 1, 3, 10, 30 and 100: rests of 0.05, 0.3 and 1 s between the moves,
 quick moves and moves of 0.1 and 1 s, to and fro or with random signs. The friction of the axis is 13 % smaller or larger than
 the model or equal; the half-width of the 95 % interval of its level adds to that as an independent error. Its lateness differs by
 0.3 ms, and a force noise of 0.5 % of the friction acts, with the force of the log that the model does not explain.
@@ -8,7 +8,7 @@ The error of a case is the mean of the peak-to-peak errors of its moves. Without
 
 A promise needs a margin, because few cases do not show all that can happen: the error falls by 40 %. During a rest of
 1 s an integral takes the whole load over; there the feed halves the error. The promised factor counts a part that no friction
-feedforward removes: the drive feeds an inertia forward that is 4 % wrong, with the acceleration that the axis file states.
+feedforward removes: the drive feeds an inertia forward that is 4 % wrong, with the largest acceleration.
 """
 
 import math
@@ -32,27 +32,28 @@ Fed = Callable[[Variant, float], np.ndarray]
 
 QUICK, SHORT, LONG = 0.0, 0.1, 1.0  # durations of a move [s]; QUICK is as quick as the limits allow
 RARE = 1.0  # the longest rest [s]
-LATER, EARLIER = 3e-4, -3e-4  # [s]
+FARTHEST = 100.0  # distance of the longest moves, over the reach
+LATER = 3e-4  # [s]
 # Of the twelve cases of a distance: rest and duration of the moves [s], random signs, whether the friction of the axis is smaller
 # (-1) or larger (1) than that of the model, and lateness [s].
 PLAN = (
     (0.05, QUICK, False, -1, LATER),
-    (0.05, QUICK, True, 1, EARLIER),
-    (0.3, QUICK, False, 1, LATER),
-    (0.3, QUICK, True, -1, EARLIER),
+    (0.05, QUICK, True, 1, -LATER),
+    (0.3, QUICK, False, -1, LATER),
+    (0.3, QUICK, True, 1, -LATER),
     (0.05, SHORT, True, 1, LATER),
-    (0.3, SHORT, False, -1, EARLIER),
+    (0.3, SHORT, False, -1, -LATER),
     (0.3, SHORT, True, 0, LATER),
     (0.05, LONG, False, -1, LATER),
-    (0.3, LONG, True, 1, EARLIER),
+    (0.3, LONG, True, 1, -LATER),
     (RARE, QUICK, False, -1, LATER),
-    (RARE, SHORT, True, 1, EARLIER),
+    (RARE, SHORT, True, 1, -LATER),
     (RARE, LONG, False, -1, LATER),
 )
 SPREAD, MOST = 0.13, 0.9  # deviation of the friction level from an exact model, and the largest one, relative
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
-OF_SHORT_RESTS, OF_LONG_RESTS = 0.6, 0.5  # largest ratio of the errors of a promised move
+OF_SHORT_RESTS, OF_LONG_RESTS = 0.7, 0.5  # largest ratio of the errors of a promised move
 INERTIA = 0.04  # deviation of the inertia that a drive feeds forward, relative
 CAREFUL = 0.75  # promised factor over that of the worst case, because few cases do not show all that can happen
 POOR, CLEAR = 0.85, 5.0  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
@@ -110,7 +111,7 @@ class Tried(NamedTuple):
 
 def cases_over(reach: float) -> list[Case]:
     """Return the cases of a loop of this reach [m or rad]."""
-    return [Case(times * reach, *deviation) for times in TIMES for deviation in PLAN]
+    return [Case(times * reach, *deviation) for times in (*TIMES, FARTHEST) for deviation in PLAN]
 
 
 def unfed_cases(loop: Variant, limits: Limits, reach: float, force: float) -> list[Unfed]:
@@ -127,8 +128,7 @@ def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
 def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tuple[tuple[Claim, ...], bool]:
     """Return the moves that no case shows to get worse, and whether the axis hunts.
 
-    An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor. A promise
-    that is lost in it is none.
+    An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor.
     """
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
     # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
@@ -145,8 +145,8 @@ def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tu
             doubtful = max(doubtful, CLEAR * poor)
         least = max(LEAST * reach, min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf))
         worst = max((trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least), default=math.inf)
-        if worst < CAREFUL and all(claim.least_distance > least for claim in claims):
-            claims.append(Claim(least, slowest, rest, CAREFUL / worst))
+        if math.isfinite(worst) and all(claim.least_distance > least for claim in claims):
+            claims.append(Claim(least, slowest, rest, max(CAREFUL / worst, 1.0)))
     return tuple(claims), hunts
 
 
@@ -157,14 +157,14 @@ def least_of(claims: Sequence[Claim]) -> float:
 
 def score_of(tried: Sequence[Tried], reach: float) -> float:
     """Return the mean ratio of the errors over moves with short rests that are long enough for a promise."""
-    counted = [trial.ratio() for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= LEAST * reach * (1.0 - 1e-9)]
-    return float(np.mean(counted))
+    return float(
+        np.mean([trial.ratio() for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= 0.99 * LEAST * reach])
+    )
 
 
 def _unfed(case: Case, loop: Variant, limits: Limits, force: float, spread: float) -> Unfed:
     dt = loop.run.sample_time
-    count = MOVES[case.rest > LONGEST_REST]
-    positions, starts = _positions(case, limits, dt, count)
+    positions, starts = _positions(case, limits, dt, MOVES[case.rest > LONGEST_REST])
     assert loop.start is not None
     x = loop.start.position + positions
     run = replace(loop.run, duration=dt * x.size, settle=0.0, seeds=1)
@@ -189,8 +189,7 @@ def _noise(loop: Variant, count: int, force: float, seed: int) -> np.ndarray:
     noise = rng.normal(0.0, NOISE * force, count)
     if loop.disturbance is None:
         return noise
-    begin = int(rng.integers(loop.disturbance.size))
-    return noise + np.resize(np.roll(loop.disturbance, -begin), count)
+    return noise + np.resize(np.roll(loop.disturbance, -int(rng.integers(loop.disturbance.size))), count)
 
 
 def _error(variant: Variant, effort: np.ndarray | None, starts: np.ndarray) -> float:

@@ -38,6 +38,7 @@ from bristle.prediction.claims import (
     LEAST,
     LONGEST_REST,
     SLOW_FADE,
+    SMALL_GAIN,
     Claim,
     Compensation,
     claims_for,
@@ -297,27 +298,30 @@ class InLoop:
 
     def tried(self, drive: Drive, *, brief: bool = False) -> list[Tried]:
         """Return the cases of this loop with the feed of a drive, or only the brief ones."""
-        unfed = [run for run in self._unfed if run.case.is_brief or not brief]
-        return tried_cases(unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
+        return tried_cases(
+            [run for run in self._unfed if run.case.is_brief or not brief], lambda loop, late: fed_along(drive, loop, self.ahead, late)
+        )
 
     def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> tuple[Rule, Drive]:
-        """Return the rule that lowers the error most in brief cases, among those that promise enough, and its feed.
+        """Return the rule that promises the shortest brief moves, among equals that with the smallest error, and its feed.
 
-        A share that fades suits long rests. A constant share suits random moves with short rests.
+        A share that fades suits long rests. A constant share suits random moves with short rests. A small one suits an
+        integral that winds quickly.
         """
-        choices = {}
-        for rule in (usual, usual._replace(fade_time=SLOW_FADE), usual._replace(gain=CONSTANT_GAIN, return_distance=0.0)):
+        constant = usual._replace(gain=CONSTANT_GAIN, return_distance=0.0)
+        choices: dict[tuple[Rule, Drive], tuple[float, float]] = {}
+        for rule in (usual, usual._replace(fade_time=SLOW_FADE), constant, constant._replace(gain=SMALL_GAIN)):
             drive = drive_with(rule)
             assert drive is not None
-            choices[rule, drive] = self.tried(drive, brief=True)
-        enough = LEAST * self.reach * (1.0 + 1e-9)
-        promising = [choice for choice, tried in choices.items() if least_of(claims_of(tried, self.reach)[0]) <= enough]
-        return min(promising or choices, key=lambda choice: score_of(choices[choice], self.reach))
+            tried = self.tried(drive, brief=True)
+            choices[rule, drive] = max(least_of(self.claims(tried)[0]), LEAST * self.reach), score_of(tried, self.reach)
+        return min(choices, key=choices.__getitem__)
 
     def claims(self, tried: list[Tried]) -> tuple[tuple[Claim, ...], bool]:
         """Return the promise of cases, and whether the axis hunts."""
-        wrong = INERTIA * moved_by(self.loop.plant) * self.limits.stated_acceleration  # effort that the drive feeds forward too much
-        return claims_of(tried, self.reach, 2.0 * wrong / level_of(self.loop.friction, self.limits.velocity) * self.reach)
+        # Of the effort that the drive feeds forward too much.
+        share = INERTIA * moved_by(self.loop.plant) * self.limits.acceleration / level_of(self.loop.friction, self.limits.velocity)
+        return claims_of(tried, self.reach, 2.0 * share * self.reach)
 
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""

@@ -24,12 +24,11 @@ HARDENED = 2.0  # Stiffness of a hardened contact over its smallest stiffness be
 
 
 class Limits(NamedTuple):
-    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis; the acceleration that the axis file states."""
+    """Limits of the moves: largest velocity, acceleration and jerk, in SI units of the axis."""
 
     velocity: float
     acceleration: float
     jerk: float = math.inf
-    stated_acceleration: float = 0.0
 
 
 def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, float]:
@@ -104,15 +103,10 @@ def moved_by(plant: Model | None) -> float:
 
 
 def limits_within(friction: Model, plant: Model | None, fastest: float, axis: Axis | None) -> Limits:
-    """Return limits within those of an axis, whose acceleration needs the effort of sliding friction.
+    """Return the limits of an axis; without a stated acceleration, its effort is that of sliding friction.
 
-    If the mass is unknown, the axis reaches full speed in 0.1 s.
+    If the mass is unknown, too, the axis reaches full speed in 0.1 s.
     """
     mass, stated = moved_by(plant), axis or Axis()
     acceleration = sliding_level(friction, fastest) / mass if mass else fastest / SHORTEST
-    return Limits(
-        min(fastest, stated.velocity_limit or math.inf),
-        min(acceleration, stated.acceleration_limit or math.inf),
-        stated.jerk_limit or math.inf,
-        stated.acceleration_limit or acceleration,
-    )
+    return Limits(min(fastest, stated.velocity_limit or math.inf), stated.acceleration_limit or acceleration, stated.jerk_limit or math.inf)

@@ -21,7 +21,7 @@ from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
 from bristle.friction.slots import scaled
 from bristle.identification.parameters import Role, acts_in_sliding
-from bristle.prediction.claims import CONSTANT_GAIN, rule_for
+from bristle.prediction.claims import CONSTANT_GAIN, LEAST, SMALL_GAIN, rule_for
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
 
@@ -84,8 +84,7 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     _refuse_beyond(target, **demands, compares=request.log is not None, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
-    request = with_share(target, request)
-    request, effect = _with_rule(target, request)
+    request, effect = _with_best_share(target, request)
     if target.pushes and not accept_harm:
         _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
     feeds = (target.pushes or target.rest) and not target.of_cogging and request.model.component.family == "friction"
@@ -103,18 +102,25 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     return replace(product, notes=(*remarks, *product.notes), effect=effect)
 
 
-def with_share(target: Target, request: Request) -> Request:
+def _with_best_share(target: Target, request: Request) -> tuple[Request, Effect | None]:
+    """Return the request with its share and rule, and the effect: of a constant share, the one that promises the shortest moves."""
+    gains = (CONSTANT_GAIN, SMALL_GAIN)[: 1 + (target.reads is not None)]
+    tried = (_with_rule(target, with_share(target, request, gain)) for gain in gains)
+    return min(tried, key=lambda ruled: 0.0 if ruled[1] is None else max(ruled[1].least_distance, LEAST * ruled[1].reach))
+
+
+def with_share(target: Target, request: Request, constant: float = CONSTANT_GAIN) -> Request:
     """Return a request with the share of the friction that its target feeds forward, for a model that is from a log.
 
     A compensator with a state follows the rule of `bristle.prediction.claims`. The values of a drive without one describe a
-    constant share. A target that describes friction describes all of it.
+    `constant` share. A target that describes friction describes all of it.
     """
     if not (target.pushes and request.is_from_log) or target.of_cogging or request.model.component.family != "friction":
         return request
     if target.reads is None:
         return replace(request, rule=rule_for(request.model, reach_for(request)))
-    share = scaled(request.model, CONSTANT_GAIN, whole=True)
-    return replace(request, model=share, undivided=request.model, rule=rule_for(request.model, None))
+    share = scaled(request.model, constant, whole=True)
+    return replace(request, model=share, undivided=request.model, rule=rule_for(request.model, None)._replace(gain=constant))
 
 
 def _share_text(target: Target, request: Request) -> tuple[str, ...]:

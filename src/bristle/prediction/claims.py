@@ -26,6 +26,7 @@ from bristle.identification.position_loop import stiffness_of
 from bristle.identification.simulated_bands import MEMBERS, Bands
 
 GAIN, CONSTANT_GAIN = 0.9, 0.8  # share with a known reach, which returns and fades; constant share without one, and of tables
+SMALL_GAIN = 0.6  # constant share of a loop in which the others harm short moves
 RETURN = 0.05  # travel constant of the return, over the reach
 FADE, SLOW_FADE = 0.5, 1.0  # time constant at rest [s]; the slow one suits moves that go on in the same direction after short rests
 LEAST = 3.0  # shortest promised move, over the reach
