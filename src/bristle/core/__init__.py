@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         InputError,
         InputWarning,
         MissingExtraError,
+        TooShortError,
         did_you_mean,
         error_text,
         in_one_line,

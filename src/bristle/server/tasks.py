@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import Content, InputError, between
-from bristle.core.errors import TooShortError
+from bristle.core import Content, InputError, TooShortError, between
 from bristle.exports import NAME
 from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, logs_and_axes, with_columns_of_motion
 from bristle.friction import DEFAULT_MODELS
