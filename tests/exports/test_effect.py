@@ -79,8 +79,10 @@ def test_values_of_a_drive_contain_a_constant_share_with_the_viscous_part_whole(
 
 
 def test_notes_state_the_share(of_c, of_table):
-    assert any(re.match(r"the feed has 0\.[689] of the friction, and the constant and the viscous part whole", note) for note in of_c.notes)
-    assert any(re.match(r"the values contain 0\.[68] of the friction", note) for note in of_table.notes)
+    assert any(
+        re.match(r"the feed has 0\.[6789] of the friction, and the constant and the viscous part whole", note) for note in of_c.notes
+    )
+    assert any(re.match(r"the values contain 0\.[6-8] of the friction", note) for note in of_table.notes)
     unknown = files_for("c", export_request(axis=WITHOUT_LOOP, info=FROM_LOG))
     assert any("the stiffness of the position loop is unknown, so bristle promises nothing" in note for note in unknown.notes)
     assert unknown.effect is None
@@ -225,13 +227,14 @@ def test_a_case_has_another_friction_the_unexplained_force_and_the_worse_of_two_
         (0, None, (0.9, 0.05 * REACH, 0.5)),
         (1, None, (0.9, 0.05 * REACH, 1.0)),
         (2, None, (0.8, 0.0, 0.5)),
-        (3, None, (0.6, 0.0, 0.5)),
+        (3, None, (0.7, 0.0, 0.5)),
+        (4, None, (0.6, 0.0, 0.5)),
         # The share with the smallest error promises longer moves only.
         (2, 2, (0.9, 0.05 * REACH, 0.5)),
     ],
 )
 def test_the_share_with_the_smallest_error_is_taken_by_files_and_loop(monkeypatch, place, late, fed):
-    order, far = itertools.cycle(range(4)), Claim(4.0 * REACH, None, 0.3)
+    order, far = itertools.cycle(range(5)), Claim(4.0 * REACH, None, 0.3)
     monkeypatch.setattr(effects, "score_of", lambda tried, reach: 0.2 if tried == [place] else 0.5)
     monkeypatch.setattr(effects, "claims_of", lambda tried, *lengths: ((far if tried == [late] else QUICK,), False))
     monkeypatch.setattr(InLoop, "tried", lambda within, drive, brief=False: [next(order)] if brief else [])

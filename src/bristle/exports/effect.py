@@ -34,11 +34,10 @@ from bristle.friction.level import rises_with_effort
 from bristle.friction.resting import with_rest
 from bristle.friction.slots import whole_parts
 from bristle.prediction.claims import (
-    CONSTANT_GAIN,
+    CONSTANT_GAINS,
     LEAST,
     LONGEST_REST,
     SLOW_FADE,
-    SMALL_GAIN,
     Claim,
     Compensation,
     claims_for,
@@ -308,9 +307,9 @@ class InLoop:
         A share that fades suits long rests. A constant share suits random moves with short rests. A small one suits an
         integral that winds quickly.
         """
-        constant = usual._replace(gain=CONSTANT_GAIN, return_distance=0.0)
+        constant = [usual._replace(gain=gain, return_distance=0.0) for gain in CONSTANT_GAINS]
         choices: dict[tuple[Rule, Drive], tuple[float, float]] = {}
-        for rule in (usual, usual._replace(fade_time=SLOW_FADE), constant, constant._replace(gain=SMALL_GAIN)):
+        for rule in (usual, usual._replace(fade_time=SLOW_FADE), *constant):
             drive = drive_with(rule)
             assert drive is not None
             tried = self.tried(drive, brief=True)

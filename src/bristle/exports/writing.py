@@ -21,7 +21,7 @@ from bristle.files.user_model import declared_in
 from bristle.friction.resting import rest_rule
 from bristle.friction.slots import scaled
 from bristle.identification.parameters import Role, acts_in_sliding
-from bristle.prediction.claims import CONSTANT_GAIN, LEAST, SMALL_GAIN, rule_for
+from bristle.prediction.claims import CONSTANT_GAINS, LEAST, rule_for
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'
 
@@ -104,12 +104,13 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
 
 def _with_best_share(target: Target, request: Request) -> tuple[Request, Effect | None]:
     """Return the request with its share and rule, and the effect: of a constant share, the one that promises the shortest moves."""
-    gains = (CONSTANT_GAIN, SMALL_GAIN)[: 1 + (target.reads is not None)]
-    tried = (_with_rule(target, with_share(target, request, gain)) for gain in gains)
+    if target.reads is None:
+        return _with_rule(target, with_share(target, request))
+    tried = (_with_rule(target, with_share(target, request, gain)) for gain in CONSTANT_GAINS)
     return min(tried, key=lambda ruled: 0.0 if ruled[1] is None else max(ruled[1].least_distance, LEAST * ruled[1].reach))
 
 
-def with_share(target: Target, request: Request, constant: float = CONSTANT_GAIN) -> Request:
+def with_share(target: Target, request: Request, constant: float = CONSTANT_GAINS[0]) -> Request:
     """Return a request with the share of the friction that its target feeds forward, for a model that is from a log.
 
     A compensator with a state follows the rule of `bristle.prediction.claims`. The values of a drive without one describe a

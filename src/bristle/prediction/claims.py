@@ -25,8 +25,8 @@ from bristle.friction.slots import whole_parts
 from bristle.identification.position_loop import stiffness_of
 from bristle.identification.simulated_bands import MEMBERS, Bands
 
-GAIN, CONSTANT_GAIN = 0.9, 0.8  # share with a known reach, which returns and fades; constant share without one, and of tables
-SMALL_GAIN = 0.6  # constant share of a loop in which the others harm short moves
+GAIN = 0.9  # share with a known reach, which returns and fades
+CONSTANT_GAINS = (0.8, 0.7, 0.6)  # constant shares; the first without a known reach
 RETURN = 0.05  # travel constant of the return, over the reach
 FADE, SLOW_FADE = 0.5, 1.0  # time constant at rest [s]; the slow one suits moves that go on in the same direction after short rests
 LEAST = 3.0  # shortest promised move, over the reach
@@ -82,7 +82,7 @@ def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, 
 def rule_for(friction: Model, reach: float | None) -> Rule:
     """Return the share of a friction that a compensator feeds forward in a loop of a known or unknown reach."""
     if reach is None:
-        return Rule(CONSTANT_GAIN, 0.0, FADE, **whole_parts(friction))
+        return Rule(CONSTANT_GAINS[0], 0.0, FADE, **whole_parts(friction))
     return Rule(GAIN, RETURN * reach, FADE, **whole_parts(friction))
 
 
