@@ -164,7 +164,7 @@ def score_of(tried: Sequence[Tried], reach: float) -> float:
 
 def _unfed(case: Case, loop: Variant, limits: Limits, force: float, spread: float) -> Unfed:
     dt = loop.run.sample_time
-    positions, starts = _positions(case, limits, dt, MOVES[case.rest > LONGEST_REST])
+    positions, starts = _positions(case, limits, dt)
     assert loop.start is not None
     x = loop.start.position + positions
     run = replace(loop.run, duration=dt * x.size, settle=0.0, seeds=1)
@@ -175,9 +175,9 @@ def _unfed(case: Case, loop: Variant, limits: Limits, force: float, spread: floa
     return Unfed(case, noisy[0], starts, max(_error(variant, None, starts) for variant in noisy))
 
 
-def _positions(case: Case, limits: Limits, dt: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _positions(case: Case, limits: Limits, dt: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the positions of the moves from 0 [m or rad], and the first sample of each move."""
-    signs = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    signs = np.where(np.arange(MOVES[case.rest > LONGEST_REST]) % 2 == 0, 1.0, -1.0)
     if case.is_random:
         signs = np.random.default_rng(0).permutation(signs)
     return series_over(case.distance, limits, dt, signs, rest=case.rest, lasting=case.lasting)

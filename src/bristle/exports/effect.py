@@ -307,9 +307,12 @@ class InLoop:
         A share that fades suits long rests. A constant share suits random moves with short rests. A small one suits an
         integral that winds quickly.
         """
-        constant = [usual._replace(gain=gain, return_distance=0.0) for gain in CONSTANT_GAINS]
         choices: dict[tuple[Rule, Drive], tuple[float, float]] = {}
-        for rule in (usual, usual._replace(fade_time=SLOW_FADE), *constant):
+        for rule in (
+            usual,
+            usual._replace(fade_time=SLOW_FADE),
+            *(usual._replace(gain=gain, return_distance=0.0) for gain in CONSTANT_GAINS),
+        ):
             drive = drive_with(rule)
             assert drive is not None
             tried = self.tried(drive, brief=True)
