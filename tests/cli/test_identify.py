@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -16,6 +17,7 @@ from tests.cli.conftest import written_in
 
 from bristle.files import read_model
 from bristle.identification.settings import Settings
+from bristle.report import identified as of_report
 
 pytestmark = pytest.mark.usefixtures("undrawn", "remembered")
 
@@ -315,6 +317,16 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
     bristle(*IDENTIFY, "--draws", "20", "--out", "results", code=code, said=said)
     assert next(interruptions, None) is None
     assert (json.loads(written.read_text())["unfinished"] or "") == said if written.exists() else said == NOTHING
+
+
+def test_a_second_interruption_ends_at_once(bristle, monkeypatch):
+    identified, interrupting = of_report.identify, Mock(side_effect=KeyboardInterrupt)
+    monkeypatch.setattr(
+        of_report, "identify", lambda *logs, **options: replace(identified(*logs, **options), unfinished="interrupted: once")
+    )
+    monkeypatch.setattr("bristle.report.identified.Identified.outcome_with", interrupting)
+    bristle(*IDENTIFY, "--draws", "0", "--out", "results", code=130)
+    assert interrupting.call_count == 1
 
 
 @pytest.mark.slow

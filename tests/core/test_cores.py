@@ -54,6 +54,22 @@ def test_identification_keeps_to_it():
     assert max(threads()) == 2
 
 
+def test_an_interruption_does_not_wait_for_threads():
+    released, began = threading.Event(), threading.Event()
+
+    def work():
+        began.set()
+        return released.wait(5.0)
+
+    with pytest.raises(KeyboardInterrupt), Abreast(1) as pool:
+        running, waiting = pool.submit(work), pool.submit(work)
+        began.wait(5.0)
+        raise KeyboardInterrupt
+    assert (running.done(), waiting.cancelled()) == (False, True)
+    released.set()
+    assert running.result(5.0)
+
+
 class Other:
     """Another thread, which enters and leaves a block when it is told to, and lives until the end of the test."""
 
