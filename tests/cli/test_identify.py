@@ -319,14 +319,14 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
     assert (json.loads(written.read_text())["unfinished"] or "") == said if written.exists() else said == NOTHING
 
 
-def test_a_second_interruption_ends_at_once(bristle, monkeypatch):
+def test_a_second_interruption_ends_at_once(bristle, place, monkeypatch):
     identified, interrupting = of_report.identify, Mock(side_effect=KeyboardInterrupt)
     monkeypatch.setattr(
         of_report, "identify", lambda *logs, **options: replace(identified(*logs, **options), unfinished="interrupted: once")
     )
     monkeypatch.setattr("bristle.report.identified.Identified.outcome_with", interrupting)
     bristle(*IDENTIFY, "--draws", "0", "--out", "results", code=130)
-    assert interrupting.call_count == 1
+    assert (interrupting.call_count, (place / "results").exists()) == (1, False)
 
 
 @pytest.mark.slow

@@ -311,6 +311,7 @@ BETTER, QUICK, SLOW = moved(1e-5, 1.0, 0.2), Claim(3e-5, None, 0.3, 1.59), Claim
         # An export is harmful if moves far longer than the reach or the motion of the log become worse.
         (effect_along(BETTER, moved(9e-5, 1.0, 2.0)), "is_harmful", False),
         (effect_along(BETTER, moved(1e-4, 1.0, 2.0)), "is_harmful", True),
+        (effect_along(BETTER, moved(1e-4, 1.0, 2.0), claims=(SLOW,)), "is_harmful", False),
         (effect_along(BETTER, Along("log", 0.0, 1.0, 2.0)), "is_harmful", True),
         # The ratio is the geometric mean.
         (effect_along(moved(1e-5, 4.0, 2.0), moved(3e-5, 1.0, 0.125)), "ratio", pytest.approx(0.25)),
@@ -361,7 +362,7 @@ def test_lines_state_the_promise_and_the_sizes_in_units_of_the_axis(effect, plac
 
 def test_data_of_an_effect_are_in_si():
     data = plain(effect_along(moved(2e-4, 1e-5, np.inf), kind="rotational", claims=(QUICK,)).as_data())
-    assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", True, 3e-5)
+    assert (data["unit"], data["quantity"], data["harmful"], data["least_distance"]) == ("rad", "following_error", False, 3e-5)
     assert data["claims"] == [{"least_distance": 3e-5, "slowest_move": None, "longest_rest": 0.3, "factor": 1.59}]
     assert data["along"] == [{"motion": "moves", "worse": True, "distance": 2e-4, "without": 1e-5, "with": None, "not_fed_ahead": None}]
 

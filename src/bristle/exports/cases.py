@@ -134,9 +134,8 @@ def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tu
     # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
     rested = [trial for trial in tried if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach]
     longest = RARE if all(trial.is_promised for trial in rested) else LONGEST_REST
-    kinds = [(LONG, longest), (None, LONGEST_REST)]
     claims: list[Claim] = []
-    for slowest, rest in kinds[hunts:]:
+    for slowest, rest in [(LONG, longest), (None, LONGEST_REST)][hunts:]:
         inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
         doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
         # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.

@@ -129,9 +129,9 @@ class Effect:
 
     @property
     def is_harmful(self) -> bool:
-        """Whether the export increases the error along the motion of the log, or along moves far longer than the reach."""
+        """Whether the export increases the error along the motion of the log, or along far moves without a promise for farther ones."""
         far = FAR * (1.0 - 1e-9) * self.reach
-        return any(path.is_worse and (path.motion != MOVES or path.distance >= far) for path in self.along)
+        return any(path.is_worse and (path.motion != MOVES or (path.distance >= far and not self.claims)) for path in self.along)
 
     @property
     def ratio(self) -> float:
@@ -296,10 +296,9 @@ class InLoop:
         return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
 
     def tried(self, drive: Drive, *, brief: bool = False) -> list[Tried]:
-        """Return the cases of this loop with the feed of a drive, or only the brief ones."""
-        return tried_cases(
-            [run for run in self._unfed if run.case.is_brief or not brief], lambda loop, late: fed_along(drive, loop, self.ahead, late)
-        )
+        """Return the cases of this loop with the feed of a drive, or only the brief ones that a promise may contain."""
+        unfed = [run for run in self._unfed if not brief or (run.case.is_brief and run.case.distance > 2.0 * self.reach)]
+        return tried_cases(unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
 
     def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> tuple[Rule, Drive]:
         """Return the rule that promises the shortest brief moves, among equals that with the smallest error, and its feed.
