@@ -149,6 +149,14 @@ def test_the_remaining_time_is_known_after_the_first_verdict(sliding, draws):
     assert known == {(0, False), (1, True)}
 
 
+def test_each_fit_that_is_the_best_so_far_is_told(monkeypatch):
+    fitted, told = iter([Mock(unfinished=False, error_percent=percent) for percent in (5.0, 7.0, 2.0)]), []
+    monkeypatch.setattr(fits, "fit", lambda *arguments: (next(fitted), None))
+    models = [friction.find(name) for name in ("viscous", "coulomb", "coulomb_viscous")]
+    fits._fits(None, models, 0, fits.Work(Mock()), fits.Collected(["several", "models"]), told.append)
+    assert [fit.error_percent for fit in told] == [5.0, 2.0]
+
+
 def test_the_time_of_models_to_come_is_in_proportion_to_their_parameters(monkeypatch):
     work, ahead = fits.Work(Mock(), after_fits=10.0, paces=[3.0, 2.0, 2.0, 9.0]), []
     monkeypatch.setattr(fits, "fit", lambda *arguments: (Mock(unfinished=False), ahead.append(work.ahead)))

@@ -73,7 +73,7 @@ def _fits(
     tell: Callable[[Fit], None] = lambda fit: None,
     further: int = 0,
 ) -> None:
-    """Fit several models; tell the first fit of all if more are to follow, among them models with `further` parameters."""
+    """Fit several models, more with `further` parameters to follow; of several, tell each fit that is the best so far."""
     errors: list[Exception] = []
     sizes = [len(component.variables) for component in components]
     for place, component in enumerate(components):
@@ -93,7 +93,7 @@ def _fits(
         collected.fits.append(model_fit)
         if model_fit.unfinished:
             raise KeyboardInterrupt
-        if len(collected.fits) == 1 < len(collected.names):
+        if len(collected.names) > 1 and model_fit is min(collected.fits, key=lambda known: known.error_percent):
             tell(model_fit)
     if errors and not collected.fits:
         raise errors[0]

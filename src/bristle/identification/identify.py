@@ -164,12 +164,12 @@ def identify(
         _passed, components=components, extended=extended, blocks=blocks, settings=chosen, prior_of=prior_of, treatment=treated, work=work
     )
 
-    def first_told(first: Passed) -> None:
-        work.after_fits = bool(draws) * sum(durations_of(first, draws, pairs))
-        if answer is not None:
-            answer(_result(first._replace(fits=first.judged(())), first_log, chosen))
+    def told(best: Passed) -> None:
+        work.after_fits = bool(draws) * sum(durations_of(best, draws, pairs))
+        if answer is not None and len(best.estimations) == 1:
+            answer(_result(best._replace(fits=best.judged(())), first_log, chosen))
 
-    better, second = passed(pairs, after_first=first_told), None
+    better, second = passed(pairs, after_best=told), None
     if chosen.lines_gain < 1.0 and blocks != 0:
         work.before = AGAIN
         better, second = second_pass(better, pairs, partial(passed, first=better), chosen.lines_gain)
@@ -233,11 +233,11 @@ def _passed(
     treatment: tuple[float | None, int | None],  # cut-off and decimation
     work: Work,
     first: Passed | None = None,
-    after_first: Callable[[Passed], None] | None = None,
+    after_best: Callable[[Passed], None] | None = None,
 ) -> Passed:
     """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
 
-    `after_first` receives the first fit of several, not yet judged.
+    `after_best` receives each fit that is the best so far of several, not yet judged.
     """
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
     of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
@@ -258,8 +258,8 @@ def _passed(
         return checked([fit for fit in collected.fits if fit.name not in omitted])
 
     def tell(fit: Fit) -> None:
-        if after_first is not None:
-            after_first(Passed([fit], collected.estimations, {}, "", False, context, pairs, judged))
+        if after_best is not None:
+            after_best(Passed([fit], collected.estimations, {}, "", False, context, pairs, judged))
 
     unfinished = all_fits(context, components, extended, held_out, work, collected, tell)
     # A second interruption ends the work.
