@@ -46,6 +46,8 @@ def is_number(cell: str, decimal_comma: bool) -> bool:
     """Return whether a cell is a number."""
     if decimal_comma and "." not in cell and not cell.endswith(","):
         cell = cell.replace(",", ".", 1)
+    if cell[:1] not in "+-.0123456789niNI":  # most words
+        return False
     try:
         float(cell)
     except ValueError:
@@ -198,7 +200,7 @@ def _score(rows: list[tuple[int, list[str]]], layout: Layout) -> tuple[float, ..
     above = next((len(cells) for index, cells in reversed(rows) if index < layout.first), 0)
     counts, is_headed = [], above == len(layout.numeric)
     for cells in [cells for index, cells in rows if index >= layout.first][:SAMPLE_ROWS]:
-        numbers = sum(bool(cell) and is_numeric for cell, is_numeric in zip(cells, layout.numeric, strict=False))
+        numbers = sum(compress(layout.numeric, cells))
         words = [cell for cell, is_numeric in zip(cells, layout.numeric, strict=False) if cell and not is_numeric]
         parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], ";, ")]
         parted[0] += sum(all(is_number(part, layout.decimal_comma) for part in word.split()) for word in words)
