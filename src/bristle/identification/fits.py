@@ -93,7 +93,7 @@ def _fits(
         collected.fits.append(model_fit)
         if model_fit.unfinished:
             raise KeyboardInterrupt
-        if len(collected.names) > 1 and model_fit is min(collected.fits, key=lambda known: known.error_percent):
+        if len(collected.names) > 1 and model_fit is min(collected.fits, key=lambda model: model.error_percent):
             tell(model_fit)
     if errors and not collected.fits:
         raise errors[0]

@@ -164,12 +164,12 @@ def identify(
         _passed, components=components, extended=extended, blocks=blocks, settings=chosen, prior_of=prior_of, treatment=treated, work=work
     )
 
-    def told(best: Passed) -> None:
+    def tell(best: Passed) -> None:
         work.after_fits = bool(draws) * sum(durations_of(best, draws, pairs))
         if answer is not None and len(best.estimations) == 1:
             answer(_result(best._replace(fits=best.judged(())), first_log, chosen))
 
-    better, second = passed(pairs, after_best=told), None
+    better, second = passed(pairs, after_best=tell), None
     if chosen.lines_gain < 1.0 and blocks != 0:
         work.before = AGAIN
         better, second = second_pass(better, pairs, partial(passed, first=better), chosen.lines_gain)
