@@ -132,6 +132,7 @@ def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place, mo
     assert [call.args[1] > 0.0 for call in task.call_args_list if call.args[:1] == ("",)] == [True, False]  # duration of the loop
 
 
+@pytest.mark.slow
 def test_a_terminal_shows_an_identification_in_25_lines_with_the_verdict_last(bristle, place):
     lines = bristle(*IDENTIFY).out.splitlines()
     assert len(lines) <= 25
@@ -299,7 +300,7 @@ NOTHING = "no model is fitted yet, so bristle writes no results"
     [
         ("bristle.files", "logs_and_axes", 130, NOTHING),
         ("bristle.report.identified", "identify", 130, NOTHING),
-        ("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP),
+        pytest.param("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP, marks=pytest.mark.slow),
         ("bristle.report.next_motion", "next_motion", 0, ""),
         ("bristle.report.identified.Outcome", "following_experiment", 0, ""),
     ],
