@@ -143,9 +143,19 @@ def within(monkeypatch, friction=FRICTION, **draws):
     return {name: values.tolist() for name, values in within_the_log(fit, None).resampling.bands.draws.items()}
 
 
-def test_a_draw_that_contradicts_the_log_moves_towards_the_fit(monkeypatch):
-    moved = within(monkeypatch, F_C=[8.2, 9.0, 4.0], M=[2.2, 2.2, 1.0])
-    assert [moved["F_C"], moved["M"]] == [pytest.approx([8.2, 8.5, 7.5]), pytest.approx([2.2, 2.1, 1.875])]
+@pytest.mark.parametrize(
+    ("levels", "masses", "moved"),
+    [
+        # The middle describes the log: draws move towards 8.2 and 2.2.
+        ([8.2, 9.0, 4.0], [2.2, 2.2, 1.0], ([8.2, 8.7, 7.7], [2.2, 2.2, 2.2 - 1.2 / 8.4])),
+        ([8.9, 9.0, 9.1], [2.2, 2.1, 2.0], ([8.9, 9.0, 9.1], [2.2, 2.1, 2.0])),
+        # It does not: they move towards the fit, at 8 and 2.
+        ([10.0, 9.5, 4.0], [2.2, 2.3, 1.0], ([8.5, 8.5, 7.5], [2.05, 2.1, 1.875])),
+    ],
+)
+def test_a_draw_that_contradicts_the_log_moves_towards_the_centre(monkeypatch, levels, masses, moved):
+    drawn = within(monkeypatch, F_C=levels, M=masses)
+    assert [drawn["F_C"], drawn["M"]] == [pytest.approx(values) for values in moved]
 
 
 def test_a_draw_that_diverges_and_other_numbers_stay(monkeypatch):

@@ -215,7 +215,7 @@ def _efforts(bands: Bands, plant: Model, friction: Model, dataset: Dataset, most
 
 
 def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
-    """Return a fit whose draws describe its log: one that is off by more than the error of the fit moves towards the fit."""
+    """Return a fit whose draws describe its log: one that is off by more than the error of the fit moves towards their centre."""
     # Draws leave the valley of a fit along straight lines. Where it bends, they contradict the log.
     if fit.resampling is None:
         return fit
@@ -224,13 +224,18 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
     values = {name: values[name] for name in bands.draws if np.all(np.isfinite(values.get(name, np.inf)))}
     if any(np.shape(value) != bands.draws[name].shape[1:] for name, value in values.items()):
         return fit  # each draw has elements of its own, which lie on no line through the fit
-    alone = replace(bands, draws={name: np.array([value]) for name, value in values.items()}, scatter=0.0)
-    (middle,) = _efforts(alone, fit.plant, fit.friction, dataset, 1)
+    # The middle of the draws is free of a bias of the fit: it is the centre if it describes the log about as well.
+    pairs = {name: np.array([value, np.median(bands.draws[name], axis=0)]) for name, value in values.items()}
+    of_fit, of_middle = _efforts(replace(bands, draws=pairs, scatter=0.0), fit.plant, fit.friction, dataset, 2)
+    error = max(np.mean(fit.traces.residual**2), np.finfo(float).tiny)
+    centre = int(np.mean((of_middle - of_fit) ** 2) <= 4.0 * error)  # twice the error of the fit
     drawn = np.array(_efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count))
-    off = np.mean((drawn - middle) ** 2, axis=1) / max(np.mean(fit.traces.residual**2), np.finfo(float).tiny)
-    off[~np.isfinite(off)] = 0.0  # a draw that diverges stays as it is; a prediction leaves it out
-    too_far = np.sqrt(np.maximum(off, 1.0))
-    moved = {name: value + ((bands.draws[name][: off.size] - value).T / too_far).T for name, value in values.items()}
+    # A draw that diverges stays as it is; a prediction leaves it out.
+    off = np.nan_to_num(np.mean((drawn - (of_fit, of_middle)[centre]) ** 2, axis=1) / error, posinf=0.0)
+    moved = {
+        name: pair[centre] + ((bands.draws[name][: off.size] - pair[centre]).T / np.sqrt(np.maximum(off, 1.0))).T
+        for name, pair in pairs.items()
+    }
     return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, draws={**bands.draws, **moved})))
 
 
