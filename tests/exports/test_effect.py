@@ -151,6 +151,8 @@ def test_cases_cover_distances_rests_paces_levels_and_lateness():
         assert {(case.rest, case.lasting) for case in own} == {(rest, lasting) for rest in (0.05, 0.3, 1.0) for lasting in (0.0, 0.1, 1.0)}
         quick = [case for case in own if not case.lasting and case.rest <= 0.3]
         assert sorted(case.friction for case in quick) == [-1, -1, 1, 1]
+        # Too much force, too late, against an integral that had time to wind, is the hardest case.
+        assert any((case.rest, case.is_random, case.friction, case.late) == (0.3, False, -1, 3e-4) for case in quick)
     assert ({case.late for case in cases}, {case.is_random for case in cases}) == ({3e-4, -3e-4}, {True, False})
 
 
@@ -218,6 +220,28 @@ def test_a_case_has_another_friction_the_unexplained_force_and_the_worse_of_two_
     levels = 2.0 - more, 2.0 - more, more, more, 1.0, 1.0
     assert seen[:6] == [(pytest.approx(40.0 * level), pytest.approx(7.0, abs=0.1)) for level in levels]
     assert [(trial.without, trial.with_it) for trial in tried] == [(2.0, 7.0), (4.0, 8.0), (6.0, 9.0)]
+
+
+def test_the_feed_of_a_case_acts_later_than_expected(monkeypatch):
+    efforts = []
+
+    def error(variant, effort, starts):
+        efforts.append(effort)
+        return 1.0
+
+    monkeypatch.setattr("bristle.exports.cases._error", error)
+    monkeypatch.setattr("bristle.exports.cases.cases_over", lambda reach: cases_over(reach)[:2])  # later, earlier
+    loop = loop_for(export_request())
+    InLoop(loop, Limits(0.1, 1.6), REACH, 0.0, 1e-5).tried(lambda x, dt: np.arange(x.size, dtype=float))
+    samples = 3e-4 / loop.run.sample_time
+    assert [effort[50] - 51.0 for effort in efforts if effort is not None] == pytest.approx([-samples, samples])
+
+
+def test_the_shortest_moves_choose_no_share(monkeypatch):
+    monkeypatch.setattr("bristle.exports.cases._error", lambda variant, effort, starts: 1.0)
+    within = InLoop(loop_for(export_request()), Limits(0.1, 1.6), REACH, 0.0, 1e-5)
+    tried = within.tried(lambda x, dt: np.zeros(x.size), brief=True)
+    assert sorted({round(trial.case.distance / REACH) for trial in tried}) == [3, 10, 30, 100]
 
 
 @pytest.mark.parametrize(

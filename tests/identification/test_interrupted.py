@@ -149,6 +149,26 @@ def test_the_remaining_time_is_known_after_the_first_verdict(sliding, draws):
     assert known == {(0, False), (1, True)}
 
 
+@pytest.mark.parametrize(("draws", "is_near"), [(0, True), (20, False)])
+def test_the_remaining_time_contains_intervals_if_they_follow(sliding, monkeypatch, draws, is_near):
+    shares = []
+    monkeypatch.setattr(IDENTIFYING, "durations_of", lambda *arguments: (5e3, 5e3))
+    monkeypatch.setattr(IDENTIFYING, "with_intervals", lambda passed, *arguments: (passed, ""))
+    models, options = "coulomb,viscous,coulomb_viscous", {"axis": STATED, "blocks": 2, "draws": draws}
+    identify(sliding, models, **options, progress=lambda share, text: shares.append(share))
+    assert (max(shares) > 1e-2) is is_near
+
+
+@pytest.mark.parametrize(("coupling", "follow"), [(None, True), (Mock(), False)])
+def test_observers_take_time_if_they_follow(monkeypatch, coupling, follow):
+    monkeypatch.setattr(intervals, "observable", lambda *arguments: True)
+    problem = Mock(dataset=Mock(segments=[Mock(time=np.zeros(100))]))
+    passed = Mock(fits=[Mock()], context=Mock(coupling=coupling))
+    passed.estimations = {passed.fits[0].name: Mock(resampled=(problem, Mock()))}
+    drawing, climbing = intervals.durations_of(passed, 100, [(None, None)])
+    assert (drawing > 0.0, climbing > 0.0) == (True, follow)
+
+
 def test_each_fit_that_is_the_best_so_far_is_told(monkeypatch):
     fitted, told = iter([Mock(unfinished=False, error_percent=percent) for percent in (5.0, 7.0, 2.0)]), []
     monkeypatch.setattr(fits, "fit", lambda *arguments: (next(fitted), None))

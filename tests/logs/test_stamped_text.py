@@ -205,6 +205,8 @@ def test_few_lines_other_cells_and_many_signals_are_no_archive():
         (lambda: cells_of('a "b" c', None), ["a", "b", "c"]),
         (lambda: [is_number(cell, True) for cell in ("1,5", "1.5")], [True, True]),
         (lambda: [is_number(cell, False) for cell in ("1,5", "1D3", "-.5", "")], [False, True, True, False]),
+        (lambda: [is_number(cell, True) for cell in (",5", ".5", "NaN", "+inf", "Infinity", "1.#IND")], [True] * 6),
+        (lambda: [is_number(cell, False) for cell in ("time", "x1", "none", "item", "1_000", "\u0663")], [False] * 6),
         (lambda: numbers_in(["an", "Off"], False), None),
         (lambda: numbers_in(["on", "Off", "TRUE", "2"], False).tolist(), [1.0, 0.0, 1.0, 2.0]),
     ],
