@@ -80,6 +80,7 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
 
 DRAWS = 100
 MODE = "inverse"
+LEFT_OUT = "bristle leaves this log out"
 SHOWN = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")  # of the summary of a log
 
 
@@ -112,7 +113,7 @@ def _leave_out(errand: Errand, logs: Sequence[dict[str, object]]) -> None:
             if facts["problems"]:
                 bristle.read_log(log.content, errand.axis(), size_limit=errand.size_limit)
         except TooShortError as error:
-            facts |= {"problems": [], "left_out": f"bristle leaves this log out: {error}"}
+            facts |= {"problems": [], "left_out": f"{LEFT_OUT}: {error}"}
         except InputError:
             continue
 
@@ -155,7 +156,7 @@ def predict(errand: Errand) -> Answer:
             recorded = bristle.read_log(log.content, axis, size_limit=errand.size_limit)
             prediction = model.predict(recorded, MODE, axis=axis)
         except TooShortError as error:
-            logs.append({"label": log.label, "left_out": f"bristle leaves this log out: {error}"})
+            logs.append({"label": log.label, "left_out": f"{LEFT_OUT}: {error}"})
             continue
         assert prediction.effort is not None
         assert prediction.effort_predicted is not None
