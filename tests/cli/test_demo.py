@@ -24,7 +24,10 @@ from bristle.paper.rig import spectrum
 
 @pytest.mark.slow
 def test_the_main_job_from_one_command(bristle, here):
-    bristle("demo", code=0, shown=("simulated", "bristle identify YOUR.csv"))
+    page = (ROOT / "docs" / "index.md").read_text()
+    block = " ".join(re.search(r"```text\n(Type in.*?)```", page, re.DOTALL)[1].split())
+    values, feedforward, rest = block.partition("Feedforward")
+    bristle("demo", code=0, shown=("simulated", "bristle identify YOUR.csv", values.strip(), feedforward + rest))
     folder = Path("bristle-demo")
     assert written_in(folder) == {
         "axis.toml",

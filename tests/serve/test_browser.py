@@ -122,7 +122,7 @@ def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_
     person.clicks("#compensate-now")
     person.waits("byId('gain')")
     assert not tab.run("state.parts.identified.old")
-    # Seven tenths of the friction are fed forward; with the limits of its axis file, `bristle demo` feeds four fifths.
+    # Seven tenths of the friction are fed forward, as by `bristle demo`.
     assert float(tab.run("byId('gain').textContent").rpartition("×")[2]) == pytest.approx(3.4, abs=0.1)
     assert "Friction forward, F+" in tab.run("byId('compensate').textContent")
     person.clicks("#compensate .copied button")
