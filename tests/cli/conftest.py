@@ -14,6 +14,8 @@ from tests.examples.data import measured
 from bristle.cli.main import main
 from bristle.files.owned import NOTE
 
+IDENTIFY = ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", "0"]
+WITH_DRAWS = [*IDENTIFY, "--draws", "20"]
 AXIS = """
 schema = 1
 name = "bench"
@@ -211,14 +213,25 @@ def here(tmp_path, monkeypatch) -> Path:
 
 
 @pytest.fixture(scope="session")
-def fits() -> dict:
-    """What was identified so far."""
-    return {}
+def fits(simulated) -> dict:
+    """What was identified so far, at first two models of the log of the axis, without draws and with some."""
+    identified = {}
+    (simulated.parent / "axis.toml").write_text(AXIS)
+    with pytest.MonkeyPatch.context() as patch:
+        _identify_once(patch, identified)
+        patch.chdir(simulated.parent)
+        assert main(IDENTIFY) == main(WITH_DRAWS) == 0
+    return identified
 
 
 @pytest.fixture
 def remembered(monkeypatch, fits) -> None:
     """Identify the same logs with the same options only once, and let reports of it have no movable parameters."""
+    _identify_once(monkeypatch, fits)
+    monkeypatch.setattr("bristle.lab.living.living_part", lambda *_: None)
+
+
+def _identify_once(monkeypatch, fits):
     from bristle.report import identified
 
     identify = identified.identify
@@ -230,7 +243,6 @@ def remembered(monkeypatch, fits) -> None:
         return fits[key]
 
     monkeypatch.setattr(identified, "identify", once)
-    monkeypatch.setattr("bristle.lab.living.living_part", lambda *_: None)
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from tests.cli.conftest import written_in
+from tests.cli.conftest import IDENTIFY, WITH_DRAWS, written_in
 
 from bristle.files import read_model
 from bristle.identification.settings import Settings
@@ -22,7 +22,6 @@ from bristle.report import identified as of_report
 pytestmark = pytest.mark.usefixtures("undrawn", "remembered")
 
 TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
-IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)
 
 
 @pytest.mark.slow
@@ -315,7 +314,7 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
         return original(*arguments, **options)
 
     monkeypatch.setattr(f"{owner}.{name}", interrupted)
-    bristle(*IDENTIFY, "--draws", "20", "--out", "results", code=code, said=said)
+    bristle(*WITH_DRAWS, "--out", "results", code=code, said=said)
     assert next(interruptions, None) is None
     assert (json.loads(written.read_text())["unfinished"] or "") == said if written.exists() else said == NOTHING
 
