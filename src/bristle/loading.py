@@ -1,14 +1,18 @@
 """Lazy loading: each name of a package is imported from its module at first use."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 
-def loaded_from(package: str) -> Callable[[str], Any]:
-    """Return a ``__getattr__`` for a package that imports its names at first use, from the ``if TYPE_CHECKING:`` block."""
+def loaded_from(package: str, *, above: Mapping[str, str] = MappingProxyType({})) -> Callable[[str], Any]:
+    """Return a ``__getattr__`` for a package that imports its names at first use, from the ``if TYPE_CHECKING:`` block.
+
+    `above` gives the modules of names that stand in a room above the package, which it does not import.
+    """
 
     @cache
     def places() -> dict[str, tuple[str, str]]:
@@ -19,7 +23,8 @@ def loaded_from(package: str) -> Callable[[str], Any]:
         tree = ast.parse(loader.get_source(package))  # works for folders and zip files
         blocks = [node for node in tree.body if isinstance(node, ast.If)]
         imports = [node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)]
-        return {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
+        own = {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
+        return own | {name: (module, name) for name, module in above.items()}
 
     def load(name: str) -> Any:
         if name.startswith("__"):

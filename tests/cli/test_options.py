@@ -286,8 +286,8 @@ def asked(monkeypatch):
 
 @pytest.fixture
 def ways(asked):
-    for name, code in (("_identify_each", 7), ("_identify_friction", 5)):
-        asked(f"bristle.cli.identify.{name}", code)
+    asked("bristle.cli.fleet.identify_each", 7)
+    asked("bristle.cli.identify._identify_friction", 5)
     asked("bristle.cli.operators.identify_operators", 3)
     return asked.calls
 
@@ -297,7 +297,7 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
     assert identify.identify(log=logs, output=output) == 5
     assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
     (together, passed, _), (each, separate, how) = ways
-    assert (together, each, how) == ("_identify_friction", "_identify_each", {"readers": (), "workers": 3, "robot": None})
+    assert (together, each, how) == ("_identify_friction", "identify_each", {"readers": (), "workers": 3, "robot": None})
     assert passed[:2] == separate[:2] == (logs, [])
     assert passed[2]["model"] == br.friction.DEFAULT_MODELS.split(",")
     assert separate[2]["model"] == ["coulomb_viscous"]

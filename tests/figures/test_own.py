@@ -13,7 +13,7 @@ from tests.report.all_reports import rendered, report_of
 from bristle import figures
 from bristle.core import InputError
 from bristle.figures import ReportFigure, legibility, on_reports, own, report_figure, style
-from bristle.testing.figures import EXAMPLES
+from bristle.figures.contract import EXAMPLES
 
 FILE = """
 from bristle.figures import ReportFigure, style

@@ -13,7 +13,8 @@ from bristle.exports.page import loop as page_loop
 from bristle.exports.page.described import head_of
 from bristle.friction import find
 from bristle.lab import living, page
-from bristle.lab.page import environment, hash_of, joined, policy
+from bristle.lab.page import PACKAGE
+from bristle.report.assets import environment, hash_of, joined, policy
 from bristle.simulation import COMPENSATED
 
 TIME = np.arange(4.0)
@@ -129,7 +130,7 @@ def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, w
     assert (how["around"], how["proven"], variables) == (3.0, False, (["M"], 3.0, 3.0))
     assert [row["name"] for row in data["plant"]] == ["M"]
     assert str(part.data) == "DATA"
-    assert part.policy == policy([joined(living.SHARED), joined(living.SCRIPTS)])
+    assert part.policy == policy([joined(living.SHARED, PACKAGE), joined(living.SCRIPTS, PACKAGE)])
 
 
 def test_a_model_that_no_page_computes_has_no_part(identified, monkeypatch):
@@ -188,10 +189,10 @@ def trial(state, memory, motion, dt, p):
 
 
 def test_lines_of_a_template_that_are_no_text_leave_no_line_and_no_space():
-    template = environment().from_string("<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n")
+    template = environment(PACKAGE).from_string("<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n")
     assert template.render(words=["a", "<b>"]) == "<ul>\n<li>a</li>\n<li>&lt;b&gt;</li>\n</ul>"
     with pytest.raises(jinja2.UndefinedError):
-        environment().from_string("{{ missing }}").render()
+        environment(PACKAGE).from_string("{{ missing }}").render()
 
 
 def test_a_model_of_a_file_is_called_by_its_file_and_a_model_of_the_package_by_its_name():

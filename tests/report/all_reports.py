@@ -11,6 +11,7 @@ from tests.excitation.axes import STAGE
 from bristle import hysteresis
 from bristle.core import Diagnostic, Origin
 from bristle.excitation import excite
+from bristle.figures.contract import example_facts
 from bristle.hysteresis.identification.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.prediction import drive_table
@@ -28,7 +29,6 @@ from bristle.report.simulation import simulation_report, simulation_summary
 from bristle.report.study import study_report, study_summary
 from bristle.report.summary import identification_summary
 from bristle.study.store import Runs
-from bristle.testing.figures import example_facts
 
 COMMON = {"command": "bristle do it", "provenance": {"bristle": "0"}}
 LOGS = ("before.csv", "after.csv")

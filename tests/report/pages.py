@@ -2,7 +2,7 @@
 
 from html.parser import HTMLParser
 
-from bristle.lab.page import joined
+from bristle.report.assets import joined
 
 VOID = {"meta", "br", "link", "img", "hr", "input", "col", "wbr"}
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bristle.core.variable import KINDS
-from bristle.figures import ReportFigure, load_figure_file, style
-from bristle.testing import check_figure, figures
+from bristle.figures import ReportFigure, contract as figures, load_figure_file, style
+from bristle.figures.contract import EXAMPLES, _experiment, _log, _study, example_facts
+from bristle.testing import check_figure
 from bristle.testing.check import UnmetError
-from bristle.testing.figures import EXAMPLES, _experiment, _log, _study, example_facts
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 COUNT = iter(range(1000))

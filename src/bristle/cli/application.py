@@ -1,28 +1,11 @@
 """The command ``bristle``: its subcommands, and the function that runs them."""
 
+from importlib import import_module
 from typing import Annotated, cast
 
 import typer
 
-from bristle.cli import (
-    bench,
-    check,
-    compare,
-    demo,
-    design,
-    excite,
-    explain,
-    export,
-    identify,
-    lab,
-    log,
-    models,
-    paper,
-    predict,
-    run as run_command,
-    study,
-    tune,
-)
+from bristle.cli.commands import COMMANDS
 from bristle.cli.options import REMOVED, as_command, command_text
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain
@@ -33,28 +16,10 @@ UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 app = typer.Typer(
     rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]}
 )
-for module in (
-    demo,
-    excite,
-    identify,
-    predict,
-    run_command,
-    study,
-    compare,
-    tune,
-    design,
-    lab,
-    export,
-    paper,
-    bench,
-    check,
-    models,
-    log,
-    explain,
-):
-    name = module.__name__.rpartition(".")[2]
+for command, place in COMMANDS.items():
+    module = import_module(place)
     command_class = getattr(module, "COMMAND", None)
-    app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, name)))
+    app.command(command, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, command)))
 
 
 @app.callback(invoke_without_command=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
@@ -18,6 +19,15 @@ EXAMPLE = """Example:
   bristle check results
   bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
   bristle check my_model.py"""
+
+
+# What a file of a user's own may define beside a model: what it is called, what loads it, and the suite of its contract.
+KINDS = {
+    "TARGET": ("export target", "bristle.exports:load_target_file", "bristle.testing:check_target"),
+    "FIGURE": ("figure", "bristle.figures:load_figure_file", "bristle.testing:check_figure"),
+    "FORMAT": ("log reader", "bristle.files:load_reader_file", "bristle.testing:check_reader"),
+    "MACHINE": ("machine", "bristle.tune.machines:load_machine_file", "bristle.tune.contract:check_machine"),
+}
 
 
 def check(
@@ -124,13 +134,9 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
 def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Judged:
     """Test a code file against its contract and return the result. The name on the command line allows its code."""
     from bristle.core import InputError
-    from bristle.exports import load_target_file
-    from bristle.figures import load_figure_file
-    from bristle.files import SourceText, allow, load_checked, load_reader_file, word_of
+    from bristle.files import SourceText, allow, load_checked, word_of
     from bristle.report.table import Table
-    from bristle.testing import check_figure, check_model, check_reader, check_target
-    from bristle.tune.contract import check_machine
-    from bristle.tune.machines import load_machine_file
+    from bristle.testing import check_model
 
     if model.suffix != ".py":
         raise InputError(
@@ -143,24 +149,26 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
     refuse(options, "needs a model with parameter values", mend)
     content = code_in(model)
     module = SourceText(content).module()
-    kinds = (
-        ("TARGET", load_target_file, "export target", check_target),
-        ("FIGURE", load_figure_file, "figure", check_figure),
-        ("FORMAT", load_reader_file, "log reader", check_reader),
-        ("MACHINE", load_machine_file, "machine", partial(check_machine, move=move)),
-    )
-    if not {"MODEL", "SLOT", *(name for name, *_ in kinds)} & vars(module).keys():
+    if not {"MODEL", "SLOT", *KINDS} & vars(module).keys():
         raise InputError(
             "defines no object that can be checked",
             path=str(model),
             allowed="MODEL (friction model, control law or sensor), SLOT, FORMAT, TARGET, FIGURE or MACHINE",
             mend="End the file with such an object, for example MODEL = FrictionModel(...)",
         )
-    kind = next((kind for kind in kinds if hasattr(module, kind[0]) and not hasattr(module, "MODEL")), None)
-    if kind is None or kind[0] != "MACHINE":
+    kind = next((kind for kind in KINDS if hasattr(module, kind) and not hasattr(module, "MODEL")), None)
+    if kind != "MACHINE":
         refuse({"--move": move}, "applies only to a machine")
-    subject: Any = load_checked(content) if kind is None else kind[1](content)
-    title, checked = (word_of(subject), check_model) if kind is None else kind[2:]
+    if kind is None:
+        subject: Any = load_checked(content)
+        title = word_of(subject)
+        checked = check_model
+    else:
+        title, loader, suite = KINDS[kind]
+        subject = resolve_name(loader)(content)
+        checked = resolve_name(suite)
+    if kind == "MACHINE":
+        checked = partial(checked, move=move)
     allow(content)
     with progress("checking"):
         results = checked(subject)

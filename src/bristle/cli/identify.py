@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 from time import process_time
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
+from bristle.cli.commands import SPELLINGS
 from bristle.cli.options import (
     LOG_FILE,
     AxisFiles,
@@ -21,7 +23,6 @@ from bristle.cli.options import (
     Output,
     Readers,
     Verbose,
-    code_in,
     holds_own,
     own_figures,
     own_model,
@@ -31,19 +32,16 @@ from bristle.cli.options import (
     toml_content,
 )
 from bristle.cli.signals import INTERRUPTED
-from bristle.cli.study import exit_code, interruptible
 from bristle.cli.terminal import complain, progress, show, show_lines
 
 if TYPE_CHECKING:
-    from bristle.arm import Arm
-    from bristle.core import Axis, Content
-    from bristle.fleet.identify import FleetStore
+    from bristle.core import Content
     from bristle.identification import Identification
     from bristle.prediction import Following
     from bristle.report.brief import Line
     from bristle.report.identified import Identified, Outcome
     from bristle.report.table import Table
-    from bristle.simulation import Prediction, SimulationResult
+    from bristle.simulation import SimulationResult
 
 
 EXAMPLE = """Example:
@@ -154,7 +152,8 @@ def identify(
         "method": method,
     }
     if separate:
-        return _identify_each(log, axes, options, output, readers=reader or (), workers=workers, robot=robot)
+        identify_each = resolve_name(SPELLINGS["identify --each"])
+        return identify_each(log, axes, options, output, readers=reader or (), workers=workers, robot=robot)
     return _identify_friction(log, axes, options, output, figure, verbose=verbose)
 
 
@@ -266,123 +265,6 @@ def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
         command = shlex.join(["bristle", "run", str(out / TWO_MASSES), "--out", str(out.with_name(f"{out.name}_two_masses"))])
         lines.append(Line("Table", "Compare the error of the load with feedforward of one mass and of both masses:", command=command))
     return results, lines
-
-
-def _identify_each(
-    logs: Sequence[Path],
-    axes: Sequence[Content],
-    options: Mapping[str, Any],
-    output: Output,
-    *,
-    readers: Sequence[Path],
-    workers: int | None,
-    robot: Path | None,
-) -> int:
-    """Identify each of many logs separately, or each axis of one log."""
-    from bristle.core import content_of
-    from bristle.files import axes_in, provenance
-    from bristle.fleet.identify import FleetStore, Identifier, fleet_of
-    from bristle.report.arm import arm_sections, arm_sentence, arm_summary
-    from bristle.report.brief import verdict
-    from bristle.report.cards import labelled
-    from bristle.report.fleet import (
-        failed_logs_table,
-        fleet_report,
-        fleet_ruling,
-        fleet_sentences,
-        fleet_summary,
-        logs_table,
-        parameters_table,
-    )
-    from bristle.report.judgement import level_of
-    from bristle.report.results import write_report
-    from bristle.study.run import run_within
-    from bristle.study.store import opened, runs_in
-
-    refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
-    assert output.out is not None
-    options = dict(options)
-    with progress("beginning") as report:
-        arm = None if robot is None else _arm(logs, axes, content_of(robot), report)
-        fleet = fleet_of(
-            logs,
-            model=options.pop("model"),
-            axes=_axes_of_joints(axes) if arm is None else arm.axes(output.out),
-            name=output.out.name,
-            options=options,
-            size_limit=size_limit(),
-            readers=[code_in(file) for file in readers],
-        )
-        source = provenance(output.command, axis=axes, reader=fleet.readers)
-        with opened(output.out, fleet, source, FleetStore) as store:
-            for name, text in (arm.files if arm else {}).items():
-                store.grown.write(name, text)
-            of_joints = any(map(axes_in, axes))
-            identifier = partial(Identifier, level_of=level_of, models=store.folder if of_joints else None)
-            with interruptible(output.out, "logs"):
-                ran = run_within(store, workers=workers, progress=report, simulator=identifier)
-            report(1.0, "writing the report")
-            runs = runs_in(store.folder)
-            summary = fleet_summary(runs, provenance=runs.described["provenance"]) | ({"arm": arm_summary(arm)} if arm else {})
-            predictions = _along_the_log(store.folder, logs[0]) if arm else None
-            further = arm_sections(arm) if arm else ()
-            page = fleet_report(runs, summary, command=output.command, further=further, joints=predictions)
-            write_report(store.grown, page, summary)
-            if arm:
-                _write_arm(arm, store)
-    table = logs_table(runs, summary, brief=True) if of_joints else parameters_table(summary)
-    ruling, sentences = fleet_ruling(runs), fleet_sentences(summary, "axes" if of_joints else "logs")
-    sentences += [arm_sentence(arm)] if arm else []
-    if of_joints and not (output.as_json or output.quiet):
-        show_lines([verdict(ruling), *labelled("Axes", sentences)])
-    output.tell(summary, table, failed_logs_table(summary), *(() if of_joints else sentences))
-    return exit_code(ran, summary)
-
-
-def _axes_of_joints(axes: Sequence[Content]) -> list[Axis]:
-    """Return the axes in some axis files, each file with one axis or with a table for each joint."""
-    from bristle.files import axes_in, read_axis
-
-    return [axis for file in axes for axis in list(axes_in(file).values()) or [read_axis(file)]]
-
-
-def _arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: Callable[[float, str], None]) -> Arm:
-    """Identify the dynamics of an arm from one log."""
-    from bristle.arm import identify_arm
-    from bristle.core import InputError
-
-    if len(logs) != 1 or len(axes) != 1:
-        raise InputError("needs one log of all joints and one axis file", path="--robot", value=f"{len(logs)} logs, {len(axes)} axis files")
-    report(0.0, "identifying the bodies of the arm")
-    return identify_arm(logs[0], robot, axes[0], size_limit=size_limit())
-
-
-def _along_the_log(folder: Path, log: Path) -> dict[str, Prediction]:
-    """Return the efforts that an identified arm predicts along its log, of each identified joint."""
-    from bristle.arm import logs_of_joints
-    from bristle.files import read_model
-    from bristle.prediction import predict
-
-    predictions: dict[str, Prediction] = {}
-    for name, (recorded, axis) in logs_of_joints(folder, log, size_limit=size_limit()).items():
-        if (place := folder / name / "model.toml").exists():
-            plant, friction, facts = read_model(place)
-            assert plant is not None
-            predictions[name] = predict(plant, friction, recorded, axis, "inverse", **facts["treatment"])
-    return predictions
-
-
-def _write_arm(arm: Arm, store: FleetStore) -> None:
-    """Write the files of an arm for other programs, with the friction of the joints that bristle identified."""
-    from bristle.files import read_model
-
-    places = {name: store.folder / name / "model.toml" for name in arm.tables}
-    frictions = {name: read_model(place).friction for name, place in places.items() if place.exists()}
-    contents, notes = arm.exported(frictions)
-    for name, content in contents.items():
-        store.grown.write(name, content)
-    for joint, note in notes.items():
-        complain(f"arm.xml, {joint}: {note}")
 
 
 def identification_parts(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bristle.cli.commands import SPELLINGS
 from bristle.cli.options import (
     LOG_FILE,
     AllowCode,
@@ -65,7 +67,8 @@ def predict(
     if model.is_dir():
         refuse({"--axis": axis}, "is part of the results of an arm", "Leave it out, or name the model.toml of one axis")
         refuse({"--figure": figure}, "applies to the report of one axis", "Name the model.toml of one axis")
-        return _predict_arm(model, log, mode, output, allow_code=allow_code)
+        predict_arm = resolve_name(SPELLINGS["predict ARM"])
+        return predict_arm(model, log, mode, output, allow_code=allow_code)
     file, axis_file = toml_content(model), toml_content(axis)
     if holds_operator(file):
         from bristle.cli.operators import predict_operator
@@ -78,7 +81,7 @@ def predict(
         described = read_axis(axis_file) if axis_file else None
         recorded = read_log(log, described, size_limit=size_limit())
         options = {"mode": mode, "allow_code": allow_code, "axis_file": axis_file, "figures": further, "code": code}
-        prediction, summary, page = _predicted(file, recorded, described, output, page=bool(folder), **options)
+        prediction, summary, page = predicted_log(file, recorded, described, output, page=bool(folder), **options)
         if folder:
             write_report(folder, page, summary)
     words, reasons = summary["verdict"]["words"], summary["verdict"]["reasons"]
@@ -96,7 +99,7 @@ def predict(
     return 0 if summary["completed"] else NO
 
 
-def _predicted(
+def predicted_log(
     file: Content,
     log: Log,
     axis: Axis | None,
@@ -129,33 +132,6 @@ def _predicted(
     name = axis.name if axis else log.source.stem
     options = about | {"plant": plant, "log": log, "command": output.command, "axis_name": name, "figures": figures}
     return prediction, summary, prediction_report(prediction, **options) if page else ""
-
-
-def _predict_arm(results: Path, log: Path, mode: str, output: Output, *, allow_code: bool) -> int:
-    """Predict the efforts of all joints of an arm; write a report for each joint and one with a row per joint."""
-    from bristle.arm import logs_of_joints
-    from bristle.core import InputError
-    from bristle.report.arm import arm_prediction
-    from bristle.report.results import write_report
-
-    with output.opened("predicting", [log]) as (folder, report):
-        joints = logs_of_joints(results, log, size_limit=size_limit())
-        summaries = dict[str, dict[str, Any]]()
-        predictions: dict[str, Prediction] = {}
-        for place, (name, (recorded, axis)) in enumerate(joints.items()):
-            report(place / len(joints), name)
-            model = results / name / "model.toml"
-            if not model.exists():
-                raise InputError("is missing, because the log of the identification did not identify this joint", path=str(model))
-            options = {"mode": mode, "allow_code": allow_code, "page": bool(folder)}
-            predictions[name], summaries[name], page = _predicted(toml_content(model), recorded, axis, output, **options)
-            if folder:
-                folder.write(f"{name}/report.html", page)
-        summary, table, page = arm_prediction(summaries, predictions, results.name, log.name, output.command)
-        if folder:
-            write_report(folder, page, summary)
-    output.tell(summary, f"{summary['verdict']['words']}.", table, *summary["verdict"]["reasons"])
-    return 0 if summary["completed"] else NO
 
 
 def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:

@@ -35,7 +35,7 @@ def run(
     commanded effort.
     """
     from bristle.files import provenance
-    from bristle.loop import runnable
+    from bristle.loop.assessment import runnable
     from bristle.report.compensation import closing_sentences
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message

@@ -8,10 +8,6 @@ if TYPE_CHECKING:
     from bristle.exports.described import Source
     from bristle.exports.effect import compensated_loop, promise_of_law
     from bristle.exports.face import Exported, export, files_from_text
-    from bristle.exports.page.described import values_of, widget_described
-    from bristle.exports.page.loop import living_described, tracking_described
-    from bristle.exports.page.packing import as_json
-    from bristle.exports.page.switches import lab_described
     from bristle.exports.targets import NAME, TARGETS, Product, Request, Target
     from bristle.exports.walk import CompiledWalk
     from bristle.exports.writing import law_for, load_target_file, name_for, target_named

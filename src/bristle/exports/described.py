@@ -132,6 +132,7 @@ def version() -> str:
     return __version__
 
 
+PACKAGES = ("bristle.exports",)  # with templates
 FOLD = 120  # characters of a line of a comment
 
 
@@ -139,9 +140,8 @@ FOLD = 120  # characters of a line of a comment
 def _environment() -> jinja2.Environment:
     import jinja2
 
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("bristle.exports"), autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True
-    )
+    loader = jinja2.ChoiceLoader([jinja2.PackageLoader(package) for package in PACKAGES])
+    environment = jinja2.Environment(loader=loader, autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     environment.filters["folded"] = folded
     environment.globals["instructions"] = json.loads(text_of("shared/instructions.json"))
     return environment
@@ -186,9 +186,9 @@ def model_version(source: Source) -> str:
 
 
 @cache
-def text_of(path: str) -> str:
+def text_of(path: str, package: str = PACKAGES[0]) -> str:
     """Return a file that lies among the templates, such as the licence of the text that bristle writes."""
-    return (resources.files("bristle.exports") / "templates" / path).read_text(encoding="utf-8")
+    return (resources.files(package) / "templates" / path).read_text(encoding="utf-8")
 
 
 def copyright_line() -> str:

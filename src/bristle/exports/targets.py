@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -247,21 +247,14 @@ class Target:
         return [key for key, users in USERS.items() if self.name in TARGETS and self.name not in users]
 
 
-def _of_module(module: str, function_name: str, **fixed: Any) -> Callable[..., Any]:
-    """Return a function of a module of the exports; its first call loads the module."""
+def at(place: str, **fixed: Any) -> Callable[..., Any]:
+    """Return the function at ``module:name``; its first call loads the module."""
 
     def called(*arguments: Any) -> Any:
-        return getattr(import_module(f"bristle.exports.{module}"), function_name)(*arguments, **fixed)
+        return resolve_name(place)(*arguments, **fixed)
 
-    called.__module__ = f"bristle.exports.{module}"
+    called.__module__ = place.partition(":")[0]
     return called
-
-
-def _target(name: str, title: str, rest: str, able: str, functions: str, description: str, *, needs: str = "", **fixed: Any) -> Target:
-    """Return a target with the abilities `able` and with functions of modules, written ``write=module.function``."""
-    pairs = (word.partition("=")[::2] for word in functions.split())
-    facts: dict[str, Any] = {key: _of_module(*place.split("."), **fixed) for key, place in pairs} | dict.fromkeys(able.split(), True)
-    return Target(name=name, title=title, rest=rest, description=description, needs=needs, **facts)
 
 
 _C = (
@@ -300,24 +293,110 @@ _WASM = "a WebAssembly module and the script that loads it, for a browser or nod
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
 _WARP = "friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab"
 _CASADI = "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
-_OF_FMU = "write=fmu.write write_law=fmu.write_law"
-_ALL = "pushes tunable single operators"
+
+
+def _fmu(fmi: int) -> Target:
+    return Target(
+        name=f"fmu{fmi}",
+        title=f"FMU {fmi}",
+        rest="middle",
+        tunable=True,
+        write=at("bristle.exports.fmu:write", fmi=fmi),
+        write_law=at("bristle.exports.fmu:write_law", fmi=fmi),
+        description=_FMU.format(fmi),
+        needs="a compiler",
+    )
+
+
 _LISTED = (
-    _target("c", "C", "held", f"{_ALL} derivatives", "write=c.write write_law=c.law_files", _C),
-    _target("wasm", "WebAssembly", "middle", "", "write=wasm.write", _WASM),
-    _target("st", "Structured Text", "held", _ALL, "write=st.write write_law=st.st_law_files", _ST),
-    _target("hal", "LinuxCNC", "held", "pushes compares", "write=hal.write write_law=hal.hal_law_files", _HAL),
-    _target("ros2", "ROS 2", "held", "pushes tunable", "write=ros2.write", _ROS2),
-    _target("cuda", "CUDA", "middle", "operators", "write=cuda.write", _CUDA),
-    _target("warp", "Warp", "", "", "write=warp.write", _WARP),
-    _target("casadi", "CasADi", "held", "", "write=casadi.write", _CASADI),
-    _target("table", "table for a drive", "held", "pushes compares", "write=drive.write reads=drive.reads", _TABLE),
-    _target("tf5200", "Beckhoff TF5200", "", "pushes compares", "write=tf5200.write reads=tf5200.reads", _TF5200),
-    _target("ax8000", "Beckhoff AX8000", "", "pushes", "write=ax8000.write reads=ax8000.reads", _AX8000),
-    _target("sinumerik", "SINUMERIK", "", "pushes", "write=sinumerik.write reads=sinumerik.reads", _START_VALUES),
-    _target("cogging", "", "", "pushes of_cogging", "write=cogging.write reads=cogging.reads", _COGGING),
-    _target("mjcf", "MuJoCo", "", "", "write=mjcf.write", "a MuJoCo scene with the friction of the model"),
-    *(_target(f"fmu{fmi}", f"FMU {fmi}", "middle", "tunable", _OF_FMU, _FMU.format(fmi), needs="a compiler", fmi=fmi) for fmi in (2, 3)),
+    Target(
+        name="c",
+        title="C",
+        rest="held",
+        pushes=True,
+        tunable=True,
+        single=True,
+        operators=True,
+        derivatives=True,
+        write=at("bristle.exports.c:write"),
+        write_law=at("bristle.exports.c:law_files"),
+        description=_C,
+    ),
+    Target(name="wasm", title="WebAssembly", rest="middle", write=at("bristle.exports.wasm:write"), description=_WASM),
+    Target(
+        name="st",
+        title="Structured Text",
+        rest="held",
+        pushes=True,
+        tunable=True,
+        single=True,
+        operators=True,
+        write=at("bristle.exports.st:write"),
+        write_law=at("bristle.exports.st:st_law_files"),
+        description=_ST,
+    ),
+    Target(
+        name="hal",
+        title="LinuxCNC",
+        rest="held",
+        pushes=True,
+        compares=True,
+        write=at("bristle.exports.hal:write"),
+        write_law=at("bristle.exports.hal:hal_law_files"),
+        description=_HAL,
+    ),
+    Target(name="ros2", title="ROS 2", rest="held", pushes=True, tunable=True, write=at("bristle.exports.ros2:write"), description=_ROS2),
+    Target(name="cuda", title="CUDA", rest="middle", operators=True, write=at("bristle.exports.cuda:write"), description=_CUDA),
+    Target(name="warp", title="Warp", write=at("bristle.exports.warp:write"), description=_WARP),
+    Target(name="casadi", title="CasADi", rest="held", write=at("bristle.exports.casadi:write"), description=_CASADI),
+    Target(
+        name="table",
+        title="table for a drive",
+        rest="held",
+        pushes=True,
+        compares=True,
+        write=at("bristle.exports.drive:write"),
+        reads=at("bristle.exports.drive:reads"),
+        description=_TABLE,
+    ),
+    Target(
+        name="tf5200",
+        title="Beckhoff TF5200",
+        pushes=True,
+        compares=True,
+        write=at("bristle.exports.tf5200:write"),
+        reads=at("bristle.exports.tf5200:reads"),
+        description=_TF5200,
+    ),
+    Target(
+        name="ax8000",
+        title="Beckhoff AX8000",
+        pushes=True,
+        write=at("bristle.exports.ax8000:write"),
+        reads=at("bristle.exports.ax8000:reads"),
+        description=_AX8000,
+    ),
+    Target(
+        name="sinumerik",
+        title="SINUMERIK",
+        pushes=True,
+        write=at("bristle.exports.sinumerik:write"),
+        reads=at("bristle.exports.sinumerik:reads"),
+        description=_START_VALUES,
+    ),
+    Target(
+        name="cogging",
+        pushes=True,
+        of_cogging=True,
+        write=at("bristle.exports.cogging:write"),
+        reads=at("bristle.exports.cogging:reads"),
+        description=_COGGING,
+    ),
+    Target(
+        name="mjcf", title="MuJoCo", write=at("bristle.exports.mjcf:write"), description="a MuJoCo scene with the friction of the model"
+    ),
+    _fmu(2),
+    _fmu(3),
 )
 TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}  # Every target of bristle, by name
 WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}

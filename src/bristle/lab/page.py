@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
 from bristle import __version__
 from bristle.core import Experiment, Model, Variable, amount, guarded, optional
 from bristle.engine import FRICTION
-from bristle.exports import as_json, lab_described, tracking_described
+from bristle.exports.page.loop import tracking_described
+from bristle.exports.page.packing import as_json
+from bristle.exports.page.switches import lab_described
 from bristle.files import read_experiment
 from bristle.palette import colour_variables
+from bristle.report.assets import environment, joined, policy
 
-if TYPE_CHECKING:
-    import jinja2
-
+PACKAGE = "bristle.lab"
 MARK = "<!-- A page of bristle lab -->"  # first line of a page, for recognition
 FIRST = "preisach_lugre"  # the default model
 SHARED = ("physics.js", "loop.js")  # also run by a worker
@@ -77,11 +76,11 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
-    shared, script, style = joined(SHARED), joined(SCRIPTS), colour_variables() + joined(STYLES)
+    shared, script, style = joined(SHARED, PACKAGE), joined(SCRIPTS, PACKAGE), colour_variables() + joined(STYLES, PACKAGE)
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
     texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **options))
     return (
-        environment()
+        environment(PACKAGE)
         .get_template("lab.html")
         .render(
             {name: Markup(text) for name, text in texts.items()},
@@ -104,34 +103,3 @@ def paper_loop() -> dict[str, Any]:
     """Return the module of the closed loop, and the numbers of the paper."""
     variants = {variant.name: variant for variant in paper_experiment().variants}
     return tracking_described(variants["none"], variants["observer"])
-
-
-def policy(scripts: Iterable[str], styles: Iterable[str] | None = None) -> str:
-    """Return the content security policy of a page: run these scripts, also in a worker, and use these styles."""
-    script = " ".join(hash_of(text) for text in scripts)
-    style = "'unsafe-inline'" if styles is None else " ".join(hash_of(text) for text in styles)
-    return (
-        f"default-src 'none'; script-src {script} 'wasm-unsafe-eval'; style-src {style}; img-src data:; "
-        "worker-src blob:; base-uri 'none'; form-action 'none'"
-    )
-
-
-def hash_of(text: str) -> str:
-    """Return the hash of a script or a style for a policy."""
-    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
-
-
-def joined(names: Iterable[str], package: str = "bristle.lab") -> str:
-    """Return scripts or styles of a package, one after the other."""
-    folder = resources.files(package).joinpath("templates")
-    return "\n" + "\n".join(folder.joinpath(name).read_text(encoding="utf-8") for name in names)
-
-
-@cache
-def environment(package: str = "bristle.lab") -> jinja2.Environment:
-    """Return the environment for the templates of a package."""
-    import jinja2
-
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader(package), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )

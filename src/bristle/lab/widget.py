@@ -12,9 +12,10 @@ import numpy as np
 
 from bristle.core import InputError, MissingExtraError, Model, Variable, amount, guarded
 from bristle.engine import FRICTION
-from bristle.exports import values_of, widget_described
-from bristle.lab.page import joined
+from bristle.exports.page.described import values_of, widget_described
+from bristle.lab.page import PACKAGE
 from bristle.palette import DARK, LIGHT, colour_variables
+from bristle.report.assets import joined
 
 try:
     import anywidget
@@ -27,7 +28,7 @@ THEMES = "".join(
     f":host(.{theme}){{color-scheme:{theme};{''.join(f'--{name}:{colour};' for name, colour in colours.items())}}}"
     for theme, colours in (("light", LIGHT), ("dark", DARK))
 )
-STYLE = colour_variables() + THEMES + joined(("lab.css", "controls.css", "widget.css", "card.css"))
+STYLE = colour_variables() + THEMES + joined(("lab.css", "controls.css", "widget.css"), PACKAGE) + joined(("card.css",), "bristle.report")
 
 
 class Widget(anywidget.AnyWidget):
@@ -65,7 +66,7 @@ class Widget(anywidget.AnyWidget):
     """
 
     # The scripts of the lab, and the code that draws them in a notebook.
-    _esm = f"{joined(SCRIPTS)}\nconst STYLE = {json.dumps(STYLE)};\nexport {{ walked }};\nexport default {{ render }};\n"
+    _esm = f"{joined(SCRIPTS, PACKAGE)}\nconst STYLE = {json.dumps(STYLE)};\nexport {{ walked }};\nexport default {{ render }};\n"
     model = traitlets.Any()
     _described = traitlets.Dict().tag(sync=True)
     _values = traitlets.Dict().tag(sync=True)

@@ -25,6 +25,7 @@ import numpy as np
 from bristle import friction
 from bristle.core import Axis, Experiment, Model, digest
 from bristle.files import FITTED_TO, read_experiment, write_model
+from bristle.friction.spectrum import spectrum
 from bristle.identification import identify
 from bristle.logs import Log
 from bristle.simulation import simulate
@@ -39,13 +40,6 @@ DAMPING = 0.4  # of the elements, over the root of stiffness times mass
 def screw_ratio(lead: float) -> float:
     """Return the angle of the screw for one metre of the table [rad/m], for a lead [m]."""
     return 2.0 * math.pi / lead
-
-
-def spectrum(count: int, distance: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return shares and break-away distances [m or rad] of an irregular contact, broken away after `distance`."""
-    r = distance * np.linspace(0.15, 1.0, count) ** 1.6
-    strength = (r / distance) ** -0.75 * np.exp(0.35 * np.random.default_rng(seed).standard_normal(count)) * r
-    return strength / strength.sum(), r
 
 
 def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -> Model:

@@ -39,9 +39,9 @@ if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.figures.report_figure import Facts
     from bristle.identification import Fit, Identification
-    from bristle.lab.living import Living
     from bristle.prediction import Following
     from bristle.report.compensation import Gain
+    from bristle.report.living import Living
     from bristle.simulation import Prediction, SimulationResult
 
 ENTER = f"enter the values on the machine, record again, and measure the gain with {COMPARE}"

@@ -197,10 +197,10 @@ class Outcome:
     @cached_property
     def page(self) -> str:
         """The report, an HTML page, with movable parameters if the page can compute the model."""
-        from bristle.lab.living import living_part
+        from bristle.report.apps import part
         from bristle.report.identification import identification_report
 
-        living = living_part(self.identification, self.identification.axis, self.simulation, self.following)
+        living = part("living")(self.identification, self.identification.axis, self.simulation, self.following)
         words = {"command": self.command, "axis_name": self.axis_name, "banner": self.banner}
         return identification_report(self.identification, figures=self.figures, living=living, **words, **self._facts())
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
 from bristle.files import Said, as_toml, key_of
-from bristle.loop import Assessment
+from bristle.loop.assessment import Assessment
 from bristle.prediction import Claim
 from bristle.report.compensation import helped_text, names_text
 from bristle.report.messages import message

@@ -22,7 +22,6 @@ from bristle.report.results import REPORT
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bristle.lab.widget import Widget
     from bristle.logs import Log
     from bristle.report.known_truth import KnownTruth
     from bristle.simulation import Prediction
@@ -148,12 +147,12 @@ class ModelInHand(WithCard):
 
         return effort_over_time(self.best)
 
-    def widget(self) -> Widget:
-        """Return an interactive model for a notebook, with the identified interval under each slider."""
-        from bristle.lab import Widget
-        from bristle.lab.living import uncertainty_of
+    def widget(self) -> Any:
+        """Return an interactive model for a notebook, a `Widget` of the lab, with the identified interval under each slider."""
+        from bristle.report.apps import part
+        from bristle.report.living import uncertainty_of
 
-        return Widget(self.model, uncertainty=uncertainty_of(self.best), fastest=float(self.treatment.get("velocity_max", 0.0)))
+        return part("widget")(self.model, uncertainty=uncertainty_of(self.best), fastest=float(self.treatment.get("velocity_max", 0.0)))
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row for each parameter."""

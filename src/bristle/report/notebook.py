@@ -8,15 +8,16 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import Card, InputError, Model, scale_of
-from bristle.lab.page import joined
 from bristle.palette import notebook_style
 from bristle.prediction import reversal_distance
+from bristle.report.apps import part
+from bristle.report.assets import joined
 from bristle.report.table import capital
 
 
 def as_html(result: Any) -> str:
     """Return a model or an identification as HTML with its own style."""
-    return f'<div class="bristle"><style>{notebook_style()}{joined(("card.css",))}</style>{"".join(_parts(result))}</div>'
+    return f'<div class="bristle"><style>{notebook_style()}{joined(("card.css",), "bristle.report")}</style>{"".join(_parts(result))}</div>'
 
 
 def bundle(result: Any, include: Any = None, exclude: Any = None) -> dict[str, Any]:
@@ -30,9 +31,7 @@ def bundle(result: Any, include: Any = None, exclude: Any = None) -> dict[str, A
 def _live(result: Any) -> dict[str, Any]:
     """Return the view of a widget with sliders in place of the table; empty if it cannot be made."""
     try:
-        from bristle.lab import Widget
-
-        widget = Widget(result) if isinstance(result, Model) else result.widget()
+        widget = part("widget")(result) if isinstance(result, Model) else result.widget()
     except (ImportError, InputError):  # without anywidget, or no page can compute the model
         return {}
     widget._card = "".join(_parts(result)[:-1])

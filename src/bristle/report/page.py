@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.figures.report_figure import Facts, ReportFigure
-    from bristle.lab.living import Living
     from bristle.report.cards import Card, Step
+    from bristle.report.living import Living
 
 SHORT, LONGEST = 12, 40  # letters of a name without line breaks, and of a name that fits a line
 
@@ -178,7 +178,7 @@ def page_of(
 ) -> str:
     """Return the page of a first screen and sections."""
     from bristle.figures.drawing import printable
-    from bristle.lab.page import hash_of, joined
+    from bristle.report.assets import hash_of, joined
 
     tabs: dict[str, list[Section]] = {}
     for section in (_filled(section, {}) for section in sections):

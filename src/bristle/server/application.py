@@ -15,10 +15,12 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from bristle import __version__
 from bristle.core import InputError
-from bristle.exports import TARGETS, as_json
+from bristle.exports import TARGETS
+from bristle.exports.page.packing import as_json
 from bristle.friction import DEFAULT_MODELS, MODELS, find
-from bristle.lab.page import environment, hash_of, joined
+from bristle.lab.page import PACKAGE
 from bristle.palette import colour_variables
+from bristle.report.assets import environment, hash_of, joined
 from bristle.server.cases import Cases
 from bristle.server.gate import HAS_TOKEN, Gate, Opening
 from bristle.server.limits import Limits
@@ -74,8 +76,8 @@ def server_page(limits: Limits) -> tuple[str, str]:
     data = as_json(
         {"models": models, "targets": targets, "controllers": controller_fields(), "file_size": limits.file_size, "jobs": limits.jobs}
     )
-    script = joined(OF_LAB) + joined(SCRIPTS, "bristle.server")
-    style = colour_variables() + joined(("lab.css", "controls.css")) + joined(("server.css",), "bristle.server")
+    script = joined(OF_LAB, PACKAGE) + joined(SCRIPTS, "bristle.server")
+    style = colour_variables() + joined(("lab.css", "controls.css"), PACKAGE) + joined(("server.css",), "bristle.server")
     template = environment("bristle.server").get_template("server.html")
     page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
     # It may run its script, use its style, talk to its server and show a report.

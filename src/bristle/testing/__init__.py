@@ -5,13 +5,16 @@ from typing import TYPE_CHECKING
 from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bristle.testing.admission import admit, admit_friction_of
     from bristle.testing.check import Fact, UnmetError, outcomes
     from bristle.testing.contract import CHECKS, Check, check_model, example_of
-    from bristle.testing.figures import check_figure
     from bristle.testing.readers import check_reader
     from bristle.testing.targets import check_target
 
-__getattr__ = loaded_from(__name__)
+    check_figure: Callable[..., list[Check]]
+
+__getattr__ = loaded_from(__name__, above={"check_figure": "bristle.figures.contract"})
 
 __all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]

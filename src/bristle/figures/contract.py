@@ -19,10 +19,9 @@ from bristle.files.experiment import experiment_from
 from bristle.files.sources import Sources
 from bristle.identification import identify
 from bristle.logs.log import Log
-from bristle.loop import design
 from bristle.prediction import predict
+from bristle.report.apps import part
 from bristle.simulation import simulate
-from bristle.study.store import Runs
 from bristle.testing.check import Check, Fact, UnmetError, outcomes
 
 if TYPE_CHECKING:
@@ -98,7 +97,7 @@ def _study(kind: Kind) -> Any:
     }
     level = np.random.default_rng(1).normal(5.0, 0.5, DRAWS)
     numbers = {"run": np.arange(DRAWS), "friction.F_C": level, "following_error.rms": 1e-6 * level}
-    return Runs(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
+    return part("runs")(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
 
 
 EXAMPLES: dict[str, Callable[[Kind], Any]] = {
@@ -108,7 +107,7 @@ EXAMPLES: dict[str, Callable[[Kind], Any]] = {
     "prediction": lambda kind: predict(
         _example(kind, "identification").best.plant, _example(kind, "identification").best.friction, _example(kind, "log"), None, "inverse"
     ),
-    "design": lambda kind: interpreted()(design)(_experiment(kind)),
+    "design": lambda kind: interpreted()(part("design"))(_experiment(kind)),
     "comparison": lambda kind: compare([(_log(kind, 1, 2e-5), None)], [(_log(kind, 2, 1e-5), None)]),
     "study": _study,
 }
@@ -156,9 +155,9 @@ class _Trial:
 
 def described_figure(trial: _Trial) -> Fact:
     """Give a title, a caption, and a description for people who cannot see the figure."""
-    for part in ("title", "alternative"):
-        if "\n" in getattr(trial.figure, part).strip():
-            raise UnmetError(f"{part} has several lines", "Write it in one line")
+    for text in ("title", "alternative"):
+        if "\n" in getattr(trial.figure, text).strip():
+            raise UnmetError(f"{text} has several lines", "Write it in one line")
     if not str(trial.figure.caption).rstrip().endswith((".", "!", "?")):
         raise UnmetError("the caption is not a sentence", "Describe the content in whole sentences")
     return Fact(f"takes {', '.join(trial.figure.needs)}")

@@ -1,0 +1,16 @@
+"""Parts and results that apps make, by name: a room imports no app."""
+
+from pkgutil import resolve_name
+from typing import Any
+
+PARTS = {
+    "living": "bristle.lab.living:living_part",  # the movable parameters of a report
+    "design": "bristle.loop.design:design",  # a loop before it is built
+    "runs": "bristle.study.store:Runs",  # the runs of a study
+    "widget": "bristle.lab.widget:Widget",  # the view of a model in a notebook
+}
+
+
+def part(name: str) -> Any:
+    """Return a function or a class of an app; its first use loads the app."""
+    return resolve_name(PARTS[name])
