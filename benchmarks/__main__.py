@@ -1,5 +1,7 @@
 """Run the benchmarks: ``python -m benchmarks [NAME ...]``. Print one line for each claim; exit code 1 if a claim fails.
 
+``python -m benchmarks board --help`` shows what the score board takes.
+
 Benchmarks on measured logs read the folder named in BRISTLE_DATA.
 """
 
@@ -16,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.actuators import actuators
+from benchmarks.board.command import main as board
 from benchmarks.bootstrap import bootstrap
 from benchmarks.cluster import cluster
 from benchmarks.composite import composite
@@ -226,12 +229,18 @@ LONG: dict[str, Callable[[], Iterator[Share]]] = {
 }
 
 
+# Command lines of their own, which take the words behind their name.
+COMMANDS: dict[str, Callable[[list[str]], int]] = {"board": board}
+
+
 def main(names: list[str]) -> int:
-    """Run the benchmarks of these names, or all but the long ones."""
+    """Run the benchmarks of these names, or all but the long ones; or a command with the words behind its name."""
+    if names and names[0] in COMMANDS:
+        return COMMANDS[names[0]](names[1:])
     known = BENCHMARKS | LONG
     unknown = [name for name in names if name not in known]
     if unknown:
-        print(f"unknown benchmark: {', '.join(unknown)}; allowed: {', '.join(known)}", file=sys.stderr)
+        print(f"unknown benchmark: {', '.join(unknown)}; allowed: {', '.join([*known, *COMMANDS])}", file=sys.stderr)
         return 2
     print(HEAD)
     missed = 0

@@ -3,7 +3,7 @@
 ``observer``: force and error with the asymptotic observer, beside a disturbance observer and a PID.
 ``learning``: error at first try on a second reference, after learning on a first one.
 ``circles``: deviation and quadrant glitches of two axes on a circle.
-``bristle bench --task unknown_axis`` compares the laws in the loop of set C.
+``python -m benchmarks board --task unknown_axis`` compares the laws in the loop of set C.
 The seeds that judge (from 301) chose no parameter: seeds 1 and 101 did.
 """
 

@@ -6,9 +6,9 @@ import warnings
 
 import numpy as np
 
+from benchmarks.board import log_of
 from benchmarks.passive import Passive, Rows
 from benchmarks.residual import Extended, deciding_gain
-from bristle.bench import log_of
 from bristle.engine.motion import along
 from bristle.prediction import effort_of_motion
 

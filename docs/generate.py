@@ -745,8 +745,9 @@ def json_schema() -> str:
 
 
 def score_board() -> str:
-    """Return the page of the score board, from the numbers of `bristle bench`."""
-    from bristle.bench.board import DATA, page as board_page
+    """Return the page of the score board, from the numbers of `python -m benchmarks board`."""
+    sys.path.append(str(Path(__file__).parents[1]))
+    from benchmarks.board.board import DATA, page as board_page
 
     return board_page(json.loads((FOLDER / DATA).read_text(encoding="utf-8")))
 

@@ -19,8 +19,8 @@ def json_schema() -> str:
     """Return the schemas of all commands, one definition each."""
     text = PAGE.read_text(encoding="utf-8")
     definitions = {}
-    for command in re.findall(r"^## bristle (\w+)$", text, flags=re.MULTILINE):
-        section = text.split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
+    for program, command in re.findall(r"^## (bristle|python -m benchmarks) (\w+)$", text, flags=re.MULTILINE):
+        section = text.split(f"\n## {program} {command}\n")[1].split("\n## ")[0]
         maps = {prefix.replace("[]", "") for prefix in re.findall(r"`([\w.…\[\]]+)\.…", section)}
         files = [file for file in sorted(FROZEN.glob(f"json_{command}*.json")) if re.fullmatch(rf"json_{command}(_\w+)?\.json", file.name)]
         found = [json.loads(file.read_text(encoding="utf-8")).get("json") for file in files]

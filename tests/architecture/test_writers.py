@@ -10,7 +10,6 @@ import bristle
 ROOT = Path(bristle.__file__).parent
 OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/results.py", "files/single.py"}
 OTHERS = {
-    "bench/child.py": {"os.open"},
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
     "server/cases.py": {"shutil.rmtree", "open", "unlink"},

@@ -328,7 +328,7 @@ def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
 
 
 COMMANDS = typer.main.get_command(app).commands
-WITHOUT_FIGURES = {"bench", "export", "lab", "demo", "tune"}
+WITHOUT_FIGURES = {"export", "lab", "demo", "tune"}
 WITH_RESULTS = sorted(
     name for name, item in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)
 )

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 from unittest.mock import patch
 
+from benchmarks.board.command import main as board
 from tests.golden.case import register
 from tests.golden.skeleton import skeleton
 from tests.golden.yard import yard
@@ -45,8 +46,8 @@ COMMANDS = {
     "study_run": "study study.toml --run 3",
     "paper": "paper --figure 4 --figure 9",
     "paper_write": "paper --write experiments",
-    "bench": "bench least_squares --task known_axis --date 2026-01-01 --workers 1 --out bench",
-    "bench_list": "bench --list",
+    "board": "board least_squares --task known_axis --date 2026-01-01 --workers 1 --out board",
+    "board_list": "board --list",
     "design": "design experiment.toml",
     "design_diverging": "design diverging.toml",
     "check": "check composite.toml",
@@ -70,7 +71,7 @@ BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
     "predict_curves": "identify curves.csv --axis curves.toml --model preisach --out operator",
 }
-SLOW = {"demo", "check", "bench", "identify_pulls"}  # the last: the second pass is a near tie, so another processor decides otherwise
+SLOW = {"demo", "check", "board", "identify_pulls"}  # the last: the second pass is a near tie, so another processor decides otherwise
 
 
 def printed(name: str) -> dict[str, Any]:
@@ -84,12 +85,11 @@ def printed(name: str) -> dict[str, Any]:
 
 
 def _run(line: str) -> tuple[int, str]:
-    out = io.StringIO()
     # A study, a fleet and a run on a machine go on in their own folder instead of replacing it.
-    goes_on = line.startswith(("study ", "tune ", "bench ")) or "--each" in line
+    goes_on = line.startswith(("study ", "tune ", "board ")) or "--each" in line
     folder = ["--force"] if ("--out" in line or "--write" in line) and not goes_on else []
-    with redirect_stdout(out), redirect_stderr(io.StringIO()):
-        code = main([*line.split(), *folder, "--json"])
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()):
+        code = board([*line.split()[1:], "--json"]) if line.startswith("board ") else main([*line.split(), *folder, "--json"])
     return code, out.getvalue()
 
 

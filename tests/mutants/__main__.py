@@ -47,7 +47,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "exports": ("exports", "translation", "bridges"),
     "report": ("report",),
     "figures": ("figures",),
-    "study": ("study", "fleet", "tune", "arm", "bench"),
+    "study": ("study", "fleet", "tune", "arm"),
     "lab": ("lab", "server"),
     "commands": ("cli", "demo", "paper", "testing"),
 }

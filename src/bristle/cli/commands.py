@@ -14,7 +14,6 @@ COMMANDS = {
     "lab": "bristle.cli.lab",
     "export": "bristle.cli.export",
     "paper": "bristle.cli.paper",
-    "bench": "bristle.cli.bench",
     "check": "bristle.cli.check",
     "models": "bristle.cli.models",
     "log": "bristle.cli.log",

@@ -31,6 +31,7 @@ SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
 # Replacements of the commands and options of earlier releases; with a command if another command still has the option.
 REMOVED = {
     "watch": "Use bristle identify LOGS --each. Its report shows which axis differs from the others",
+    "bench": "Run python -m benchmarks board at the root of the source tree",
     "--data": "Write --format csv",
     "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
     "--decimation": "Write decimation = 5 under [identification] of the axis file",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from benchmarks.board.of_bristle import gains, identified, numbers
 from bristle import controllers
-from bristle.bench.of_bristle import gains, identified, numbers
 
 LEAD = 2.0  # samples
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.bench.child import NOT_FINITE, Fault
-from bristle.bench.loop import following_error
-from bristle.bench.record import Data, Record, smoothed
+from benchmarks.board.child import NOT_FINITE, Fault
+from benchmarks.board.loop import following_error
+from benchmarks.board.record import Data, Record, smoothed
 from bristle.core import Model
 
 BLOCKS, DRAWS = 20, 1000  # blocks of a record, draws of a bootstrap

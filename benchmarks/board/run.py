@@ -5,7 +5,9 @@ from __future__ import annotations
 import ast
 import json
 import threading
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import as_completed
 from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -14,14 +16,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bristle.bench.child import ABSENT, NEEDED, SLOW, Fault, Orders, answers
-from bristle.bench.record import Data
-from bristle.bench.scores import ANSWER_OF, scored
-from bristle.bench.task import Task, tasks_named
-from bristle.core import Content, InputError, Progress, content_of, core_count, did_you_mean
+from benchmarks.board.child import ABSENT, NEEDED, SLOW, Fault, Orders, answers
+from benchmarks.board.record import Data
+from benchmarks.board.scores import ANSWER_OF, scored
+from benchmarks.board.task import Task, tasks_named
+from bristle.core import Abreast, Content, InputError, Progress, content_of, core_count, did_you_mean
 from bristle.files import CODE_LIMIT, Growing, as_json
 from bristle.study.run import in_words
-from bristle.study.workers import Here
 
 FOLDER = Path(__file__).with_name("competitors")
 COMPETITORS = tuple(sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__"))
@@ -102,6 +103,9 @@ class Unit(NamedTuple):
         return {"bristle": version("bristle"), "task": self.task.checksum, "competitor": self.competitor.content.checksum}
 
 
+Results = Generator[tuple[Unit, dict[str, Any]], None, None]
+
+
 @dataclass(frozen=True)
 class Bench:
     """Tasks and competitors of a run, and the date that draws the simulated axes."""
@@ -148,11 +152,11 @@ class Bench:
                 missing.append(unit)
         before, spent, threads = len(finished), 0.0, workers or core_count()
         result_of = partial(self._result, slow=set())
-        with closing(Here(result_of, threads).results(missing)) as results:  # type: ignore[arg-type]
+        with closing(_results(result_of, missing, threads)) as results:
             for unit, result in results:
                 text = as_json(result)
-                folder.write(f"{self.date}/{unit.file}", text)  # type: ignore[attr-defined]
-                finished[unit.file], spent = json.loads(text), spent + result["seconds"]  # type: ignore[attr-defined]
+                folder.write(f"{self.date}/{unit.file}", text)
+                finished[unit.file], spent = json.loads(text), spent + result["seconds"]
                 left = spent / (len(finished) - before) * (before + len(missing) - len(finished)) / threads
                 if progress is not None:
                     progress(
@@ -161,7 +165,7 @@ class Bench:
                     )
         return finished
 
-    def _result(self, unit: Any, slow: set[tuple[str, str]]) -> dict[str, Any]:
+    def _result(self, unit: Unit, slow: set[tuple[str, str]]) -> dict[str, Any]:
         """Return the scores of a competitor on a case, not tried if another case of the task was too slow; `slow` holds these."""
         import time
 
@@ -179,6 +183,17 @@ class Bench:
         replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answered
         scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
         return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}
+
+
+def _results(result_of: Callable[[Unit], dict[str, Any]], units: Sequence[Unit], threads: int) -> Results:
+    """Yield each unit with its result, as they finish."""
+    if threads == 1:
+        yield from ((unit, result_of(unit)) for unit in units)
+        return
+    # The filters of warnings are those of all threads: each thread would restore the filters of another.
+    with warnings.catch_warnings(action="ignore"), Abreast(threads) as pool:
+        futures = {pool.submit(result_of, unit): unit for unit in units}
+        yield from ((futures[future], future.result()) for future in as_completed(futures))
 
 
 @lru_cache(2)

@@ -1,6 +1,6 @@
 """The best of the models of bristle with exact memory, by the error on held-out parts of the log."""
 
-from bristle.bench.of_bristle import effort, friction_force, identified, numbers
+from benchmarks.board.of_bristle import effort, friction_force, identified, numbers
 
 
 def fit(train):

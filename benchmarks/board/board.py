@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bench.child import ABSENT
-from bristle.bench.run import Bench
-from bristle.bench.scores import OK, Score, over_cases
-from bristle.bench.task import SCORES
+from benchmarks.board.child import ABSENT
+from benchmarks.board.run import Bench
+from benchmarks.board.scores import OK, Score, over_cases
+from benchmarks.board.task import SCORES
 from bristle.core import number
 from bristle.report.table import Table
 
@@ -20,11 +20,12 @@ PAGE, DATA = "score-board.md", "score-board.json"
 ENTER = """## Enter a competitor
 
 A competitor is one Python file, like [this example](../../examples/bench_competitor.py).
-With a named rival the table is there in a minute. A file alone meets all built-in competitors:
+Run the board at the root of the source tree. With a named rival the table is there in a minute. A file alone meets all built-in
+competitors:
 
 ```sh
-bristle bench my_competitor.py stribeck --task known_axis
-bristle bench my_competitor.py --task known_axis
+python -m benchmarks board my_competitor.py stribeck --task known_axis
+python -m benchmarks board my_competitor.py --task known_axis
 ```
 
 | Function | Returns | Scores |
@@ -37,7 +38,7 @@ bristle bench my_competitor.py --task known_axis
 
 Only `fit` is necessary. Without the last two functions, `fit` and `predict` serve each joint of an arm. A record has `time`, `position`,
 `velocity`, `acceleration`, `effort`, `sample_time`, `kind` and `axis`, in SI. In records to predict, `effort` is `None`.
-`bristle.bench.log_of(record)` returns a log for `bristle.identify`. `NEEDS = ("sklearn",)` names required libraries. The first line of
+`benchmarks.board.log_of(record)` returns a log for `bristle.identify`. `NEEDS = ("sklearn",)` names required libraries. The first line of
 the docstring describes the competitor. `reference.axis.controller` is the law that a controller replaces.
 
 A competitor runs in a separate process without the efforts of the tests, for at most 150 s of processor time and 630 s of waiting. The
@@ -139,7 +140,7 @@ def page(summary: Mapping[str, Any]) -> str:
     """Return the score board as a page in Markdown."""
     parts = [
         "# Score board",
-        "<!-- Written by bristle bench. -->",
+        "<!-- Written by python -m benchmarks board. -->",
         f"`{summary['provenance']['command']}` made this page with bristle {summary['bristle']}. The date {summary['date']} is the "
         "seed of all simulated axes. Smaller scores are better. The intervals are a bootstrap over blocks of a record, or over simulated "
         "axes. [Enter a competitor](#enter-a-competitor) · [numbers](score-board.json)",

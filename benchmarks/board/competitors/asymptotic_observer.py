@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from benchmarks.board.of_bristle import OBSERVED, gains, identified, numbers
 from bristle import controllers
-from bristle.bench.of_bristle import OBSERVED, gains, identified, numbers
 
 BAND = 2.0  # encoder steps: a reversal
 

@@ -1,4 +1,4 @@
-"""``bristle bench``: the score board of friction before sliding."""
+"""``python -m benchmarks board``: the score board of friction before sliding."""
 
 from __future__ import annotations
 
@@ -8,16 +8,39 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bristle.cli.options import Json, Output, dir_option, print_json, refuse
-from bristle.cli.study import interruptible
-from bristle.cli.terminal import NO, complain, progress, show
+from bristle.cli.application import UsageError
+from bristle.cli.options import Json, Output, command_text, dir_option, print_json, refuse
+from bristle.cli.signals import ended_by_signals
+from bristle.cli.terminal import BAD_INPUT, NO, complain, progress, report, show, streams_that_take_all, warnings_as_lines
 
 if TYPE_CHECKING:
-    from bristle.bench.run import Bench
+    from benchmarks.board.run import Bench
 
-EXAMPLE = """Example:
-  bristle bench my_competitor.py stribeck --task known_axis
-  bristle bench --all --date 2026-11-28"""
+NAME = "python -m benchmarks board"
+EXAMPLE = f"""Example:
+  {NAME} my_competitor.py stribeck --task known_axis
+  {NAME} --all --date 2026-11-28"""
+
+app = typer.Typer(
+    rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]}
+)
+
+
+def main(words: list[str]) -> int:
+    """Run the board with the words behind its name, and return the exit code."""
+    command, line = typer.main.get_command(app), command_text(words).replace("bristle", NAME, 1)
+    streams_that_take_all()
+    with ended_by_signals(), warnings_as_lines():
+        try:
+            with command.make_context(NAME, words, obj=line) as context:
+                return command.invoke(context) or 0
+        except typer.Exit as ended:
+            return ended.exit_code
+        except UsageError as error:
+            complain(f"{error.format_message()} Try: {NAME} --help")
+            return BAD_INPUT
+        except BaseException as error:  # noqa: BLE001  (an error becomes one message)
+            return report(error, results=True)
 
 
 def _day(text: str) -> str:
@@ -27,7 +50,8 @@ def _day(text: str) -> str:
         raise typer.BadParameter(f"{text!r} is not a date. Write YYYY-MM-DD") from None
 
 
-def bench(
+@app.command("board", epilog=f"\b\n{EXAMPLE}")
+def score_board(
     context: typer.Context,
     competitors: Annotated[
         list[str] | None,
@@ -55,21 +79,21 @@ def bench(
 
     Writes score-board.md, score-board.json and a file for each result into DIR.
     """
-    from bristle.bench.run import Bench, competitors_named, date_in
-    from bristle.bench.task import tasks_named
+    from benchmarks.board.run import Bench, competitors_named, date_in
+    from benchmarks.board.task import tasks_named
 
     named = competitors or []
     chosen, entered = tasks_named(tuple(task or ())), competitors_named(named)
     if listing:
         return _list(Bench(chosen, entered, ""), as_json=as_json)
-    refuse({"bristle bench": not (everything or named or task)}, "runs for half an hour", "Name tasks or competitors, or add --all")
+    refuse({NAME: not (everything or named or task)}, "runs for half an hour", "Name tasks or competitors, or add --all")
     day = date or date_in(out) or calendar.today().isoformat()
     return _run(Bench(chosen, entered, day), Output(context, out, as_json=as_json), workers)
 
 
 def _list(bench: Bench, *, as_json: bool) -> int:
     """Print tasks, competitors and scores."""
-    from bristle.bench.task import SCORES
+    from benchmarks.board.task import SCORES
     from bristle.report.table import Table
 
     tasks = {task.name: {"title": task.title, "scores": ", ".join(task.scores), "skipped": task.missing} for task in bench.tasks}
@@ -86,8 +110,8 @@ def _list(bench: Bench, *, as_json: bool) -> int:
 
 def _run(bench: Bench, output: Output, workers: int | None) -> int:
     """Run the missing results, and print and write the board."""
-    from bristle.bench.board import DATA, PAGE, board, failures, page, tables, verdicts
-    from bristle.bench.scores import OK
+    from benchmarks.board.board import DATA, PAGE, board, failures, page, tables, verdicts
+    from benchmarks.board.scores import OK
     from bristle.files import allow, as_json, growing_folder, provenance
 
     assert output.out is not None
@@ -95,10 +119,13 @@ def _run(bench: Bench, output: Output, workers: int | None) -> int:
         allow(competitor.content)
     for name, reason in bench.skipped.items():
         complain(f"skipped {name}: {reason}")
-    with growing_folder(output.out, "score board", made_anew=lambda _: True) as (folder, damaged), progress("beginning") as report:
+    with growing_folder(output.out, "score board", made_anew=lambda _: True) as (folder, damaged), progress("beginning") as told:
         folder.set_all_aside(damaged)
-        with interruptible(output.out, "results"):
-            finished = bench.run(folder, workers, report)
+        try:
+            finished = bench.run(folder, workers, told)
+        except KeyboardInterrupt:
+            complain(f"{output.out} keeps the finished results. Give the same command again to continue")
+            raise
         further = bench.further(folder)
         if not finished:
             complain(f"no task can run with these competitors: the board in {output.out} is unchanged")

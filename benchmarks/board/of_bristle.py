@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bench.record import Record, log_of
+from benchmarks.board.record import Record, log_of
 from bristle.core import Feedforward
 from bristle.identification import identify
 from bristle.prediction import effort_of_motion

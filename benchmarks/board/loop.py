@@ -8,8 +8,8 @@ from contextlib import suppress
 
 import numpy as np
 
+from benchmarks.board.record import Record
 from bristle import friction, plants
-from bristle.bench.record import Record
 from bristle.core import Experiment
 from bristle.simulation import compensation_experiment, simulate
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from bristle.bench.competitors.disturbance_observer import feedforward as observer
-from bristle.bench.competitors.exact_memory import fit, friction_force
+from benchmarks.board.competitors.disturbance_observer import feedforward as observer
+from benchmarks.board.competitors.exact_memory import fit, friction_force
 
 __all__ = ["feedforward", "fit"]
 

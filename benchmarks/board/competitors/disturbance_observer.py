@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from benchmarks.board.of_bristle import OBSERVED, gains
 from bristle import controllers
-from bristle.bench.of_bristle import OBSERVED, gains
 
 
 def fit(train):

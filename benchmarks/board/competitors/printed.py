@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bristle.bench.of_bristle import friction_force, identified
+from benchmarks.board.of_bristle import friction_force, identified
 
 
 def fit(train):

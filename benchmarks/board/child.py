@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bench.record import MEASURED, Data, Record
+from benchmarks.board.record import MEASURED, Data, Record
 from bristle.core import BristleError, Content, Model, error_text
 
 RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wrong shape", "too slow", "crashed", "not entered"
@@ -59,7 +59,7 @@ class Orders:
 
 def answers(orders: Orders, limit: float) -> dict[str, Any]:
     """Return the answers of a competitor, each as its value or a `Fault`; the process has `limit` seconds of processor time."""
-    code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.bench.child import serve; serve({limit!r})"
+    code = f"import sys; sys.path[:] = {sys.path!r}; from benchmarks.board.child import serve; serve({limit!r})"
     # The folder of the measured logs would show the efforts of the tests.
     surroundings = {name: value for name, value in os.environ.items() if name != MEASURED} | ONE_THREAD
     missing = Fault(SLOW, f"used more than {limit:g} s")
@@ -180,7 +180,7 @@ def _predicted(module: ModuleType, fitted: Any, motion: Record) -> np.ndarray:
 
 def _loop(module: ModuleType, fitted: Any, reference: Record | None, mass: float) -> np.ndarray:
     """Return the following error of the loop with the predicted effort as its axis."""
-    from bristle.bench.loop import following_error
+    from benchmarks.board.loop import following_error
 
     assert reference is not None
     error = following_error(lambda motion: _array(module.predict(fitted, motion), motion), reference, mass)

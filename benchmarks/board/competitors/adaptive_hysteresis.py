@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from benchmarks.board.competitors.stops import COUNT, fit
+from benchmarks.board.of_bristle import gains
 from bristle import controllers
-from bristle.bench.competitors.stops import COUNT, fit
-from bristle.bench.of_bristle import gains
 
 __all__ = ["feedforward", "fit"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.bench.competitors.gradient_boosting import features, rows
+from benchmarks.board.competitors.gradient_boosting import features, rows
 
 NEEDS = ("sklearn",)
 

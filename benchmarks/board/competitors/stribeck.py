@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.bench.competitors.least_squares import columns, solved
+from benchmarks.board.competitors.least_squares import columns, solved
 
 GRID = 30  # Stribeck velocities, up to the largest speed
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.bench.record import MEASURED, Data, Record
+from benchmarks.board.record import MEASURED, Data, Record
 from bristle.core import Axis, InputError, content_of, did_you_mean
 from bristle.files import TOML_LIMIT, as_toml, read_axis, read_log, read_toml
 
@@ -48,7 +48,7 @@ class Task:
         """Cases: the record, or the draws of the simulated axes."""
         if "simulated" not in self.table:
             return ("record",)
-        from bristle.bench.simulated import cases_of
+        from benchmarks.board.simulated import cases_of
 
         return cases_of(self.table)
 
@@ -66,7 +66,7 @@ class Task:
     def data(self, case: str, seed: int) -> Data:
         """Return the data of a case; the seed draws the simulated axes."""
         if "simulated" in self.table:
-            from bristle.bench.simulated import simulated
+            from benchmarks.board.simulated import simulated
 
             return simulated(self.table, case, seed)
         axis = read_axis(dict(self.table["axis"]))

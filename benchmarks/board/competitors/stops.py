@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.board.record import smoothed
 from bristle import hysteresis
-from bristle.bench.record import smoothed
 from bristle.core import non_negative
 from bristle.engine import response
 

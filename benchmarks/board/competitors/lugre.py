@@ -1,6 +1,6 @@
 """LuGre, identified by bristle."""
 
-from bristle.bench.of_bristle import effort, friction_force, identified, numbers
+from benchmarks.board.of_bristle import effort, friction_force, identified, numbers
 
 
 def fit(train):

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.board.record import Data, Record
 from bristle import controllers, friction, plants, references, sensors
-from bristle.bench.record import Data, Record
 from bristle.core import Axis, Experiment, Feedforward, Model, Run, Variant
 from bristle.paper.robust.loops import log_of, loop, peak_to_peak, setting
 from bristle.paper.robust.truths import SIMULATED, truths_named

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.bench.record import smoothed
+from benchmarks.board.record import smoothed
 
 NEEDS = ("sklearn",)
 MOST = 20_000  # rows

@@ -6,18 +6,18 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from benchmarks.board import simulated
+from benchmarks.board.board import board, failures, page, ranks
+from benchmarks.board.child import SLOW, Fault, Orders, answered, answers
+from benchmarks.board.competitors import adaptive_hysteresis, bristle_all, stops
+from benchmarks.board.loop import following_error
+from benchmarks.board.record import Data, Record, log_of
+from benchmarks.board.run import Bench, competitors_named
+from benchmarks.board.scores import OK, reversals_of, scored
+from benchmarks.board.task import SCORES, TASKS, tasks_named
 
 from bristle import controllers, friction, hysteresis, plants
 from bristle.arm import identify
-from bristle.bench import simulated
-from bristle.bench.board import board, failures, page, ranks
-from bristle.bench.child import SLOW, Fault, Orders, answered, answers
-from bristle.bench.competitors import adaptive_hysteresis, bristle_all, stops
-from bristle.bench.loop import following_error
-from bristle.bench.record import Data, Record
-from bristle.bench.run import Bench, competitors_named
-from bristle.bench.scores import OK, reversals_of, scored
-from bristle.bench.task import SCORES, TASKS, tasks_named
 from bristle.core import Axis, Experiment, InputError, content_of
 from bristle.engine import response
 from bristle.files import axes_in, growing_folder
@@ -52,6 +52,11 @@ def replies(tmp_path, text, data, names=("predict",)):
     return dict(answered(Orders.of(content_of(competitor(tmp_path, text)), names, data)))
 
 
+def test_a_record_becomes_a_log_with_or_without_its_effort():
+    recorded = record(1.0)
+    assert (len(log_of(recorded)), log_of(recorded.motion).effort) == (4000, None)
+
+
 LEAST = "import numpy as np\ndef fit(train): return None\ndef predict(fitted, motion): return {}\n"
 
 
@@ -64,11 +69,13 @@ def test_a_competitor_receives_no_effort_of_a_test(tmp_path):
     assert data.train[0].effort.tobytes() in sent
 
 
-def test_a_competitor_does_not_learn_the_folder_of_the_logs(tmp_path, monkeypatch, data):
+def test_a_competitor_finds_the_board_and_does_not_learn_the_folder_of_the_logs(tmp_path, monkeypatch, data):
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRISTLE_DATA", str(tmp_path))
-    text = "import os\ndef fit(train): return None\ndef predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
+    text = "import os\nfrom benchmarks.board import log_of\ndef fit(train): return None\n"
+    text += "def predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
     orders = Orders.of(content_of(competitor(tmp_path, text)), ("predict",), data)
-    assert answers(orders, 60.0)["predict"].reason == "line 3: ValueError: absent"
+    assert answers(orders, 60.0)["predict"].reason == "line 4: ValueError: absent"
 
 
 @pytest.mark.parametrize(
@@ -188,10 +195,10 @@ def test_files_alone_meet_all_and_a_file_needs_fit(tmp_path):
 
 
 def test_a_run_continues_and_a_changed_competitor_runs_again(tmp_path, monkeypatch, data):
-    monkeypatch.setattr("bristle.bench.run._data", lambda *_: data)
-    monkeypatch.setattr("bristle.bench.task.Task.missing", "")
+    monkeypatch.setattr("benchmarks.board.run._data", lambda *_: data)
+    monkeypatch.setattr("benchmarks.board.task.Task.missing", "")
     calls = []
-    monkeypatch.setattr("bristle.bench.run.answers", lambda orders, limit: calls.append(orders) or dict(answered(orders)))
+    monkeypatch.setattr("benchmarks.board.run.answers", lambda orders, limit: calls.append(orders) or dict(answered(orders)))
 
     def run(text):
         entered = [one for one in competitors_named([competitor(tmp_path, text)]) if one.name == "own"]
@@ -204,16 +211,16 @@ def test_a_run_continues_and_a_changed_competitor_runs_again(tmp_path, monkeypat
     assert len(calls) == 1
     run(LEAST.format("0.6 * motion.acceleration"))
     assert len(calls) == 2
-    summary = board(bench, finished, provenance={"command": "bristle bench own.py"})
+    summary = board(bench, finished, provenance={"command": "python -m benchmarks board own.py"})
     assert summary["scores"]["force"]["tasks"]["emps"]["own"]["status"] == OK
     assert "| own |" in page(summary)
 
 
 def test_a_slow_competitor_does_not_try_the_other_axes_of_a_task(tmp_path, monkeypatch, data):
-    monkeypatch.setattr("bristle.bench.run._data", lambda *_: data)
+    monkeypatch.setattr("benchmarks.board.run._data", lambda *_: data)
     calls = []
     monkeypatch.setattr(
-        "bristle.bench.run.answers", lambda orders, limit: calls.append(1) or {"predict": Fault(SLOW, "used more than 1 s")}
+        "benchmarks.board.run.answers", lambda orders, limit: calls.append(1) or {"predict": Fault(SLOW, "used more than 1 s")}
     )
     own = next(one for one in competitors_named([competitor(tmp_path, LEAST.format("0"))]) if one.is_file)
     bench = Bench(tasks_named(("known_axis",)), (own,), "2026-01-01")
@@ -221,7 +228,7 @@ def test_a_slow_competitor_does_not_try_the_other_axes_of_a_task(tmp_path, monke
         finished = bench.run(folder, 1)
         rest = replace(bench, competitors=()).further(folder)
     assert (len(calls), len(finished), rest) == (1, 6, 6)
-    (text,) = failures(board(bench, finished, provenance={"command": "bristle bench own.py"}))
+    (text,) = failures(board(bench, finished, provenance={"command": "python -m benchmarks board own.py"}))
     assert text == "`own`, force on known_axis, reversals on known_axis: used more than 1 s"
 
 
@@ -287,7 +294,7 @@ def feedforward(fitted, reference):
 
 @pytest.mark.parametrize("name", ["disturbance_observer", "asymptotic_observer", "predictive_reversal", "adaptive_hysteresis"])
 def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
-    competitor = import_module(f"bristle.bench.competitors.{name}")
+    competitor = import_module(f"benchmarks.board.competitors.{name}")
     reference = replace(record(1.3).motion, axis=replace(AXIS, controller=LAW, resolution=1e-7))
     fitted = competitor.fit([record(1.0)]) if name == "adaptive_hysteresis" else CONTACT
     law = competitor.feedforward(fitted, reference)

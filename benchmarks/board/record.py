@@ -102,16 +102,6 @@ def _cutoff(axis: Axis, dt: float) -> float:
 
 
 def log_of(record: Record) -> Log:
-    """Return a record as a log, for `bristle.identify` and `bristle.predict`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from bristle.core import Axis
-    >>> time = np.arange(2000) * 1e-3
-    >>> record = Record.of(time, np.sin(time), np.cos(time), Axis(kind="translational"))
-    >>> len(log_of(record)), record.motion.effort is None
-    (2000, True)
-    """
+    """Return a record as a log, for `bristle.identify` and `bristle.predict`."""
     columns = {"time": record.time, "position": record.position}
     return Log.from_columns(columns | ({} if record.effort is None else {"effort": record.effort}), axis=record.axis)

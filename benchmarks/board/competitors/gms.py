@@ -1,6 +1,6 @@
 """Generalised Maxwell slip, identified by bristle."""
 
-from bristle.bench.of_bristle import effort, friction_force, identified, numbers
+from benchmarks.board.of_bristle import effort, friction_force, identified, numbers
 
 
 def fit(train):
