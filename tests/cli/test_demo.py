@@ -19,7 +19,7 @@ from bristle.demo import axis_simulated, truth
 from bristle.demo.axis_simulated import SAMPLE_TIME, motion
 from bristle.demo.run import BANNER, FITTED, UNSEEN, run
 from bristle.files.results import results_folder
-from bristle.friction.spectrum import spectrum
+from bristle.friction.irregular import spectrum
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from bristle.core import FrictionModel, Relation, Variable, exp, kernel
-from bristle.friction.spectrum import spectrum
+from bristle.friction.irregular import spectrum
 
 
 class Parameters(NamedTuple):

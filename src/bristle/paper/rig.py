@@ -25,7 +25,7 @@ import numpy as np
 from bristle import friction
 from bristle.core import Axis, Experiment, Model, digest
 from bristle.files import FITTED_TO, read_experiment, write_model
-from bristle.friction.spectrum import spectrum
+from bristle.friction.irregular import spectrum
 from bristle.identification import identify
 from bristle.logs import Log
 from bristle.simulation import simulate
