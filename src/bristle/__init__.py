@@ -13,7 +13,6 @@ array([0.    , 0.0046, 0.0124])
 from typing import TYPE_CHECKING
 
 from bristle.loading import loaded_from
-from bristle.removed import install
 
 if TYPE_CHECKING:
     from bristle import arm, controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
@@ -22,17 +21,7 @@ if TYPE_CHECKING:
     from bristle.engine import response
     from bristle.excitation import excite
     from bristle.exports import export
-    from bristle.files import (
-        load_code,
-        load_model_file,  # former name of load_code, until the next release
-        propose_axis,
-        read_axis,
-        read_curves,
-        read_experiment,
-        read_log,
-        read_model,
-        write_model,
-    )
+    from bristle.files import load_code, propose_axis, read_axis, read_curves, read_experiment, read_log, read_model, write_model
     from bristle.hysteresis.identification import identify_operator
     from bristle.logs.log import Log
     from bristle.loop import design
@@ -46,7 +35,6 @@ if TYPE_CHECKING:
 
 __version__ = "0.3.0"
 __getattr__ = loaded_from(__name__)
-install()
 
 __all__ = [
     "Axis",

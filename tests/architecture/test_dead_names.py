@@ -37,7 +37,6 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.exports.fmu.write_law": "of a target that holds a control law",
     "bristle.exports.*.*law_files": "of a target that holds a control law",
     "bristle.exports.*.reads": "of a target whose files a drive computes from",
-    "bristle.files.user_model.load_model_file": "the former name of `load_code`, until the next release",
     "bristle.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
     **{f"{draw.__module__}.{draw.__name__}": "a figure, by its name in `on_reports`" for draw in DRAWN},
     "bristle.*.*.MODEL": "a component, bound in its family by name",

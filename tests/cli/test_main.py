@@ -16,8 +16,8 @@ import pytest
 from bristle.cli import application, terminal
 from bristle.cli.application import app
 from bristle.cli.main import _own_the_compiler, main
-from bristle.cli.options import REMOVED
 from bristle.cli.signals import SignalledError, ended_by_signals
+from bristle.core.former import FORMER
 
 COMMANDS = [registered_command.name for registered_command in app.registered_commands]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
@@ -60,11 +60,16 @@ def test_the_list_of_commands_has_whole_sentences(bristle):
     assert "..." not in shown
 
 
-@pytest.mark.parametrize("removed", REMOVED)
-def test_removed_options_are_refused_with_their_replacement(bristle, removed):
-    command, _, option = removed.rpartition(" ")
-    arguments = [removed] if not removed.startswith("--") and not command else [command or "identify", option, "1"]
-    ended = bristle(*arguments, said=f"{option} was removed. {REMOVED[removed]}")
+FORMER_OPTIONS = (
+    *("--data", "--size-limit", "--decimation", "--global", "--no-global", "--set", "--truth", "--window", "--dry-run"),
+    *("lab --log", "lab --axis", "paper --axis", "demo --format", "export --draws", "check --allow-code", "excite --allow-code"),
+)
+
+
+@pytest.mark.parametrize("former", FORMER_OPTIONS)
+def test_former_options_are_refused_with_their_successor(bristle, former):
+    command, _, option = former.rpartition(" ")
+    ended = bristle(command or "identify", option, "1", said=f"{option} was removed. {FORMER[former]}")
     assert (ended.code, ended.out) == (2, "")
 
 

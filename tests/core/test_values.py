@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bristle import friction
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.values import Thresholds, check_relations, coerced, looked_at, shown, threshold
 from bristle.core.variable import Variable
 
@@ -49,17 +49,13 @@ def test_thresholds_are_described():
         ({"ratio": math.nan}, "out of range"),
         ({"ratio": True}, "out of range"),
         ({"ratio": "2"}, "out of range"),
-        ({"other": 4.0}, "is not a threshold.*share, ratio"),
+        ({"other": 4.0}, "is not a threshold.*share, ratio.*missing_evidence replaces"),
+        ({"FIXED": 4.0}, r"settings\.FIXED: is not a threshold"),
     ],
 )
 def test_a_threshold_out_of_its_range_is_refused(values, words):
     with pytest.raises(InputError, match=words):
         Some.of(values)
-
-
-def test_a_former_threshold_is_left_out_with_a_warning():
-    with pytest.warns(InputWarning, match=r"settings\.FIXED: has no effect any more"):
-        assert Some.of({"FIXED": 4.0, "share": 0.4}).changed == {"share": 0.4}
 
 
 def test_errors_of_foreign_values_are_reported_with_their_place():

@@ -237,7 +237,7 @@ MISSPELT = {"schema": 1, "kind": "translational", "columns": {"time": "t", "posi
             r"has no key `side`, but a gear .* side = \"motor\"",
         ),
         (MISSPELT, r"columns\.positon: unknown key.*Did you mean 'position'"),  # before a missing column
-        (changed(identification={"global_search": True}), r"identification\.global_search.* was removed.*Remove this key"),
+        (changed(identification={"global_search": True}), r"identification\.global_search.* was removed.*Leave it out"),
         (
             changed(columns={"effort": {"column": "u", "unit": "A"}}, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}),
             "has both a force_constant and a constant",

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-import bristle
 from bristle.core import InputError
 from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
@@ -184,15 +183,6 @@ def test_code_without_a_name_is_run(own_model):
     assert load_code(own_model.read_bytes()).name == load_code(io.BytesIO(own_model.read_bytes())).name == "own"
     with own_model.open("rb") as opened:
         assert load_code(opened).name == "own"
-
-
-@pytest.mark.parametrize("module", [bristle, bristle.files])
-def test_the_former_name_still_works_and_warns(own_model, module):
-    with pytest.warns(DeprecationWarning, match="write load_code") as message:
-        model = module.load_model_file(own_model)
-    assert [Path(item.filename) for item in message] == [Path(__file__)]
-    assert model is module.load_code(own_model)
-    assert {"load_code", "load_model_file"} & set(bristle.__all__) == {"load_code"}
 
 
 def test_a_permission_that_cannot_be_saved_gives_a_warning(tmp_path, treacherous, monkeypatch):

@@ -12,7 +12,7 @@ import pytest
 from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
-from bristle.core import Axis, InputError, InputWarning
+from bristle.core import Axis, InputError
 from bristle.core.axis import Cogging
 from bristle.files import load_code
 from bristle.friction import MODELS, coulomb, coulomb_viscous
@@ -315,10 +315,10 @@ stages_apart tremble unfinished_error white_lags white_level
 
 
 @pytest.mark.parametrize("name", THRESHOLDS_OF_0_2.split())
-def test_a_threshold_of_the_last_release_has_no_effect_and_warns(name):
+def test_a_threshold_of_the_last_release_is_refused_with_its_successor(name):
     assert name not in {threshold.name for threshold in Settings.described()}
-    with pytest.warns(InputWarning, match=rf"settings\.{name}: has no effect any more"):
-        assert Settings.of({name: 1.0}) == DEFAULT
+    with pytest.raises(InputError, match=rf"settings\.{name}: is not a threshold of an identification.*missing_evidence replaces"):
+        Settings.of({name: 1.0})
 
 
 MOTION = sines(6.0, dt=2e-3, amplitudes=(0.03, 0.008), frequencies=(0.25, 0.7), phases=(0.0, 1.0))

@@ -6,9 +6,10 @@ from typing import Annotated, cast
 import typer
 
 from bristle.cli.commands import COMMANDS
-from bristle.cli.options import REMOVED, as_command, command_text
+from bristle.cli.options import as_command, command_text
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain
+from bristle.loading import successor
 
 # Newer releases of typer contain their own copy of click: its errors are reached through public classes of typer.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
@@ -41,9 +42,6 @@ def bristle(
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code. Report a mistyped command line in one line."""
-    if arguments and arguments[0] in REMOVED:
-        complain(f"bristle {arguments[0]} was removed. {REMOVED[arguments[0]]}")
-        return BAD_INPUT
     command = typer.main.get_command(app)
     try:
         with command.make_context("bristle", arguments, obj=command_text(arguments)) as context:
@@ -54,10 +52,11 @@ def run(arguments: list[str]) -> int:
         return INTERRUPTED
     except UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "bristle"
-        text, option = error.format_message(), getattr(error, "option_name", "")
-        mend = REMOVED.get(f"{place.removeprefix('bristle ')} {option}", REMOVED.get(option))
-        if mend:
-            complain(f"{option} was removed. {mend}")
+        typed = getattr(error, "option_name", f"bristle {arguments[0]}")
+        advice = successor(f"{place.removeprefix('bristle ')} {typed}", typed)
+        if advice:
+            complain(f"{typed} was removed. {advice}")
             return BAD_INPUT
+        text = error.format_message()
         complain(f"{text}{'' if text.endswith(('.', '?')) else '.'} Try: {place} --help")
         return BAD_INPUT

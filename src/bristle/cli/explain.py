@@ -5,7 +5,8 @@ from typing import Annotated
 import typer
 
 from bristle.cli.options import Json, print_json
-from bristle.cli.terminal import complain, show_lines, show_table
+from bristle.cli.terminal import show_lines, show_table
+from bristle.loading import successor
 
 EXAMPLE = """Example:
   bristle explain one_direction"""
@@ -22,18 +23,11 @@ def explain(
     from bristle.core import InputError, did_you_mean
     from bristle.report.brief import Line
     from bristle.report.messages import fields_of
-    from bristle.report.sentences import FORMER_CODES, SENTENCES
+    from bristle.report.sentences import SENTENCES
     from bristle.report.table import Table, capital
 
-    if code in FORMER_CODES:
-        complain(
-            f"{code} is a code of bristle 0.2. {f'Its successor is {FORMER_CODES[code]}' if FORMER_CODES[code] else 'It has no successor'}"
-        )
-        if not FORMER_CODES[code]:
-            return
-        code = FORMER_CODES[code]
     if code is not None and code not in SENTENCES:
-        mend = did_you_mean(code, SENTENCES) or "bristle explain lists all codes"
+        mend = successor(f"explain {code}") or did_you_mean(code, SENTENCES) or "bristle explain lists all codes"
         raise InputError("is not the code of a warning or note", path="CODE", value=code, mend=mend)
     entries = {name: sentence for name, sentence in SENTENCES.items() if code in (None, name)}
     if as_json:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import REMOVED, AllowCode, AxisFile, Force, Json, Listing, Output, dir_option, experiment_in, loaded_code, refuse
+from bristle.cli.options import AllowCode, AxisFile, Force, Json, Listing, Output, dir_option, experiment_in, loaded_code, refuse
+from bristle.loading import successor
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -93,7 +94,7 @@ def export(
         raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
     of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest, "derivatives": derivatives}
     refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
-    refuse({"--to draws": to == "draws"}, "was removed", REMOVED["export --draws"])
+    refuse({"--to draws": to == "draws"}, "was removed", successor("export --draws"))
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
     else:

@@ -28,27 +28,6 @@ if TYPE_CHECKING:
 LOG_FILE = "a text file (also from TwinCAT or LabVIEW), or a format that bristle log --help lists. FILE::TABLE selects one table of a file."
 SEPARATORS = f"{os.sep}{os.altsep or ''}"
 SIZE_SETTING = "BRISTLE_SIZE_LIMIT"
-# Replacements of the commands and options of earlier releases; with a command if another command still has the option.
-REMOVED = {
-    "watch": "Use bristle identify LOGS --each. Its report shows which axis differs from the others",
-    "bench": "Run python -m benchmarks board at the root of the source tree",
-    "--data": "Write --format csv",
-    "--size-limit": f'Set {SIZE_SETTING}="2 GB" in the environment',
-    "--decimation": "Write decimation = 5 under [identification] of the axis file",
-    "--global": "Leave this option out: the search starts from the result of inverse dynamics",
-    "--no-global": "Leave this option out: the search never covers the full range of each parameter",
-    "--set": "Write NAME = VALUE under [identification.settings] of the axis file",
-    "--truth": "Give the frictions after --robust: bristle paper --robust gms bouc_wen",
-    "--window": "Call br.compare(..., window=...) in Python",
-    "lab --log": "Identify that log: the report of bristle identify animates it",
-    "lab --axis": "Identify a log with it: the report of bristle identify animates the log",
-    "paper --axis": "Give model files after --robust: bristle identify LOG --axis AXIS.toml writes a model file",
-    "demo --format": "Write bristle identify DIR/log.csv --axis DIR/axis.toml --out OTHER --format svg",
-    "--dry-run": "Start the command: a terminal shows the remaining time, and an interrupted run continues from its finished parts",
-    "export --draws": "The results of identify contain draws.parquet, or draws.npz without pyarrow: one row per draw, in SI units",
-    "check --allow-code": "Run bristle check OWN.py first: it allows the code in OWN.py",
-    "excite --allow-code": "Run bristle check OWN.py first: it allows the code in OWN.py",
-}
 
 
 class Format(StrEnum):

@@ -5,12 +5,13 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from bristle.core.documented import Documented
 from bristle.core.errors import BristleError, InputError, InputWarning, error_text
+from bristle.core.former import FORMER
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
 
@@ -112,9 +113,7 @@ def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0,
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Base of dataclasses of thresholds; `former` names of the last release have no effect."""
-
-    former: ClassVar[frozenset[str]] = frozenset()
+    """Base of dataclasses of thresholds."""
 
     @classmethod
     @cache
@@ -129,11 +128,13 @@ class Thresholds:
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
-                if name in cls.former or isinstance(getattr(cls, name, None), float):
-                    text = f"{path}.{name}: has no effect any more. Remove it: bristle 0.4 refuses this key"
-                    warnings.warn(text, InputWarning, stacklevel=2)
-                    continue
-                raise InputError("is not a threshold of an identification", path=f"{path}.{name}", value=value, allowed=", ".join(by_name))
+                raise InputError(
+                    "is not a threshold of an identification",
+                    path=f"{path}.{name}",
+                    value=value,
+                    allowed=", ".join(by_name),
+                    mend=FORMER["settings.*"],
+                )
             entry = by_name[name]
             number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
             if not (entry.least <= number <= entry.most and math.isfinite(number)):

@@ -50,7 +50,9 @@ def _move(start: float, end: float, speed: float, acceleration: float) -> np.nda
     distance = abs(end - start)
     speed = min(speed, np.sqrt(distance * acceleration))
     ramp = speed / acceleration
-    duration = distance / speed + ramp if speed > 0.0 else 0.0
+    duration = 0.0
+    if speed > 0.0:
+        duration = distance / speed + ramp
     t = SAMPLE_TIME * np.arange(round(duration / SAMPLE_TIME) + 41)
     velocity = np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0) if ramp > 0.0 else np.zeros_like(t)
     smooth = np.convolve(velocity, np.full(20, 0.05))[: t.size]

@@ -39,7 +39,8 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "log.csv", FITTED)
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
-    log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
+    log = read_log(folder / "log.csv", axis)
+    unseen = read_log(folder / "unseen.csv", axis)
     identification = identify(log, axis=axis, progress=between(at, 0.1, 0.8)).finished
     best = identification.best
     at(0.8, "predicting the second log")

@@ -4,8 +4,6 @@ Every figure is readable in grey: lines differ in lightness and dashes, markers 
 that only reports use.
 """
 
-from functools import partial
-
 from bristle.figures import loading  # first of all: imports matplotlib
 
 # isort: split
@@ -19,9 +17,9 @@ from bristle.figures.preisach import preisach_plane
 from bristle.figures.recorded import log_over_time
 from bristle.figures.report_figure import ReportFigure
 from bristle.figures.small_multiples import closure, drift, minor_loops
-from bristle.removed import removed_name
+from bristle.loading import loaded_from
 
-__getattr__ = partial(removed_name, __name__)
+__getattr__ = loaded_from(__name__)
 __all__ = [
     "ReportFigure",
     "as_csv",

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
         friction_named,
         load_checked,
         load_code,
-        load_model_file,
         load_reader_file,
         load_slot_file,
         origins_of_code,

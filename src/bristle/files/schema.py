@@ -8,6 +8,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 
 from bristle.core.dimensions import AxisKind
 from bristle.core.errors import InputError, did_you_mean
+from bristle.core.former import FORMER
 from bristle.core.motion import Side
 
 
@@ -58,10 +59,6 @@ MISSING = {
     "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
 }
 """Remedies for required tables or keys that are missing."""
-REMOVED = {
-    "identification.global_search": "Remove this key: the search always starts from the result of inverse dynamics",
-    "injected.unit": 'Write the unit in the gain, such as gain = "2 V"',
-}
 
 
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
@@ -77,8 +74,9 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"Count of errors in this file: {len(errors)}" if len(errors) > 1 else ""
-    if (removed := ".".join(part for part in loc if isinstance(part, str))) in REMOVED:
-        return InputError("was removed", path=path, mend=REMOVED[removed])
+    key_of_any = ".".join(part for part in loc if isinstance(part, str))
+    if key_of_any in FORMER:
+        return InputError("was removed", path=path, mend=FORMER[key_of_any])
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}

@@ -6,7 +6,6 @@ import io
 import linecache
 import sys
 import types
-import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
@@ -78,12 +77,6 @@ def load_code(path: Readable) -> FrictionModel:
         name.
     """
     return load_component_file(path, FrictionModel)
-
-
-def load_model_file(path: Readable) -> FrictionModel:
-    """Call `load_code`; this is its former name, which the next release removes."""
-    warnings.warn("load_model_file was renamed: write load_code. The next release removes the old name", DeprecationWarning, stacklevel=2)
-    return load_code(path)
 
 
 def declared_in(path: Readable, name: str, *families: type[Declared], title: str, mend: str) -> Declared:

@@ -1,9 +1,7 @@
 """Fleets: many logs, identified separately, in one store."""
 
-from functools import partial
-
 from bristle.fleet.identify import identify_each
-from bristle.removed import removed_name
+from bristle.loading import loaded_from
 
-__getattr__ = partial(removed_name, __name__)
+__getattr__ = loaded_from(__name__)
 __all__ = ["identify_each"]

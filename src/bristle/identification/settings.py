@@ -21,21 +21,6 @@ class Settings(CheckThresholds):
     (0.3, 0.5)
     """
 
-    # Thresholds of earlier releases: they have no effect, with a warning until 0.4.
-    former = frozenset(
-        (
-            *("hopeless_std", "delay_inertia", "filter_seen", "nested_loop", "amplitude_half_cycles", "tremble"),
-            *("repeated", "repeated_periods", "repeated_size", "repeated_overlap", "moved", "flat_rise", "follows", "at_odds", "seen_rise"),
-            *("white_lags", "white_level", "unfinished_error", "kept_work", "spring_likeness", "one_way", "steady_share"),
-            *("steps_of_motion", "clipped_samples", "soft_limit", "lost_step", "velocity_scale", "velocity_likeness"),
-            *("missing_share", "missing_share_around", "missing_effort", "missing_slow_share", "missing_slow_force", "missing_flanks"),
-            *("missing_slow_share_around", "missing_slow_force_around", "missing_sought_force", "reversal_error", "reversal_periods"),
-            *("reversal_share", "reversal_excess", "reversal_lag", "coloured_error", "coloured_correlation", "clear_std"),
-            *("half_sample_damping", "negligible_force", "stages_apart"),
-            *("velocity_delay", "mass_error", "inertia_share", "gear_near", "shortest_sample", "longest_sample"),
-        )
-    )
-
     # Parameters: when they count as identified.
     unsure_std: float = _set(0.5, "largest relative standard error of an identified parameter")
     beyond_effort: float = _set(1.2, "largest friction force that a log can show, as a share of its largest effort")

@@ -1,11 +1,7 @@
 """The source paper as experiments: every figure reproduced, every claim tested, every error corrected with a test."""
 
-from functools import partial
-
 from bristle.paper.page import paper_report, paper_summary
 from bristle.paper.reproduce import FIGURES, reproduce
 from bristle.paper.setting import EXPERIMENTS, write_experiments
-from bristle.removed import removed_name
 
-__getattr__ = partial(removed_name, __name__)
 __all__ = ["EXPERIMENTS", "FIGURES", "paper_report", "paper_summary", "reproduce", "write_experiments"]

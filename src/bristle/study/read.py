@@ -9,6 +9,7 @@ from typing import Any
 
 from bristle.core import SEED_MAX, SIZE_LIMIT, Experiment, InputError, Readable, content_of, did_you_mean, located, size_of
 from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, experiment_from, name_of, read_toml, table_at, with_models
+from bristle.loading import successor
 from bristle.study.plan import BLOCK_MOST, SAMPLINGS, Metric, Sampling, Study, block_for, metrics_from, usual_metrics
 from bristle.study.values import Cause, Fitted, Joint, Target, columns_of, drawn_from, fitted_at, target_at
 
@@ -202,9 +203,7 @@ class _Reader:
     def _metrics(self, experiment: Experiment) -> tuple[Metric, ...]:
         table = table_at(self.data.get("keep", {}), "keep")
         if "traces" in table:
-            raise InputError(
-                "was removed", path="keep.traces", mend="Delete this key: bristle study FILE --run N writes the signals of a run"
-            )
+            raise InputError("was removed", path="keep.traces", mend=successor("keep.traces"))
         check_keys(table, ("metrics",), "keep")
         names = table.get("metrics", list(usual_metrics(experiment)))
         if not isinstance(names, list) or not names:

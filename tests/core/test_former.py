@@ -1,0 +1,91 @@
+"""Names of earlier releases: each is refused with its successor, from one table."""
+
+import importlib
+import importlib.util
+import re
+
+import pytest
+
+import bristle
+from bristle.core.former import FORMER, SUCCESSORS
+from bristle.report.sentences import SENTENCES
+
+MODULES = ("workflow", "stability", "loop_design", "hysteresis_identification")
+IN_PYTHON = [name for name in FORMER if name.startswith("bristle.") and not name.endswith("*") and name.split(".")[1] not in MODULES]
+
+
+def test_the_table_stays_short():
+    assert len(SUCCESSORS) <= 40
+
+
+@pytest.mark.parametrize(
+    ("place", "advice"),
+    [
+        ("load_model_file", "does not exist. Call bristle.load_code"),
+        ("files.load_model_file", "does not exist. Call bristle.load_code"),
+        ("certificates.traced_by_force", "does not exist. traced(model, Path.to_force, levels)"),
+        ("certificates.traced_by_position", "traced(model, Path.to_position, turns)"),
+        ("engine.force_in_turns", "does not exist. Call bristle.engine.force_along for each trajectory"),
+        ("figures.drive_table", "The reports contain the tables"),
+        ("figures.residuals", "does not exist. A figure of one report is in its module, such as bristle.figures.fit"),
+        ("fleet.Fleet", "Classes of a fleet are in bristle.fleet.plan"),
+        ("fleet.watch", "does not exist. Use bristle identify LOGS --each"),
+        ("identification.Traces", "Parts of a result are in bristle.identification.result"),
+        ("logs.sign_of_effort", "does not exist. Run bristle log"),
+        ("study.repeat_run", "repeated runs in bristle.study.run"),
+    ],
+)
+def test_a_former_name_is_refused_with_its_successor(place, advice):
+    package, _, name = f"bristle.{place}".rpartition(".")
+    with pytest.raises(AttributeError, match=re.escape(advice)):
+        getattr(importlib.import_module(package), name)
+    with pytest.raises(ModuleNotFoundError, match=re.escape(advice)):
+        exec(f"from {package} import {name}")
+
+
+@pytest.mark.parametrize("place", IN_PYTHON)
+def test_each_name_of_the_table_is_one_that_bristle_does_not_have(place):
+    package, _, name = place.rpartition(".")
+    with pytest.raises(AttributeError, match="does not exist"):
+        getattr(importlib.import_module(package), name)
+
+
+@pytest.mark.parametrize(
+    ("module", "advice"),
+    [
+        ("workflow", "Call identify, compare, load and prepare of bristle"),
+        ("stability", "Its names are in bristle.loop"),
+        ("loop_design", "Its names are in bristle.loop"),
+        ("hysteresis_identification", "Its names are in bristle.hysteresis.identification"),
+    ],
+)
+def test_a_former_module_is_refused_with_its_successor(module, advice):
+    for statement in (f"import bristle.{module}", f"from bristle.{module} import anything", f"from bristle import {module}"):
+        with pytest.raises(ModuleNotFoundError, match=rf"^bristle\.{module} does not exist\. {advice}"):
+            exec(statement)
+
+
+@pytest.mark.parametrize("advice", SUCCESSORS.values())
+def test_a_successor_exists(advice):
+    for place in re.findall(r"bristle(?:\.\w+)+", advice):
+        package, _, name = place.rpartition(".")
+        owner = importlib.import_module(package)
+        assert hasattr(owner, name) or importlib.util.find_spec(place)
+    for code in re.findall(r"bristle explain (\w+)", advice):
+        assert code in SENTENCES
+
+
+def test_other_unknown_names_have_the_error_of_python():
+    with pytest.raises(AttributeError, match=r"^module 'bristle\.engine' has no attribute 'nonsense'$"):
+        _ = bristle.engine.nonsense
+    with pytest.raises(ModuleNotFoundError, match=r"^No module named 'bristle\.nonsense'$"):
+        __import__("bristle.nonsense")
+    with pytest.raises(ImportError, match=r"^cannot import name 'nonsense' from 'bristle\.engine'"):
+        exec("from bristle.engine import nonsense")
+
+
+def test_a_module_of_a_package_with_former_names_is_found():
+    from bristle.figures import comparison
+
+    assert comparison.__name__ == "bristle.figures.comparison"
+    assert not hasattr(bristle.figures, "np")
