@@ -40,3 +40,11 @@ def values_of(notebook):
     thumbnails = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(thumbnails)
     return thumbnails.values_of(notebook)
+
+
+def loaded(name):
+    """Return the module of an example."""
+    spec = importlib.util.spec_from_file_location(Path(name).stem, EXAMPLES / name)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -20,6 +20,7 @@ def test_every_example_is_short_and_tested():
     assert [script.name for script in SCRIPTS if script.name not in asserted] == []
     assert len(SCRIPTS) >= 4
     assert max(len(script.read_text().splitlines()) for script in SCRIPTS) < 40
+    assert max(len((EXAMPLES / name).read_text().splitlines()) for name in ("gymnasium_environment.py", "torch_friction.py")) <= 40
 
 
 def test_response():

@@ -80,10 +80,17 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         settings: Settings | Mapping[str, float] | None = None,
     ) -> None:
         # scikit-learn compares these objects by identity when it clones: keep them unchanged until `fit`.
-        self.model, self.axis = model, axis
-        self.cutoff, self.decimation, self.blocks = cutoff, decimation, blocks
-        self.offset, self.mass, self.free = offset, mass, free
-        self.draws, self.method, self.settings = draws, method, settings
+        self.model = model
+        self.axis = axis
+        self.cutoff = cutoff
+        self.decimation = decimation
+        self.blocks = blocks
+        self.offset = offset
+        self.mass = mass
+        self.free = free
+        self.draws = draws
+        self.method = method
+        self.settings = settings
 
     def fit(self, X: Any, y: Any) -> Self:
         """Identify friction and inertia.

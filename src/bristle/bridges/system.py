@@ -43,8 +43,12 @@ class FrictionSystem(NonlinearIOSystem):
         units = self.units
         named = {head: [f"{name} [{units[name]}]" if name in units else name for name in names] for head, names in signals.items()}
         lines = [f"{head}: {', '.join(names)}" for head, names in named.items()]
-        time = "differential equation" if self.dt == 0 else f"sampled every {self.dt:g} s"
-        on = f" on {self.plant}" if self.plant is not None else ""
+        time = "differential equation"
+        if self.dt != 0:
+            time = f"sampled every {self.dt:g} s"
+        on = ""
+        if self.plant is not None:
+            on = f" on {self.plant}"
         return "\n".join([f"{self.name}: {self.friction}{on}, {time}", *lines])
 
 

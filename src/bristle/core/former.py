@@ -41,6 +41,8 @@ SUCCESSORS = {
     "bristle.fleet.*, bristle.study.*": "Classes of a fleet are in bristle.fleet.plan, repeated runs in bristle.study.run",
     "bristle.identification.*": "Parts of a result are in bristle.identification.result",
     "bristle.logs.sign_of_effort": "Run bristle log",
+    "bristle.bridges.AxisEnv, bristle.bridges.gymnasium": "Copy the environment from examples/gymnasium_environment.py",
+    "bristle.bridges.torch": "Copy the function from examples/torch_friction.py",
 }
 FORMER = {name: advice for names, advice in SUCCESSORS.items() for name in names.split(", ")}
 """Each former name, with what to do now."""
