@@ -1,4 +1,4 @@
-"""A study on two workers of a Dask cluster on this machine, beside two of its own: a block, a run, a closed loop.
+"""A study on two workers of a Dask cluster on this machine, beside one process: a block, a run, a closed loop.
 
 Told is the time of the processor, of all processes together: what else the machine does is no part of it, nor is what
 scheduler and workers spend on waiting, which is told apart.
@@ -44,11 +44,11 @@ def cluster() -> Iterator[Ratio]:
             studies = [_study(Path(name), rig, level, spread, block, block * blocks) for blocks in counts]
             _spent(studies[0], Path(name), idle, parts, scheduler=there.address)  # what is needed is compiled
             ours = _for_a_block(studies, Path(name), idle, parts, scheduler=there.address)
-            theirs = _for_a_block(studies, Path(name), {}, {}, workers=WORKERS)
+            theirs = _for_a_block(studies, Path(name), {}, {}, workers=1)
             shares = ", ".join(f"{part} {1e3 * seconds:.1f} ms" for part, seconds in ours.items())
             total, beside = sum(ours.values()), sum(theirs.values())
             yield Ratio(
-                label, total / block, beside / block, total / beside, None, "two local workers; processor time", f"for each block: {shares}"
+                label, total / block, beside / block, total / beside, None, "one process; processor time", f"for each block: {shares}"
             )
 
 
@@ -71,7 +71,7 @@ def _for_a_block(
 
 
 def _spent(study: Any, folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any) -> dict[str, float]:
-    """Return the time of the processor that each part spends on a study [s]; workers of the command are its own."""
+    """Return the time of the processor that each part spends on a study [s]."""
     from bristle.study import run_study
 
     before, begin = _processor(parts), time.perf_counter()

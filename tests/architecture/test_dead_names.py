@@ -31,7 +31,7 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.logs.apart.serve": "begun in a process of its own",
     "bristle.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
     "bristle.study.workers.simulated": "asked for by name of a worker of a cluster",
-    "bristle.study.workers.serve": "begun in a process of its own",
+    "bristle.study.holder.hold_cluster": "begun in a process of its own",
     "bristle.server.worker.main": "begun in a process of its own",
     "bristle.exports.*.write": "a target of the export, in the file that has its name",
     "bristle.exports.fmu.write_law": "of a target that holds a control law",

@@ -22,7 +22,7 @@ OTHERS = {
     "exports/walk.py": {"os.replace", "unlink", "write_text"},  # the cache of kernels
     "cli/terminal.py": {"open", "os.open"},  # the null device
     "study/store.py": {"write_table"},
-    "study/workers.py": {"os.open"},
+    "study/holder.py": {"os.open"},  # the null device
     "tune/journal.py": {"os.open"},  # appended only
     "tune/linuxcnc/hal.py": {"write_text"},  # temporary folders, for the compiler of HAL
     "tune/linuxcnc/machine.py": {"unlink"},  # the files that it saved

@@ -2,6 +2,9 @@
 
 import json
 import os
+import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +18,6 @@ from bristle.core.errors import InputError
 from bristle.fleet.identify import Identifier
 from bristle.identification.result import Identification
 from bristle.study.store import runs_in
-from bristle.study.workers import Crew
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -120,27 +122,37 @@ def test_tables_of_a_file_are_logs(tmp_path):
     assert columns["status"].tolist() == ["ok", "ok"]
 
 
+class DeadlyOnce(Identifier):
+    """An identifier whose process is killed at the second log, once."""
+
+    def columns(self, block):
+        mark = Path(os.environ["MARK"])
+        if block.first == 1 and not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().columns(block)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills processes as POSIX does")
 def test_a_killed_worker_loses_no_rows(logs, tmp_path, monkeypatch):
-    simulated, ended = Crew._simulated, []
-
-    def deadly_once(crew, block):
-        if block.first == 1 and not ended:
-            crew._process()
-            ended.extend(crew.processes)
-            for process in ended:
-                process.kill()
-        return simulated(crew, block)
-
-    monkeypatch.setattr(Crew, "_simulated", deadly_once)
+    monkeypatch.setenv("MARK", str(tmp_path / "ended"))
+    monkeypatch.setattr(module, "Identifier", DeadlyOnce)
     ran = each(logs, tmp_path / "out", workers=2)
-    assert ended
+    assert (tmp_path / "ended").exists()
     assert ran.is_whole
     assert runs_in(tmp_path / "out").columns["run"].tolist() == [0, 1, 2]
     monkeypatch.undo()
     each(logs, tmp_path / "alone")
     assert content(tmp_path / "out") == content(tmp_path / "alone")
+
+
+@pytest.mark.slow
+def test_threads_in_place_of_processes_write_the_same_rows(logs, tmp_path, monkeypatch):
+    each(logs, tmp_path / "alone")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    each(logs, tmp_path / "threads", workers=3)
+    assert content(tmp_path / "threads") == content(tmp_path / "alone")
 
 
 def test_an_interruption_during_a_fit_leaves_no_partial_row(logs, tmp_path, monkeypatch):

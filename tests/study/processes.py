@@ -1,4 +1,4 @@
-"""Commands, their workers and those of a Dask cluster as processes, which are killed at any time."""
+"""Commands, their workers and those of a Dask cluster as processes, which are killed at any time; what they simulate."""
 
 import json
 import os
@@ -8,10 +8,13 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pyarrow.parquet
 from tests.lab.browser import PATIENCE, awaited
+from threadpoolctl import threadpool_info
 
 # A job of a shell without job control ignores Ctrl-C from its start, and so would its children.
 COMMAND = """
@@ -44,6 +47,16 @@ def _command_line(pid):
     return b""
 
 
+def nursed(pid):
+    """Return the workers of a process, which starts them again where they end."""
+    return [child for child in children(pid) if b"spawn_main" in _command_line(child)]
+
+
+def own_workers(pid):
+    """Return the workers of a study on this machine, by the number of the process that runs it."""
+    return [worker for holder in children(pid) for worker in nursed(holder)]
+
+
 def lives(pid):
     """Whether a process runs: one that has ended and was not waited for does not."""
     with suppress(OSError, IndexError):
@@ -53,6 +66,28 @@ def lives(pid):
 
 def until(condition, what, patience=PATIENCE):
     return awaited(condition, patience, f"waited in vain for {what}")
+
+
+@dataclass
+class Tried:
+    """A simulator whose block does what the study tells of it: it ends the process, once or always, or raises an error."""
+
+    study: Any
+    folder: Path
+    deadly: int = -1
+    always: bool = False
+    wrong: int = -1
+
+    def columns(self, block):
+        print("by a model of a person", flush=True)
+        if block.first == self.wrong:
+            raise ValueError("a fault")
+        mark = self.folder / f"ended-{block.first}"
+        if block.first == self.deadly and (self.always or not mark.exists()):
+            mark.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        limits = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+        return {"run": block.first, "pid": os.getpid(), "limits": limits, "environment": dict(os.environ), "path": sys.path}
 
 
 def numbers(folder):
@@ -132,11 +167,6 @@ class DaskCluster:
         """Let a worker join; return its process."""
         folder = self.folder / f"worker_{len(self.processes)}"
         return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options, **environment)
-
-    @staticmethod
-    def nursed(nanny):
-        """Return the numbers of the processes that a nanny starts again where they end."""
-        return [pid for pid in children(nanny.pid) if b"spawn_main" in _command_line(pid)]
 
     def joined(self):
         """Return the threads of the workers that the scheduler knows, by their addresses."""

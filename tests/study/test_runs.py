@@ -1,5 +1,6 @@
 """What is kept of a run is what ``simulate`` returns of it; which runs are made many at once; progress is told in words."""
 
+import sys
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -15,7 +16,7 @@ from bristle.study.block import FAILED, Simulator, Varied, _overridden, fits_a_b
 from bristle.study.plan import METRICS, Block
 from bristle.study.run import Ran, in_words, repeat_run, run_within, values_of, worst_runs
 from bristle.study.store import Runs
-from bristle.study.workers import Cluster, Crew, Here
+from bristle.study.workers import Cluster, Here, OwnCluster
 
 EVERY = STUDY[: STUDY.index("metrics")] + f"metrics = {list(METRICS)!r}\n".replace("'", '"')
 LOOPS = """
@@ -61,7 +62,7 @@ def test_threads_write_the_same_bytes_as_workers_and_start_no_worker(bench, monk
     study = bench.study(EVERY)
     run_study(study, bench.folder / "workers", workers=2)
     with monkeypatch.context() as without:
-        without.setattr("bristle.study.run.Crew", None)
+        without.setattr("bristle.study.run.OwnCluster", None)
         assert run_study(study, bench.folder / "threads").is_whole
     assert content(bench.folder / "threads") == content(bench.folder / "workers")
     assert len(content(bench.folder / "threads")) == 3
@@ -376,13 +377,13 @@ def simulator(in_batches):
     ("missing", "workers", "in_batches", "kind", "count"),
     [
         (3, 1, True, Here, 1),
-        (3, 2, True, Crew, 2),
-        (3, 8, True, Crew, 3),
+        (3, 2, True, OwnCluster, 2),
+        (3, 8, True, OwnCluster, 3),
         (3, None, True, Here, 6),
-        (3, None, False, Crew, 3),
+        (3, None, False, OwnCluster, 3),
         (1, None, False, Here, 1),
-        (0, None, True, Crew, 1),
-        (0, 1, True, Crew, 1),
+        (0, None, True, Here, 1),
+        (0, 2, True, Here, 1),
     ],
 )
 def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind, count, monkeypatch):
@@ -392,12 +393,30 @@ def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind,
     assert (type(crew), crew.workers) == (kind, count)
 
 
+@pytest.mark.parametrize("library", ["distributed", "cryptography"])
+def test_without_a_library_of_the_extra_threads_do_the_work(library, monkeypatch):
+    monkeypatch.setitem(sys.modules, library, None)
+    crew = run._crew(None, 3, 2, None, simulator(False))
+    assert (type(crew), crew.workers, crew.simulate) == (Here, 2, len)
+
+
+@pytest.mark.slow
+def test_threads_in_place_of_processes_write_the_same_bytes(bench, monkeypatch):
+    study = bench.study(LOOPS)
+    assert not Simulator(study).in_batches
+    for name, count in (("alone", 1), ("processes", 3)):
+        run_study(study, bench.folder / name, workers=count)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    run_study(study, bench.folder / "threads", workers=3)
+    assert content(bench.folder / "threads") == content(bench.folder / "processes") == content(bench.folder / "alone")
+
+
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
     pytest.importorskip("distributed")
     with pytest.raises(br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"):
         run._crew(None, 3, 2, "tcp://a:1", None)
     assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
-    assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Crew)
+    assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Here)
 
 
 def test_of_equally_bad_runs_the_earlier_comes_first():

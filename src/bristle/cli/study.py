@@ -66,11 +66,11 @@ def study(
     """
     from bristle.core import library
     from bristle.study import read_study_file
-    from bristle.study.workers import CLUSTER
+    from bristle.study.workers import WANTED_BY
     from bristle.testing import admit_friction_of
 
     if scheduler is not None:
-        library(*CLUSTER)
+        library("distributed", *WANTED_BY)
         of_this_machine = {"--workers": workers is not None, "--run": run is not None}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
         refuse(of_this_machine, "simulates on this machine, --scheduler on a cluster", f"Leave {option} or --scheduler out")
@@ -159,13 +159,12 @@ def interruptible(folder: Path, parts: str) -> Iterator[None]:
 
 
 def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
-    """Return the exit code of a study or a fleet. Report runs whose processes crashed, with the reason."""
+    """Return the exit code of a study or a fleet. Report runs whose processes crashed."""
     from bristle.study.store import OK
 
-    for block, code in ran.lost:
-        ended = "reported by the cluster" if code is None else f"by signal {-code}" if code < 0 else f"with code {code}"
+    for block in ran.lost:
         complain(
-            f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed ({ended}). "
+            f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed. "
             "Check the free memory, then give the same command again"
         )
     return 0 if ran.is_whole and OK in summary["statuses"] else NO

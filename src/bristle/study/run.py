@@ -2,19 +2,19 @@
 
 import time
 from collections.abc import Callable, Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bristle.core import InputError, Progress, core_count, guarded, optional, whole
+from bristle.core import InputError, MissingExtraError, Progress, core_count, guarded, optional, whole
 from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
 from bristle.study.store import Runs, Store, opened
-from bristle.study.workers import Cluster, Crew, Here
+from bristle.study.workers import Cluster, Here, OwnCluster
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Ran:
     """Result of running a study."""
 
     before: int
-    lost: tuple[tuple[Block, int | None], ...]
+    lost: tuple[Block, ...]
 
     @property
     def is_whole(self) -> bool:
@@ -50,7 +50,7 @@ def run_study(
         A new folder, or the folder of the same study: bristle then runs only the missing blocks.
     workers : int, optional
         Number of processes; with 1, this process does the work. By default the number of cores, or threads of this process
-        if it simulates runs in batches.
+        if it simulates runs in batches. Without the extra ``study``, threads of this process instead of processes.
     scheduler : str, optional
         Address of the scheduler of a Dask cluster, ``tcp://HOST:PORT``; its workers simulate instead of this machine.
     progress : callable, optional
@@ -105,21 +105,24 @@ def run_within(
 WORKERS = optional(whole(1))
 
 
-def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Crew | Cluster | Here:
+def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Cluster | Here:
     """Return the simulator of the missing blocks."""
     workers = WORKERS(workers, "workers", None)
     if scheduler is not None and workers is not None:
         raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove workers or scheduler")
-    if scheduler is not None and missing:
-        return Cluster(study, scheduler)
-    if workers is None and make is Simulator and missing:
+    if not missing:
+        return Here(lambda _: {})  # which has nothing to do
+    if scheduler is not None:
+        return Cluster(study, make, scheduler)
+    if workers is None and make is Simulator:
         simulator = Simulator(study)
         if simulator.in_batches:  # threads start faster than processes
             return Here(simulator.columns, core_count())
-    count = min(workers or core_count(), max(missing, 1))
-    if count > 1 or not missing:  # an idle crew starts no process
-        return Crew(study, count, make)
-    return Here(make(study).columns)
+    count = min(workers or core_count(), missing)
+    if count > 1:
+        with suppress(MissingExtraError):
+            return OwnCluster(study, make, count)
+    return Here(make(study).columns, count)
 
 
 def in_words(seconds: float) -> str:

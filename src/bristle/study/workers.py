@@ -1,7 +1,7 @@
-"""Workers that simulate the blocks of a study: this process, its threads, child processes, or a Dask cluster.
+"""Workers that simulate the blocks of a study: threads of this process, or the processes of a Dask cluster.
 
-A child process receives pickled messages on its standard input and answers on its standard output. On a cluster the study
-is a separate task, sent once. Workers pass the study on, and repeat this task if the study was lost.
+The cluster is that of a scheduler elsewhere, or one of this machine that lasts as long as the study. The study is a separate
+task, sent once. Workers pass the study on, and repeat this task if the study was lost.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ import os
 import pickle
 import platform
 import queue
-import signal
 import subprocess
 import sys
-import threading
+import time
 import traceback
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -27,26 +26,27 @@ from functools import cache, lru_cache, partial
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO
+from tempfile import TemporaryDirectory
+from typing import Any
 
 from bristle.core import LOADING, Abreast, BristleError, InputError, InputWarning, cores_for_simulations, library, said_by_library
-from bristle.study.block import Simulator
-from bristle.study.plan import Block, Study
+from bristle.study.plan import Block
 
-TRIES = 5  # of a block, and of a worker that fails to start
+TRIES = 5  # of the processes of this machine, if they fail to start
 PATIENCE = 0.2  # [s]: interval of checks for signals
 AHEAD = 4  # blocks for each worker: one in simulation, others in its queue
-CLUSTER = ("distributed", "bristle study --scheduler", "study")  # the library, the command that needs it, the extra with it
+WANTED_BY = ("bristle study --scheduler", "study")  # command that needs a cluster, and the extra with its libraries
 ANSWERS = 10.0  # [s] timeout for an answer of the scheduler
-WORKERS_JOIN = 60.0  # [s] timeout for the first worker
+WORKERS_JOIN = 60.0  # [s] timeout for the first worker, and for the next worker of this machine
 # A worker or scheduler ends if it cannot unpickle a function of bristle, so tasks call built-in functions.
 SIMULATED = "__import__('bristle.study.workers', fromlist=['']).simulated(plan, software, first, last)"
-THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+LASTING = {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None"}  # a long run in compiled code is no sign of a dead worker
 Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
 class WorkerError(BristleError):
-    """Error of workers that end before they start, or report a fault."""
+    """Error of processes of this machine that end, or of a worker that reports a fault."""
 
     exit_code = 70
 
@@ -62,7 +62,7 @@ class Here:
 
     simulate: Callable[[Block], dict[str, Any]]
     workers: int = 1
-    lost: list[tuple[Block, int | None]] = field(default_factory=list)
+    lost: list[Block] = field(default_factory=list)
 
     def results(self, blocks: Iterable[Block]) -> Results:
         """Yield blocks with their columns."""
@@ -73,96 +73,16 @@ class Here:
             yield from _in_threads(self.simulate, blocks, self.workers)
 
 
-@dataclass
-class Crew:
-    """Processes of this machine, each fed by a thread; the block of a process that ends goes to the next process."""
-
-    study: Any
-    workers: int
-    make: Callable[[Any], Any] = Simulator
-    lost: list[tuple[Block, int | None]] = field(default_factory=list)
-    processes: set[subprocess.Popen[bytes]] = field(default_factory=set)
-    _own: threading.local = field(default_factory=threading.local)
-    _lock: Any = field(default_factory=threading.Lock)
-    _ends: bool = False
-    _unbegun: int = 0
-
-    def results(self, blocks: Iterable[Block]) -> Results:
-        """Yield blocks with their columns, as they finish.
-
-        A block whose workers ended `TRIES` times is not yielded but added to `lost`.
-        """
-        try:
-            for block, columns in _in_threads(self._simulated, blocks, self.workers, self._end):
-                if columns is not None:
-                    yield block, columns
-        finally:
-            for process in list(self.processes):
-                self._closed(process)
-
-    def _simulated(self, block: Block) -> dict[str, Any] | None:
-        code = None
-        for _ in range(TRIES):
-            process = self._process()
-            try:
-                outcome, content = self._asked(process, block)
-            except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-                code, self._own.process = self._closed(process), None
-                continue
-            if outcome == "failed":
-                raise WorkerError.at(block, content)
-            return content
-        self.lost.append((block, code))
-        return None
-
-    def _process(self) -> subprocess.Popen[bytes]:
-        """Return the process of this thread, restarted if it ended."""
-        code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.workers import serve; serve()"
-        while getattr(self._own, "process", None) is None:
-            with self._lock:
-                if self._ends:
-                    raise WorkerError("the study ends")
-                pipe, command = subprocess.PIPE, [sys.executable, "-c", code]
-                process = subprocess.Popen(command, env=os.environ | THREADS, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
-                self.processes.add(process)
-            try:
-                self._asked(process, (self.make, self.study))
-                self._own.process, self._unbegun = process, 0
-            except (EOFError, OSError, ValueError, pickle.UnpicklingError):
-                ending, self._unbegun = self._closed(process), self._unbegun + 1
-                if self._unbegun >= TRIES * self.workers:
-                    cause = f"by signal {-ending}" if ending < 0 else f"with code {ending}"
-                    raise WorkerError(f"{self._unbegun} workers ended before they could start, the last one {cause}") from None
-        return self._own.process
-
-    def _asked(self, process: subprocess.Popen[bytes], message: Any) -> Any:
-        orders: Any = process.stdin
-        pickle.dump(message, orders, protocol=pickle.HIGHEST_PROTOCOL)
-        orders.flush()
-        return pickle.load(process.stdout)  # type: ignore[arg-type]
-
-    def _closed(self, process: subprocess.Popen[bytes]) -> int:
-        """End a process; return its exit code."""
-        process.kill()
-        for stream in (process.stdin, process.stdout):
-            with suppress(OSError):
-                stream.close()  # type: ignore[union-attr]
-        self.processes.discard(process)
-        return process.wait()
-
-    def _end(self) -> None:
-        with self._lock:
-            self._ends = True
-            for process in list(self.processes):
-                process.kill()
-
-
 class Cluster:
     """Workers of a Dask cluster; they may come and go, and their blocks move to others."""
 
-    def __init__(self, study: Study, address: str) -> None:
-        self.study, self.address, self.lost = study, address, list[tuple[Block, int | None]]()
-        self._library = library(*CLUSTER)
+    def __init__(self, study: Any, make: Callable[[Any], Any], address: str) -> None:
+        self.study = study
+        self.make = make
+        self.address = address
+        self.lost: list[Block] = []
+        self._library = library("distributed", *WANTED_BY)
+        self._security = self._library.Security()
 
     def results(self, blocks: Iterable[Block]) -> Results:
         """Yield blocks with their columns, as they arrive.
@@ -171,30 +91,33 @@ class Cluster:
         alone in the cluster, because other blocks may have ended its workers. If these also fail, it is added to `lost`.
         """
         with _silent(), self._connected() as client:
-            for origin in self.study.origins.get("code", ()):
-                sentence = f"bristle runs the code in {origin.name} (SHA-256 {origin.checksum}) on every worker of {self.address}"
-                warnings.warn(sentence, InputWarning, stacklevel=2)
+            self._announce_code()
             pool = client.get_executor(pure=False)
+            content = pickle.dumps((self.make, self.study), protocol=pickle.HIGHEST_PROTOCOL)
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent only once
-                plan = client.submit(bytes, pickle.dumps(self.study, protocol=pickle.HIGHEST_PROTOCOL), pure=False)
+                plan = client.submit(bytes, content, pure=False)
 
             def submit(block: Block) -> Future[Any]:
                 return pool.submit(eval, SIMULATED, {"plan": plan, "software": described(), "first": block.first, "last": block.last})
 
+            def alone() -> int:
+                self._threads(client)  # an error if no worker can come any more
+                return 1
+
             yield from self._arrived(_as_ready(submit, blocks, lambda: AHEAD * max(self._threads(client), 1)))
-            suspects, self.lost = self.lost, []
-            for block, _ in suspects:
-                yield from self._arrived(_as_ready(submit, [block], lambda: 1))
+            suspects = self.lost
+            self.lost = []
+            for block in suspects:
+                yield from self._arrived(_as_ready(submit, [block], alone))
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
         """Connect to the scheduler, and wait for a worker; cancel the remaining tasks at the end."""
-        mend = f"Start dask scheduler --port 8786, then dask worker {self.address} --nworkers auto --nthreads 1"
         fault, client, distributed = "no Dask scheduler answers at this address", None, self._library
 
         async def identity() -> None:  # the library alone would wait without a timeout
-            arguments = distributed.Security().get_connection_args("client")
+            arguments = self._security.get_connection_args("client")
             async with distributed.rpc(self.address, connection_args=arguments) as scheduler:
                 await asyncio.wait_for(scheduler.identity(), ANSWERS)
 
@@ -202,16 +125,23 @@ class Cluster:
             try:
                 with Abreast(1) as thread:  # this thread may run an event loop, as in a notebook
                     thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
-                client = distributed.Client(self.address, timeout=ANSWERS, set_as_default=False, name="bristle")
+                client = distributed.Client(self.address, timeout=ANSWERS, security=self._security, set_as_default=False, name="bristle")
                 fault = "the scheduler has no workers"
                 client.wait_for_workers(1, timeout=WORKERS_JOIN)
             except Exception as error:  # noqa: BLE001  (what answers there may be anything)
-                raise InputError(f"{fault}{said_by_library(error)}", path="--scheduler", value=self.address, mend=mend) from None
+                mend = f"Start dask scheduler --port 8786, then dask worker {self.address} --nworkers auto --nthreads 1"
+                raise self._fault(f"{fault}{said_by_library(error)}", mend) from None
             yield client
         finally:
             if client is not None:
                 with suppress(OSError, TimeoutError):
                     client.close(timeout=ANSWERS)
+
+    def _announce_code(self) -> None:
+        """Warn of code of the user, which runs on machines of others."""
+        for origin in self.study.origins.get("code", ()):
+            sentence = f"bristle runs the code in {origin.name} (SHA-256 {origin.checksum}) on every worker of {self.address}"
+            warnings.warn(sentence, InputWarning, stacklevel=2)
 
     def _threads(self, client: Any) -> int:
         """Return the present count of threads of the workers."""
@@ -220,9 +150,12 @@ class Cluster:
         except (OSError, TimeoutError, RuntimeError):
             raise self._scheduler_lost() from None
 
-    def _scheduler_lost(self) -> InputError:
+    def _scheduler_lost(self) -> BristleError:
         mend = "The results written so far remain. Start scheduler and workers, and repeat the command"
-        return InputError("the scheduler no longer answers", path="--scheduler", value=self.address, mend=mend)
+        return self._fault("the scheduler no longer answers", mend)
+
+    def _fault(self, message: str, mend: str) -> BristleError:
+        return InputError(message, path="--scheduler", value=self.address, mend=mend)
 
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
         """Yield blocks with their columns; note those whose workers ended."""
@@ -230,7 +163,7 @@ class Cluster:
             try:
                 outcome, content = future.result()
             except self._library.KilledWorker:
-                self.lost.append((block, None))
+                self.lost.append(block)
                 continue
             except CancelledError:
                 raise self._scheduler_lost() from None
@@ -243,6 +176,73 @@ class Cluster:
                 allowed = ", ".join(f"{name} {value}" for name, value in described().items())
                 raise InputError("the software of a worker differs", path=self.address, value=content, allowed=allowed, mend=mend)
             yield block, content
+
+
+class OwnCluster(Cluster):
+    """A Dask cluster of processes of this machine. They end with the study, or with this process."""
+
+    def __init__(self, study: Any, make: Callable[[Any], Any], workers: int) -> None:
+        super().__init__(study, make, "")
+        library("cryptography", *WANTED_BY)
+        self.workers = workers
+        self._last_alive = time.monotonic()
+
+    @contextmanager
+    def _connected(self) -> Iterator[Any]:
+        self._security = self._library.Security.temporary()  # other users of this machine can reach the scheduler
+        with self._held(), super()._connected() as client:
+            self._last_alive = time.monotonic()
+            yield client
+
+    @contextmanager
+    def _held(self) -> Iterator[None]:
+        """Hold the cluster in a process of its own: a script of the user needs no guard, and the terminal stays silent."""
+        code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.study.holder import hold_cluster; hold_cluster()"
+        pipe = subprocess.PIPE
+        ending = 0
+        with TemporaryDirectory(prefix="bristle-", ignore_cleanup_errors=True) as folder:
+            options = {"n_workers": self.workers, "security": self._security, "local_directory": folder}
+            for _ in range(TRIES):
+                with subprocess.Popen(
+                    [sys.executable, "-c", code], env=os.environ | SINGLE | LASTING, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+                ) as holder:
+                    try:
+                        self.address = _answer(holder, options)
+                        if self.address:
+                            yield
+                            return
+                        ending = holder.wait()
+                    finally:
+                        holder.kill()
+        cause = f"with code {ending}"
+        if ending < 0:
+            cause = f"by signal {-ending}"
+        raise WorkerError(f"the processes of this machine ended {TRIES} times before they could start, the last time {cause}")
+
+    def _announce_code(self) -> None:
+        """Say nothing: the user allowed the code on this machine."""
+
+    def _threads(self, client: Any) -> int:
+        """Return the present count of workers; a process that ended is replaced, unless no process can start any more."""
+        threads = super()._threads(client)
+        if threads > 0:
+            self._last_alive = time.monotonic()
+        elif time.monotonic() > self._last_alive + WORKERS_JOIN:
+            raise self._fault("no process starts any more", "")
+        return threads
+
+    def _fault(self, message: str, mend: str) -> BristleError:
+        return WorkerError(f"on this machine, {message}. The finished runs stay. Check the free memory, then repeat the command")
+
+
+def _answer(process: Any, message: object) -> str:
+    """Return the line that a process answers to a message; an empty one if the process ended."""
+    try:
+        pickle.dump(message, process.stdin)
+        process.stdin.flush()
+    except OSError:
+        return ""
+    return process.stdout.readline().decode().strip()
 
 
 @contextmanager
@@ -291,8 +291,9 @@ def simulated(plan: bytes, software: dict[str, str], first: int, last: int) -> t
 
 
 @lru_cache(4)
-def _simulator(plan: bytes) -> Simulator:
-    return Simulator(pickle.loads(plan))
+def _simulator(plan: bytes) -> Any:
+    make, study = pickle.loads(plan)
+    return make(study)
 
 
 def _as_ready(
@@ -313,43 +314,14 @@ def _as_ready(
             yield under_way.pop(future), future
 
 
-def _in_threads(
-    simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int, end: Callable[[], None] = lambda: None
-) -> Iterator[tuple[Block, Any]]:
+def _in_threads(simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int) -> Iterator[tuple[Block, Any]]:
     """Yield blocks with the results of a function called in threads, as they finish."""
     pool = Abreast(threads)
     try:
         for block, future in _as_ready(partial(pool.submit, simulate), blocks, lambda: AHEAD * threads):
             yield block, future.result()
     finally:
-        end()
         pool.shutdown(cancel_futures=True)
-
-
-def serve() -> None:
-    """Simulate incoming blocks as a worker, until the input ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal: the parent ends this one
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keep prints of user models out of the answers
-    messages = queue.SimpleQueue[Any]()
-    threading.Thread(target=_listen, args=(sys.stdin.buffer, messages), daemon=True).start()
-    make, study = messages.get()
-    with cores_for_simulations():
-        simulator, answer = make(study), ("ready", None)
-        while True:
-            pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
-            answers.flush()
-            block = messages.get()
-            answer = outcome_of(lambda block=block: simulator.columns(block))
-
-
-def _listen(stream: BinaryIO, messages: queue.SimpleQueue[Any]) -> None:
-    """Read messages; at the end of the input the parent is gone, and this process ends at once."""
-    while True:
-        try:
-            messages.put(pickle.load(stream))
-        except BaseException:  # noqa: BLE001  (whatever is wrong with the input: there is nothing more to do)
-            os._exit(0)
 
 
 def outcome_of(columns: Callable[[], dict[str, Any]]) -> tuple[str, Any]:
