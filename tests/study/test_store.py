@@ -67,7 +67,7 @@ def test_a_damaged_file_is_simulated_again(done, spoil):
     spoil(out / "runs" / "0000000004.parquet")
     with pytest.raises(br.core.InputError, match=r"contains files that are damaged or were not written here: runs/0000000004\.parquet"):
         runs_in(out)
-    with pytest.warns(br.core.InputWarning, match=r"runs/0000000004\.parquet is damaged.*keeps the damaged file as .*\.damaged"):
+    with pytest.warns(br.core.InputWarning, match=r"out/runs/0000000004\.parquet is damaged.*bristle keeps it as .*\.damaged, and writes"):
         assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
     assert runs_in(out).count == study.count
@@ -214,6 +214,29 @@ def test_remains_of_a_study_that_ended_before_its_start_do_not_matter(bench):
     (bench.folder / "out").mkdir()
     (bench.folder / "out" / NOTE).write_bytes(b"")
     assert run_study(bench.study(), bench.folder / "out", workers=1).is_whole
+
+
+@pytest.mark.parametrize("kind", ["notes", "link", "folder"])
+def test_a_persons_file_under_the_name_of_a_block_to_come_is_set_aside(bench, done, kind):
+    study, out = done
+    whole, block = content(out), out / "runs" / "0000000004.parquet"
+    with opened(bench.folder / "part", study, {}):
+        pass
+    place = bench.folder / "part" / "runs" / block.name
+    if kind == "notes":
+        place.write_text("a year of work")
+    elif kind == "link":
+        place.symlink_to(block)
+    else:
+        place.mkdir()
+    with pytest.warns(br.core.InputWarning, match=rf"{re.escape(str(place))} is damaged, or .* keeps it as runs/{block.name}\.damaged"):
+        assert run_study(study, bench.folder / "part", workers=1).before == 0
+    aside = place.with_name(f"{block.name}.damaged")
+    assert (aside.is_file(), aside.is_symlink(), aside.is_dir()) == (kind != "folder", kind == "link", kind == "folder")
+    assert kind == "folder" or aside.read_bytes() == (b"a year of work" if kind == "notes" else block.read_bytes())
+    assert content(bench.folder / "part") == content(out) == whole
+    assert runs_in(bench.folder / "part").count == study.count
+    assert run_study(study, bench.folder / "part", workers=1).before == 3
 
 
 def test_a_foreign_file_among_the_runs_is_refused(bench, done):

@@ -117,14 +117,15 @@ class Growing:
             self._folder.remove(name)
 
     def set_all_aside(self, names: Iterable[str]) -> None:
-        """Rename damaged files, because the user may have changed them, and warn; they will be written again."""
+        """Rename files with content of another origin, because the user may have written it, and warn; they will be written again."""
         for name in names:
             aside, count = f"{name}{DAMAGED}", 1
             while self._folder.is_there(aside):
                 count += 1
                 aside = f"{name}{DAMAGED}-{count}"
             self._folder.rename(name, aside)
-            warnings.warn(f"{name} is damaged: bristle writes it again and keeps the damaged file as {aside}", InputWarning, stacklevel=2)
+            what = "is damaged, or was written by somebody else: bristle keeps it as"
+            warnings.warn(f"{self.path / name} {what} {aside}, and writes the file again", InputWarning, stacklevel=2)
 
 
 @contextmanager

@@ -75,9 +75,10 @@ class Store:
         self.grown.make(RUNS)
 
     def blocks_present(self) -> set[int]:
-        """Return the first runs of the complete blocks; set damaged blocks aside and report them."""
-        blocks = {f"{RUNS}/{block.file}": block for block in self.study.blocks}
-        self.grown.set_all_aside(self.damaged)
+        """Return the first runs of the complete blocks; set damaged blocks, and other files under their names, aside."""
+        blocks = _named_blocks(self.study)
+        others = [name for name in blocks if name not in self.grown.names and os.path.lexists(self.grown / name)]
+        self.grown.set_all_aside([*self.damaged, *others])
         self.damaged = []
         names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
         if unknown := sorted(set(names) - set(blocks)):
@@ -108,18 +109,23 @@ class Store:
         return self.study.values(self.study.blocks[0])
 
 
+def _named_blocks(study: Any) -> dict[str, Block]:
+    return {f"{RUNS}/{block.file}": block for block in study.blocks}
+
+
 AnyStore = TypeVar("AnyStore", bound=Store)
 
 
 @contextmanager
 def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
     """Open the folder of a study for this process alone, new or that of the same study."""
+    blocks = _named_blocks(study)
 
     def is_block(name: str) -> bool:
         return name.startswith(f"{RUNS}/")
 
-    def is_used(name: str) -> bool:  # users may keep other files in the folder
-        return name in WRITTEN or name.partition("/")[0] == RUNS
+    def is_used(name: str) -> bool:  # users may keep other files in the folder; those under the names of blocks are set aside
+        return name in WRITTEN or (name.partition("/")[0] == RUNS and name not in blocks)
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
         store = kind(grown, study, damaged)
