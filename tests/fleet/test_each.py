@@ -144,15 +144,9 @@ def test_a_killed_worker_loses_no_rows(logs, tmp_path, monkeypatch):
     assert runs_in(tmp_path / "out").columns["run"].tolist() == [0, 1, 2]
     monkeypatch.undo()
     each(logs, tmp_path / "alone")
-    assert content(tmp_path / "out") == content(tmp_path / "alone")
-
-
-@pytest.mark.slow
-def test_threads_in_place_of_processes_write_the_same_rows(logs, tmp_path, monkeypatch):
-    each(logs, tmp_path / "alone")
     monkeypatch.setitem(sys.modules, "distributed", None)
     each(logs, tmp_path / "threads", workers=3)
-    assert content(tmp_path / "threads") == content(tmp_path / "alone")
+    assert content(tmp_path / "out") == content(tmp_path / "threads") == content(tmp_path / "alone")
 
 
 def test_an_interruption_during_a_fit_leaves_no_partial_row(logs, tmp_path, monkeypatch):

@@ -2,12 +2,14 @@
 
 import sys
 from types import SimpleNamespace as Some
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from tests.study.conftest import STUDY, content, same
 
 import bristle as br
+from bristle.core import MissingExtraError
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
 from bristle.report.simulation import simulation_summary
@@ -58,14 +60,17 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
 
 
 @pytest.mark.slow
-def test_threads_write_the_same_bytes_as_workers_and_start_no_worker(bench, monkeypatch):
-    study = bench.study(EVERY)
-    run_study(study, bench.folder / "workers", workers=2)
-    with monkeypatch.context() as without:
-        without.setattr("bristle.study.run.OwnCluster", None)
-        assert run_study(study, bench.folder / "threads").is_whole
-    assert content(bench.folder / "threads") == content(bench.folder / "workers")
-    assert len(content(bench.folder / "threads")) == 3
+@pytest.mark.parametrize(("text", "blocks"), [(EVERY, 3), (LOOPS, 6)])  # in batches, and one by one
+def test_any_number_of_processes_and_of_threads_writes_the_same_bytes(bench, monkeypatch, text, blocks):
+    study = bench.study(text)
+    for name, count in (("alone", 1), ("two", 2), ("four", 4)):
+        run_study(study, bench.folder / name, workers=count)
+    monkeypatch.setattr("bristle.study.run.OwnCluster", Mock(side_effect=MissingExtraError("without the extra")))
+    for name, count in (("threads", 3), ("as many as cores", None)):
+        run_study(study, bench.folder / name, workers=count)
+        assert content(bench.folder / name) == content(bench.folder / "two") == content(bench.folder / "four")
+    assert content(bench.folder / "four") == content(bench.folder / "alone")
+    assert len(content(bench.folder / "alone")) == len(study.blocks) == blocks
 
 
 @pytest.mark.parametrize(("model", "drawn"), [("lugre", "0.2 N"), ("elastoplastic", "0.8 N")])
@@ -398,17 +403,6 @@ def test_without_a_library_of_the_extra_threads_do_the_work(library, monkeypatch
     monkeypatch.setitem(sys.modules, library, None)
     crew = run._crew(None, 3, 2, None, simulator(False))
     assert (type(crew), crew.workers, crew.simulate) == (Here, 2, len)
-
-
-@pytest.mark.slow
-def test_threads_in_place_of_processes_write_the_same_bytes(bench, monkeypatch):
-    study = bench.study(LOOPS)
-    assert not Simulator(study).in_batches
-    for name, count in (("alone", 1), ("processes", 3)):
-        run_study(study, bench.folder / name, workers=count)
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    run_study(study, bench.folder / "threads", workers=3)
-    assert content(bench.folder / "threads") == content(bench.folder / "processes") == content(bench.folder / "alone")
 
 
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):

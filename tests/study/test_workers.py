@@ -157,13 +157,13 @@ def test_threads_of_a_cluster_are_counted_and_a_lost_scheduler_is_reported(clust
 
 
 def test_loggers_of_dask_are_silent_and_others_are_not():
-    names = ("distributed.comm", "asyncio", "another")
+    names = ("distributed.comm", "tornado.application", "asyncio", "another")
     loggers = [logging.getLogger(name) for name in names]
     off = logging.getLogger("distributed.off")
     off.disabled = True
     with workers._silent():
-        assert [logger.disabled for logger in loggers] == [True, True, False]
-    assert [logger.disabled for logger in (*loggers, off)] == [False, False, False, True]
+        assert [logger.disabled for logger in loggers] == [True, True, True, False]
+    assert [logger.disabled for logger in (*loggers, off)] == [False, False, False, False, True]
     off.disabled = False
 
 
@@ -261,24 +261,22 @@ class Holder:
 
 @pytest.mark.parametrize(("ending", "words"), [(3, "with code 3"), (-9, "by signal 9")])
 def test_processes_that_never_begin_are_reported_by_how_they_end(monkeypatch, ending, words):
-    holders = iter([Holder(b"", 1)] * 4 + [Holder(b"", ending), Holder(b"tls://a:1\n")])
+    holders = iter([Holder(b"", 1)] * 4 + [Holder(b"", ending)])
     monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **options: next(holders))
     with pytest.raises(WorkerError, match=f"the processes of this machine ended 5 times before they could start, the last time {words}"):
         list(own_cluster().results(BLOCKS))
 
 
 def test_processes_that_begin_at_last_are_ended_with_the_study(monkeypatch):
-    last = Holder(b"tls://a:1\n")
-    holders, begun = iter([Holder(b"", 1), last]), []
-    monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **options: begun.append((command, options)) or next(holders))
+    last, options = Holder(b"tls://a:1\n"), []
+    holders = iter([Holder(b"", 1), last])
+    monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **how: options.append(how) or next(holders))
     cluster = own_cluster()
     with cluster._held():
-        assert cluster.address == "tls://a:1"
-        assert not last.is_ended
+        assert (cluster.address, last.is_ended, len(options)) == ("tls://a:1", False, 2)
     assert last.is_ended
-    assert len(begun) == 2
     assert pickle.loads(last.stdin.getvalue())["n_workers"] == 2
-    assert begun[0][1]["stderr"] is subprocess.DEVNULL
+    assert options[0]["stderr"] is subprocess.DEVNULL
 
 
 def test_a_process_that_ended_gives_no_answer():
@@ -313,6 +311,7 @@ def test_processes_of_this_machine_are_as_this_one_and_silent(capfd, tmp_path):
     for columns in outcome.values():
         assert {columns["environment"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
         assert columns["limits"] == {1}
+        assert workers.DASK.items() <= columns["environment"].items()
         assert set(sys.path) <= set(columns["path"])
     assert capfd.readouterr() == ("", "")
     assert set(children(os.getpid())) <= before
@@ -358,26 +357,6 @@ def test_a_fault_in_a_process_ends_the_study_with_its_runs_and_the_trace(tmp_pat
         list(own_cluster(tmp_path, wrong=3).results(BLOCKS))
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-@pytest.mark.slow
-def test_without_the_process_between_the_finished_runs_stay(slow_bench, monkeypatch):
-    monkeypatch.setattr("bristle.study.workers.ANSWERS", 2.0)
-    study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
-    before = set(children(os.getpid()))
-
-    def end(share, text):
-        if share > 0.02:
-            for holder in set(children(os.getpid())) - before:
-                os.kill(holder, signal.SIGKILL)
-
-    with pytest.raises(WorkerError, match=r"on this machine, the scheduler no longer answers\. The finished runs stay"):
-        run_study(study, out, workers=2, progress=end)
-    assert 3 <= len(content(out)) < 100
-    assert run_study(study, out, workers=1).is_whole
-    run_study(study, slow_bench.folder / "undisturbed", workers=3)
-    assert content(out) == content(slow_bench.folder / "undisturbed")
-
-
 SCRIPT = """
 from bristle.study import read_study_file, run_study
 print(run_study(read_study_file("study.toml"), "out", workers=2).is_whole)
@@ -412,50 +391,26 @@ def test_processes_end_in_the_midst_of_a_block_where_the_command_is_gone(slow_be
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 @pytest.mark.slow
-def test_ctrl_c_ends_the_workers_and_prints_advice(slow_bench):
-    bench = slow_bench
-    bench.study(runs=("runs = 12", "runs = 400"))
-    out = bench.folder / "out"
-    process = begun(bench.folder / "study.toml", out, "--workers", "2")
+@pytest.mark.parametrize("is_elsewhere", [False, True])
+def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask, is_elsewhere):
+    import distributed
+
+    slow_bench.study(runs=("runs = 12", "runs = 400"))
+    out = slow_bench.folder / "out"
+    process = begun(slow_bench.folder / "study.toml", out, *(("--scheduler", dask.address) if is_elsewhere else ("--workers", "2")))
     until(lambda: content(out), "the first block")
     workers = [*children(process.pid), *own_workers(process.pid)]
-    assert len(workers) == 3
+    assert len(workers) == (0 if is_elsewhere else 3)
     for pid in (process.pid, *workers):  # Ctrl-C reaches all processes of a terminal
         os.kill(pid, signal.SIGINT)
     text = process.communicate(timeout=PATIENCE)[1].decode()
     assert process.returncode == 130
     assert text.splitlines() == [f"bristle: {out} keeps the finished runs. Give the same command again to continue", "bristle: interrupted"]
-    until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     assert len(content(out)) < 100
-
-
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", [2, pytest.param(4, marks=pytest.mark.slow)])
-def test_any_number_of_workers_writes_the_same_bytes(bench, workers):
-    study = bench.study()
-    for count in (1, workers):
-        run_study(study, bench.folder / f"out_{count}", workers=count)
-    assert content(bench.folder / f"out_{workers}") == content(bench.folder / "out_1")
-    assert (bench.folder / f"out_{workers}" / "study.json").read_bytes() == (bench.folder / "out_1" / "study.json").read_bytes()
-
-
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-@pytest.mark.slow
-@pytest.mark.timeout(1200)
-def test_twelve_kills_in_three_hundred_blocks(slow_bench):
-    bench = slow_bench
-    study = bench.study(runs=("runs = 12", "runs = 1200"))
-    assert len(study.blocks) == 300
-    file, out = bench.folder / "study.toml", bench.folder / "out"
-    run_study(study, bench.folder / "undisturbed", workers=1)
-    fallen = siege(lambda: begun(file, out, "--workers", "2"), lambda process: own_workers(process.pid), kills=12, longest=6.0)
-    print(fallen)
-    assert min(fallen.values()) >= 2, "the study was over before it was disturbed"
-    assert run_study(study, out, workers=3).is_whole
-    assert numbers(out) == list(range(1200))
-    assert content(out) == content(bench.folder / "undisturbed")
-    assert not (out / ".partial").exists()
+    until(lambda: not any(lives(worker) for worker in workers), "workers to end")
+    with distributed.Client(dask.address, set_as_default=False) as client:
+        until(lambda: not any(client.processing().values()), "workers without work")
+        assert not any(client.has_what().values())
 
 
 # --- on a Dask cluster, whose workers join and are killed: the bytes of a study on this machine ----------------------
@@ -615,77 +570,57 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask):
-    import distributed
-
-    slow_bench.study(runs=("runs = 12", "runs = 400"))
-    out = slow_bench.folder / "out"
-    process = begun(slow_bench.folder / "study.toml", out, "--scheduler", dask.address)
-    until(lambda: content(out), "the first block")
-    process.send_signal(signal.SIGINT)
-    text = process.communicate(timeout=60.0)[1].decode()
-    assert process.returncode == 130
-    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. Give the same command again to continue", "bristle: interrupted"]
-    assert len(content(out)) < 100
-    with distributed.Client(dask.address, set_as_default=False) as client:
-        until(lambda: not any(client.processing().values()), "workers without work")
-        assert not any(client.has_what().values())
-
-
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 @pytest.mark.timeout(1200)
-def test_ten_kills_in_a_hundred_blocks(bench, own_dask):
-    bench.rig(duration="10 s", substeps=20)
-    study = bench.study(runs=("runs = 12", "runs = 400"))
-    assert len(study.blocks) == 100
-    file, out = bench.folder / "study.toml", bench.folder / "out"
-    run_study(study, bench.folder / "here", workers=2)
+@pytest.mark.parametrize("is_elsewhere", [False, True])
+def test_twelve_kills_in_three_hundred_blocks(slow_bench, own_dask, is_elsewhere):
+    study = slow_bench.study(runs=("runs = 12", "runs = 1200"))
+    assert len(study.blocks) == 300
+    file, out = slow_bench.folder / "study.toml", slow_bench.folder / "out"
+    run_study(study, slow_bench.folder / "undisturbed", workers=1)
     joined = {"nanny": [], "plain": []}
 
-    def workers(_):
+    def workers(process):
+        if not is_elsewhere:
+            return own_workers(process.pid)
         for kind, options in (("nanny", ()), ("plain", ("--no-nanny",))):
             if not joined[kind] or joined[kind][-1].poll() is not None:  # so ends a nanny whose worker could not begin
                 joined[kind].append(own_dask.worker(*options))
         return [joined["plain"][-1].pid, *nursed(joined["nanny"][-1].pid)]
 
-    fallen = siege(lambda: begun(file, out, "--scheduler", own_dask.address), workers, kills=10, longest=3.0)
+    options = ("--scheduler", own_dask.address) if is_elsewhere else ("--workers", "2")
+    fallen = siege(lambda: begun(file, out, *options), workers, kills=12, longest=5.0)
     print(fallen, {kind: len(processes) for kind, processes in joined.items()})
-    assert fallen["command"] >= 1, "the study was over before it was disturbed"
+    assert min(fallen.values()) >= 1, "the study was over before it was disturbed"
     assert fallen["worker"] >= 5, "the study was over before it was disturbed"
-    until(lambda: own_dask.joined() or (workers(None) and False), "a worker")
-    assert run_study(study, out, scheduler=own_dask.address).is_whole
-    assert numbers(out) == list(range(400))
-    assert content(out) == content(bench.folder / "here")
+    assert run_study(study, out, workers=3).is_whole
+    assert numbers(out) == list(range(1200))
+    assert content(out) == content(slow_bench.folder / "undisturbed")
     assert not (out / ".partial").exists()
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_dask, monkeypatch):
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("is_elsewhere", "error", "words"),
+    [
+        (True, br.core.InputError, r"--scheduler: the scheduler no longer answers; found 'tcp://.*The results written so far remain"),
+        (False, WorkerError, r"on this machine, the scheduler no longer answers\. The finished runs stay"),
+    ],
+)
+def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_dask, monkeypatch, is_elsewhere, error, words):
     monkeypatch.setattr("bristle.study.workers.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
     study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
+    others = {process.pid for process in own_dask.processes}
 
     def end(share, text):
         if share > 0.02:
-            own_dask.scheduler.kill()
+            for pid in {own_dask.scheduler.pid} if is_elsewhere else set(children(os.getpid())) - others:
+                os.kill(pid, signal.SIGKILL)
 
-    with pytest.raises(
-        br.core.InputError, match=r"--scheduler: the scheduler no longer answers; found 'tcp://.*The results written so far remain"
-    ):
-        run_study(study, out, scheduler=own_dask.address, progress=end)
+    with pytest.raises(error, match=words):
+        run_study(study, out, progress=end, **({"scheduler": own_dask.address} if is_elsewhere else {"workers": 2}))
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
-def test_threads_of_a_worker_write_the_same_bytes(slow_bench, own_dask):
-    own_dask.worker("--no-nanny", "--nthreads", "3")
-    study = slow_bench.study(runs=("runs = 12", "runs = 80"))
-    run_study(study, slow_bench.folder / "here", workers=1)
-    run_study(study, slow_bench.folder / "there", scheduler=own_dask.address)
-    assert content(slow_bench.folder / "there") == content(slow_bench.folder / "here")

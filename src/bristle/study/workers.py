@@ -41,7 +41,10 @@ WORKERS_JOIN = 60.0  # [s] timeout for the first worker, and for the next worker
 # A worker or scheduler ends if it cannot unpickle a function of bristle, so tasks call built-in functions.
 SIMULATED = "__import__('bristle.study.workers', fromlist=['']).simulated(plan, software, first, last)"
 SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-LASTING = {"DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None"}  # a long run in compiled code is no sign of a dead worker
+DASK = {
+    "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None",  # a long run in compiled code is no sign of a dead worker
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # a tenth of the processor time
+}
 Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
@@ -204,7 +207,7 @@ class OwnCluster(Cluster):
             options = {"n_workers": self.workers, "security": self._security, "local_directory": folder}
             for _ in range(TRIES):
                 with subprocess.Popen(
-                    [sys.executable, "-c", code], env=os.environ | SINGLE | LASTING, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+                    [sys.executable, "-c", code], env=os.environ | SINGLE | DASK, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
                 ) as holder:
                     try:
                         self.address = _answer(holder, options)
@@ -248,7 +251,7 @@ def _answer(process: Any, message: object) -> str:
 @contextmanager
 def _silent() -> Iterator[None]:
     """Silence messages of Dask about lost connections, because bristle reports their effects."""
-    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "asyncio")]
+    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado", "asyncio")]
     loggers = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     try:
         for logger in loggers:
