@@ -61,12 +61,8 @@ def test_damaged_files_are_reported_and_kept(out):
         assert damaged == ["a.csv"]
         for kept in ("a.csv.damaged", "a.csv.damaged-2"):
             (out / "a.csv").write_text("dama")
-            with pytest.warns(InputWarning) as told:
+            with pytest.warns(InputWarning, match=rf"/a\.csv is damaged, .*: bristle keeps it as {kept}, and writes the file again$"):
                 grown.set_all_aside(["a.csv"])
-            (warning,) = told
-            assert str(warning.message) == (
-                f"{out / 'a.csv'} is damaged, or was written by somebody else: bristle keeps it as {kept}, and writes the file again"
-            )
             assert (out / kept).read_text() == "dama"
         grown.write("a.csv", "1,2\n")
     with growing_folder(out, "study") as (grown, damaged):

@@ -2,14 +2,13 @@
 
 import json
 import os
-import signal
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.fleet.conftest import AXIS, OPTIONS, write_log
 from tests.study.conftest import content
+from tests.study.processes import end_once
 
 import bristle as br
 import bristle.fleet.identify as module
@@ -123,13 +122,10 @@ def test_tables_of_a_file_are_logs(tmp_path):
 
 
 class DeadlyOnce(Identifier):
-    """An identifier whose process is killed at the second log, once."""
+    """An identifier whose process is killed, once."""
 
     def columns(self, block):
-        mark = Path(os.environ["MARK"])
-        if block.first == 1 and not mark.exists():
-            mark.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
+        end_once(os.environ["MARK"])
         return super().columns(block)
 
 

@@ -68,6 +68,13 @@ def until(condition, what, patience=PATIENCE):
     return awaited(condition, patience, f"waited in vain for {what}")
 
 
+def end_once(mark, again=False):
+    """Kill this process, unless it has been done before."""
+    if again or not Path(mark).exists():
+        Path(mark).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
 @dataclass
 class Tried:
     """A simulator whose block does what the study tells of it: it ends the process, once or always, or raises an error."""
@@ -82,10 +89,8 @@ class Tried:
         print("by a model of a person", flush=True)
         if block.first == self.wrong:
             raise ValueError("a fault")
-        mark = self.folder / f"ended-{block.first}"
-        if block.first == self.deadly and (self.always or not mark.exists()):
-            mark.touch()
-            os.kill(os.getpid(), signal.SIGKILL)
+        if block.first == self.deadly:
+            end_once(self.folder / "ended", again=self.always)
         limits = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
         return {"run": block.first, "pid": os.getpid(), "limits": limits, "environment": dict(os.environ), "path": sys.path}
 

@@ -1,7 +1,7 @@
 """Run a study: simulate the missing blocks of its folder."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from bristle.simulation import SimulationResult
 from bristle.study.block import FAILED, Simulator, row_of
 from bristle.study.plan import Block, Study
 from bristle.study.store import Runs, Store, opened
-from bristle.study.workers import Cluster, Here, OwnCluster
+from bristle.study.workers import Cluster, Here, Make, OwnCluster
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,7 @@ def run_study(
 
 
 def run_within(
-    store: Store,
-    *,
-    workers: int | None = None,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
-    simulator: Callable[[Any], Any] = Simulator,
+    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None, simulator: Make = Simulator
 ) -> Ran:
     """Run the missing blocks of a study in its folder, locked by this process; see `run_study`."""
     study = store.study
@@ -105,7 +100,7 @@ def run_within(
 WORKERS = optional(whole(1))
 
 
-def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Callable[[Any], Any]) -> Cluster | Here:
+def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Make) -> Cluster | Here:
     """Return the simulator of the missing blocks."""
     workers = WORKERS(workers, "workers", None)
     if scheduler is not None and workers is not None:

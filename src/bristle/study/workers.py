@@ -45,6 +45,7 @@ DASK = {
     "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None",  # a long run in compiled code is no sign of a dead worker
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # a tenth of the processor time
 }
+Make = Callable[[Any], Any]  # what makes the simulator of a study
 Results = Generator[tuple[Block, dict[str, Any]], None, None]
 
 
@@ -79,7 +80,7 @@ class Here:
 class Cluster:
     """Workers of a Dask cluster; they may come and go, and their blocks move to others."""
 
-    def __init__(self, study: Any, make: Callable[[Any], Any], address: str) -> None:
+    def __init__(self, study: Any, make: Make, address: str) -> None:
         self.study = study
         self.make = make
         self.address = address
@@ -184,7 +185,7 @@ class Cluster:
 class OwnCluster(Cluster):
     """A Dask cluster of processes of this machine. They end with the study, or with this process."""
 
-    def __init__(self, study: Any, make: Callable[[Any], Any], workers: int) -> None:
+    def __init__(self, study: Any, make: Make, workers: int) -> None:
         super().__init__(study, make, "")
         library("cryptography", *WANTED_BY)
         self.workers = workers
