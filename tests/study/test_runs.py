@@ -9,6 +9,7 @@ import pytest
 from tests.study.conftest import STUDY, content, same
 
 import bristle as br
+from bristle.cli.study import exit_code
 from bristle.core import MissingExtraError
 from bristle.engine.batch import _Batch
 from bristle.files.summary import as_json
@@ -396,6 +397,12 @@ def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind,
     monkeypatch.setattr(run, "core_count", lambda: 6)
     crew = run._crew(None, missing, workers, None, run.Simulator)
     assert (type(crew), crew.workers) == (kind, count)
+
+
+@pytest.mark.parametrize(("lost", "code"), [((), 0), ((Block(4, 8),), 1)])
+def test_runs_whose_processes_crashed_are_named(capsys, lost, code):
+    assert exit_code(Ran(0, lost), {"statuses": {"ok": 8}}) == code
+    assert ("runs 4 to 7 are missing: every process that simulated them crashed" in capsys.readouterr().err) is bool(lost)
 
 
 @pytest.mark.parametrize("library", ["distributed", "cryptography"])
