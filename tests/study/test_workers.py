@@ -18,6 +18,7 @@ from contextlib import closing
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace as Some
+from unittest.mock import Mock
 
 import pytest
 from tests.study.conftest import content
@@ -280,10 +281,7 @@ def test_processes_that_begin_at_last_are_ended_with_the_study(monkeypatch):
 
 
 def test_a_process_that_ended_gives_no_answer():
-    def broken(data):
-        raise BrokenPipeError
-
-    assert workers._answer(Some(stdin=Some(write=broken)), "a message") == ""
+    assert workers._answer(Some(stdin=Some(write=Mock(side_effect=BrokenPipeError))), "a message") == ""
 
 
 def test_processes_that_start_no_more_are_given_up_after_a_while(monkeypatch):
@@ -484,14 +482,14 @@ def own_study(bench):
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
 def test_files_of_a_study_reach_the_workers_and_its_code_is_reported(own_study, bench, dask):
-    run_study(own_study, bench.folder / "here", workers=1)
-    names = ("own.py", "axis.toml", "motion.csv", "recorded.toml")
-    for name in names:
+    for name, count in (("here", 1), ("beside", 2)):
+        run_study(own_study, bench.folder / name, workers=count)
+    for name in ("own.py", "axis.toml", "motion.csv", "recorded.toml"):
         (bench.folder / name).unlink()
     message = []
     with pytest.warns(br.core.InputWarning, match=r"bristle runs the code in own.py \(SHA-256 [0-9a-f]{64}\) on every worker of tcp"):
         run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: message.append(text))
-    assert content(bench.folder / "there") == content(bench.folder / "here")
+    assert content(bench.folder / "there") == content(bench.folder / "beside") == content(bench.folder / "here")
     assert len(content(bench.folder / "there")) == 3
     assert message[-1] == "6 of 6 runs, 1 s left"
 
@@ -591,7 +589,6 @@ def test_twelve_kills_in_three_hundred_blocks(slow_bench, own_dask, is_elsewhere
 
     options = ("--scheduler", own_dask.address) if is_elsewhere else ("--workers", "2")
     fallen = siege(lambda: begun(file, out, *options), workers, kills=12, longest=5.0)
-    print(fallen, {kind: len(processes) for kind, processes in joined.items()})
     assert min(fallen.values()) >= 1, "the study was over before it was disturbed"
     assert fallen["worker"] >= 5, "the study was over before it was disturbed"
     assert run_study(study, out, workers=3).is_whole
