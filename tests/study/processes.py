@@ -120,7 +120,8 @@ def siege(begin, workers, *, kills, longest, seed=1):
         if process.poll() is not None:
             assert process.returncode == 0, process.stderr.read()
             break
-        victim = chance.choice([*workers(process), process.pid])
+        others = workers(process) if sum(fallen.values()) % 4 < 3 else []  # each fourth is the command
+        victim = chance.choice(others or [process.pid])
         with suppress(ProcessLookupError):
             os.kill(victim, signal.SIGKILL)
             fallen["command" if victim == process.pid else "worker"] += 1
