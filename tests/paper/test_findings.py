@@ -406,7 +406,7 @@ def test_the_command_writes_report_and_numbers(bristle, quick, tmp_path, monkeyp
         (("gms",), "FRICTION: has no effect without --robust"),
         (("--robust", "gms,bouc_ven"), "Did you mean 'bouc_wen'?"),
         (("--robust", "--seeds", "0"), "--seeds"),
-        (("--robust", "--axis", "axis.toml", "gms"), "Give model files after --robust"),
+        (("--robust", "--axis", "axis.toml", "gms"), "Give frictions or model files after --robust"),
     ],
 )
 def test_conflicting_options_are_refused(bristle, tmp_path, monkeypatch, arguments, words):  # noqa: F811
