@@ -572,9 +572,9 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("is_elsewhere", [False, True])
-def test_twelve_kills_in_three_hundred_blocks(slow_bench, own_dask, is_elsewhere):
-    study = slow_bench.study(runs=("runs = 12", "runs = 1200"))
-    assert len(study.blocks) == 300
+def test_twelve_kills_in_six_hundred_blocks(slow_bench, own_dask, is_elsewhere):
+    study = slow_bench.study(runs=("runs = 12", "runs = 2400"))
+    assert len(study.blocks) == 600
     file, out = slow_bench.folder / "study.toml", slow_bench.folder / "out"
     run_study(study, slow_bench.folder / "undisturbed", workers=1)
     joined = {"nanny": [], "plain": []}
@@ -588,10 +588,10 @@ def test_twelve_kills_in_three_hundred_blocks(slow_bench, own_dask, is_elsewhere
         return [joined["plain"][-1].pid, *nursed(joined["nanny"][-1].pid)]
 
     options = ("--scheduler", own_dask.address) if is_elsewhere else ("--workers", "2")
-    fallen = siege(lambda: begun(file, out, *options), workers, kills=12, longest=8.0)
+    fallen = siege(lambda: begun(file, out, *options), workers, kills=12, longest=6.0)
     assert (fallen["command"] >= 1, fallen["worker"] >= 5) == (True, True), "the study was over before it was disturbed"
     assert run_study(study, out, workers=3).is_whole
-    assert numbers(out) == list(range(1200))
+    assert numbers(out) == list(range(2400))
     assert content(out) == content(slow_bench.folder / "undisturbed")
     assert not (out / ".partial").exists()
 
