@@ -21,8 +21,8 @@ def actuators() -> Iterator[Ratio]:
     import warp
 
     import bristle as br
-    from bristle.friction import MODELS
-    from bristle.testing import example_of
+    from bristle.contract import example_of
+    from bristle.models.friction import MODELS
 
     warp.config.quiet = True
     x = np.cumsum(1e-6 * np.random.default_rng(11).standard_normal((SAMPLES, AXES)), axis=0)

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.timing import BRISTLE
-from bristle.arm.identify import read_joints
-from bristle.arm.motion import Motion
-from bristle.arm.robot import read_robot
+from bristle.apps.arm.identify import read_joints
+from bristle.apps.arm.motion import Motion
+from bristle.apps.arm.robot import read_robot
 from bristle.core import Model, content_of
 from bristle.engine.motion import along
 from bristle.files import axes_in, read_model

@@ -11,9 +11,9 @@ import sys
 import numpy as np
 
 from bristle import friction
-from bristle.arm.motion import BANDWIDTH, motion_of
-from bristle.arm.parameters import identify_dynamics, names_of
-from bristle.arm.robot import Robot, chain_of
+from bristle.apps.arm.motion import BANDWIDTH, motion_of
+from bristle.apps.arm.parameters import identify_dynamics, names_of
+from bristle.apps.arm.robot import Robot, chain_of
 from bristle.engine.motion import along
 from bristle.logs import Log
 

@@ -35,11 +35,11 @@ def learning_time(variants) -> tuple[float, np.ndarray]:
 
 def main() -> int:
     """Print the table; exit code 1 if observer and feedforward together are not the best of them."""
+    from bristle.apps.design import runnable
     from bristle.files.experiment import read_experiment
-    from bristle.loop import runnable
     from bristle.simulation import simulate
 
-    experiment = read_experiment(files("bristle.paper") / "experiments" / "baselines.toml")
+    experiment = read_experiment(files("bristle.apps.paper") / "experiments" / "baselines.toml")
     margins = {
         name: min((p.margins.phase for p in judged.points if p.margins.phase is not None), default=np.nan)
         for name, judged in runnable(experiment)[1].items()

@@ -8,13 +8,13 @@ import numpy as np
 
 from benchmarks.coverage import AXIS, FITTED, MAXWELL, motion, recorded
 from benchmarks.timing import Ratio, wall
-from bristle.friction import find
 from bristle.identification.bootstrap import bootstrap as resampled
 from bristle.identification.element_models import Elements
 from bristle.identification.fixed_shape import shaped
 from bristle.identification.parameters import parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.request import prior_knowledge_of
+from bristle.models.friction import find
 
 __all__ = ["bootstrap"]
 

@@ -32,7 +32,7 @@ _numbers = count()
 
 def cluster() -> Iterator[Ratio]:
     """Time what a study costs for each block that is added to it, so that how processes begin is no part of it."""
-    from tests.study.processes import DaskCluster, until
+    from tests.apps.study.processes import DaskCluster, until
 
     with tempfile.TemporaryDirectory() as name, closing(DaskCluster(Path(name))) as there:
         parts = {"scheduler": [there.scheduler.pid], "workers": [there.worker("--no-nanny").pid for _ in range(WORKERS)]}
@@ -53,7 +53,7 @@ def cluster() -> Iterator[Ratio]:
 
 
 def _study(folder: Path, rig: str, level: float, spread: float, block: int, runs: int) -> Any:
-    from bristle.study import read_study_file
+    from bristle.apps.study import read_study_file
 
     (folder / "rig.toml").write_text(rig)
     text = STUDY.format(runs=runs, level=level, spread=spread)
@@ -72,7 +72,7 @@ def _for_a_block(
 
 def _spent(study: Any, folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any) -> dict[str, float]:
     """Return the time of the processor that each part spends on a study [s]."""
-    from bristle.study import run_study
+    from bristle.apps.study import run_study
 
     before, begin = _processor(parts), time.perf_counter()
     run_study(study, folder / f"out_{next(_numbers)}", **where)

@@ -40,8 +40,8 @@ def ripple() -> np.ndarray:
 def exported() -> Iterator[Ratio]:
     """Time the C of models that the compiler of this machine made, along a ripple on a slow sine."""
     import bristle as br
+    from bristle.contract import example_of
     from bristle.engine import force_along
-    from bristle.testing import example_of
 
     x = ripple()
     v = np.diff(x) / DT

@@ -15,9 +15,9 @@ LIMIT = 20.0  # of the other models
 
 def gradients() -> Iterator[Ratio]:
     """Time the gradient with respect to all positions and parameters."""
+    from bristle.contract import example_of
     from bristle.exports import CompiledWalk
-    from bristle.friction import MODELS
-    from bristle.testing import example_of
+    from bristle.models.friction import MODELS
 
     time, random = DT * np.arange(STEPS), np.random.default_rng(3)
     x = 1e-4 * np.sin(6.0 * np.pi * time) * np.sin(0.37 * time) + 1e-7 * np.cumsum(random.standard_normal(STEPS))

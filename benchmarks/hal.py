@@ -35,8 +35,8 @@ static inline bool is_finite(double x) { return x - x == 0.0; }
 def hal() -> Iterator[Ratio]:
     """Time the component in place of HAL, along a ripple on a slow sine: each model, without and with all slots."""
     import bristle as br
-    from bristle.friction import with_slots
-    from bristle.testing import example_of
+    from bristle.contract import example_of
+    from bristle.models.friction import with_slots
 
     for name, component in br.friction.MODELS.items():
         for label, slots in (("", ()), (" with slots", SLOTS)):
@@ -46,10 +46,10 @@ def hal() -> Iterator[Ratio]:
 
 
 def _cost(label: str, model: Model, place: Path) -> Ratio:
-    from tests.exports.linuxcnc import Component
+    from tests.apps.targets.linuxcnc import Component
     from tests.exports.native import Native
 
-    from bristle.exports import hal as target
+    from bristle.apps.targets import hal as target
     from bristle.exports.targets import Request
 
     files = target.write(Request(model, "stage", DT, rest="held")).files

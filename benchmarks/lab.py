@@ -4,10 +4,10 @@ import tempfile
 from pathlib import Path
 from urllib.parse import urlencode
 
-from tests.lab.browser import browser
+from tests.apps.lab.browser import browser
 
-from bristle.friction import MODELS
-from bristle.lab import lab_page
+from bristle.apps.lab import lab_page
+from bristle.models.friction import MODELS
 
 MOVES = 120
 MEASURE = """

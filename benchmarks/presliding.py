@@ -21,7 +21,7 @@ MISSED = 0.0  # [s]: no time is short enough for a fit that errs by more than it
 
 def presliding() -> Iterator[Ratio]:
     """Fit stops and cells to known friction, and operators to the curves of a magnet where BRISTLE_DATA names them."""
-    from bristle.hysteresis.identification.linear import fit_grid, fit_stops
+    from bristle.identification.hysteresis.linear import fit_grid, fit_stops
 
     data = _data(0)
     for count, most in ((20, 0.0035), (40, 0.0018)):
@@ -85,9 +85,9 @@ def _row(name: str, fit: Callable[[], Any], size: tuple[int, int], told: str, mo
 
 def _of_a_magnet() -> Iterator[Ratio]:
     from bristle.files import read_curves
-    from bristle.hysteresis import table_of_curves
-    from bristle.hysteresis.identification import identify_operator
-    from bristle.hysteresis.identification.linear import fit_grid
+    from bristle.identification.hysteresis import identify_operator
+    from bristle.identification.hysteresis.linear import fit_grid
+    from bristle.models.hysteresis import table_of_curves
 
     if "BRISTLE_DATA" not in os.environ:
         print("presliding: skips the magnet, BRISTLE_DATA is not set")

@@ -25,7 +25,7 @@ from benchmarks import arm, outside
 from benchmarks.passive import NEAR, Grid, Passive, Rows, rows_of, slipping
 from benchmarks.second_records import FIRST, cut
 from benchmarks.timing import EXAMPLES
-from bristle.arm.identify import identify_arm, read_joints
+from bristle.apps.arm.identify import identify_arm, read_joints
 from bristle.core import Axis, content_of
 from bristle.core.least_squares import unbounded
 from bristle.files import axes_in, read_axis

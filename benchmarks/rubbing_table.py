@@ -36,7 +36,7 @@ class Row(NamedTuple):
 
 def rows() -> Iterator[Row]:
     """Yield the errors of each loop on each screw, also with the friction of the table and the wind-up fed forward."""
-    with as_file(files("bristle.paper") / "experiments") as folder:
+    with as_file(files("bristle.apps.paper") / "experiments") as folder:
         variants = [variant for variant in read_experiment(folder / "set_a.toml").variants if variant.name in LOOPS]
     for stiffness in STIFFNESSES:
         rigid = math.isinf(stiffness)

@@ -18,8 +18,8 @@ from typing import Any
 from benchmarks import arm
 from benchmarks.coverage import Share
 from benchmarks.timing import EXAMPLES
-from bristle.arm.identify import identify_arm
-from bristle.arm.motion import Motion
+from bristle.apps.arm.identify import identify_arm
+from bristle.apps.arm.motion import Motion
 from bristle.core import Axis, content_of
 from bristle.core.cores import core_count
 from bristle.files import axes_in, read_axis

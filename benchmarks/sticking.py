@@ -106,7 +106,7 @@ def ours() -> Iterator[Answers]:
     """Ask bristle, of friction that is a force and of friction that is a contact."""
     import bristle as br
     from bristle.engine import run_open_loop
-    from bristle.plants import inertia, pulled_inertia
+    from bristle.models.plants import inertia, pulled_inertia
 
     normal = GRAVITY * math.cos(SLOPE)
     models = {

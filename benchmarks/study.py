@@ -73,11 +73,11 @@ OPEN_RUNS, LOOP_RUNS, SERIAL, ROWS = 20_000, 2_000, 300, 1_000_000
 def study() -> Iterator[Ratio]:
     """Time studies on all cores beside loops of Python that are warm; of closed loops with the start of workers."""
     from bristle import simulate
+    from bristle.apps.study import read_study, read_study_file, run_study
+    from bristle.apps.study.block import Simulator
+    from bristle.apps.study.plan import Block
     from bristle.core.cores import core_count
     from bristle.files.owned import NOTE
-    from bristle.study import read_study, read_study_file, run_study
-    from bristle.study.block import Simulator
-    from bristle.study.plan import Block
 
     cores = core_count()
     with tempfile.TemporaryDirectory() as name:

@@ -85,7 +85,7 @@ def tracking() -> Iterator[Ratio]:
     from bristle.engine import run_closed_loop
     from bristle.files.experiment import read_experiment
 
-    variant = read_experiment(files("bristle.paper") / "experiments" / "set_a.toml").variants[0]
+    variant = read_experiment(files("bristle.apps.paper") / "experiments" / "set_a.toml").variants[0]
     run, rig, law = variant.run, variant.friction.values, variant.controller.values
     sensor, mass = variant.sensor.values, variant.plant.values["M"]
     count = round(run.duration / run.sample_time)

@@ -20,19 +20,19 @@ from typing import Any
 
 import numpy as np
 from scipy.signal import detrend
-from tests.tune.bench import KINDS, Bench, Motion, Plant, drawn
-from tests.tune.conftest import OPTIONS, begun, killed
-from tests.tune.linuxcnc.session import axis as linuxcnc_axis
-from tests.tune.machine import BenchMachine, written
+from tests.apps.tune.bench import KINDS, Bench, Motion, Plant, drawn
+from tests.apps.tune.conftest import OPTIONS, begun, killed
+from tests.apps.tune.linuxcnc.session import axis as linuxcnc_axis
+from tests.apps.tune.machine import BenchMachine, written
 
+from bristle.apps.tune import MachineStoppedError, Tuning, tune, undo
+from bristle.apps.tune.journal import Journal
+from bristle.apps.tune.linuxcnc.hal import Hal
+from bristle.apps.tune.linuxcnc.saved import guard
+from bristle.apps.tune.machines import connected
+from bristle.apps.tune.steps import ORDER
 from bristle.files import read_machine
 from bristle.report.compared import compare
-from bristle.tune import MachineStoppedError, Tuning, tune, undo
-from bristle.tune.journal import Journal
-from bristle.tune.linuxcnc.hal import Hal
-from bristle.tune.linuxcnc.saved import guard
-from bristle.tune.machines import connected
-from bristle.tune.steps import ORDER
 
 FIRST = 3000  # seeds from here on were not used to build the program
 WINDOW = 0.1  # around a reversal [s]

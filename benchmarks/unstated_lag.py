@@ -16,7 +16,7 @@ from benchmarks.rigs import Rig, drawn, motion
 from bristle import controllers, friction, plants, references, sensors
 from bristle.core.contracts import Model, Reference
 from bristle.core.experiment import Feedforward, Run, Variant
-from bristle.loop.tuning import tuned
+from bristle.simulation.tuning import tuned
 
 __all__ = ["efforts_of", "unstated_lag"]
 

@@ -14,7 +14,7 @@ import math
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from runpy import run_path
@@ -32,8 +32,8 @@ from bristle.core.slot import Slot
 from bristle.core.variable import KINDS, unit_of
 from bristle.exports.described import text_of
 from bristle.files.components import key_of
-from bristle.friction import CHANNEL_SLOTS
-from bristle.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+from bristle.models.friction import CHANNEL_SLOTS
+from bristle.models.friction.slots import OFFSET, PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
 FOLDER = Path(__file__).parent / "reference"
 PACKAGE = Path(bristle.__file__).parent
@@ -78,7 +78,7 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: the texts of `bristle models`."""
     parts = [
-        "`bristle models NAME` and, in Python, `help(bristle.friction.lugre)` print these texts. Every "
+        "`bristle models NAME` and, in Python, `help(bristle.models.friction.lugre)` print these texts. Every "
         "friction model also takes an `offset`, and [slots](#slots) "
         "after its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
         "one backward (`_neg`). The other slots let friction [vary](../theory/models.md#what-varies). Plants take "
@@ -313,9 +313,8 @@ def python() -> str:
         "## Modules",
         table(("Module", "Content", "Public names"), modules),
         "## What applications use",
-        "The command line, reports, figures, the paper, the lab and its server, studies, fleets, the demonstration and the bridges use "
-        "the library. They import only these names from its packages, for example `from bristle.files import read_axis`. A test "
-        "compares these lists with the imports.",
+        "The command line, reports and apps use the rooms below. They import only these names from their packages, for example `from "
+        "bristle.files import read_axis`. A test compares these lists with the imports.",
         *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
     )
 
@@ -323,15 +322,25 @@ def python() -> str:
 def border() -> dict[str, set[str]]:
     """Return the names that applications import from each package of the library."""
     project = tomllib.loads((FOLDER.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
-    (storeys,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Two storeys"))
+    (contract,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Rooms:"))
+    rooms = [name for layer in contract["layers"] for name in layer.split(" | ")]
+    above = rooms.index("bristle.report") + 1
     found: dict[str, set[str]] = {}
-    for room in storeys["forbidden_modules"]:
+    for room in rooms[:above]:
         for file in (PACKAGE / room.removeprefix("bristle.")).rglob("*.py"):
-            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.ImportFrom) and ".".join(str(node.module).split(".")[:2]) in storeys["source_modules"]:
-                    names = found.setdefault(str(node.module).removeprefix("bristle."), set())
-                    names |= {alias.name for alias in node.names}
+            if PACKAGE / "apps" / "targets" not in file.parents:  # it continues the exports
+                for module, name in _imported(file, rooms[above:]):
+                    found.setdefault(module.removeprefix("bristle."), set()).add(name)
     return found
+
+
+def _imported(file: Path, rooms: Collection[str]) -> Iterator[tuple[str, str]]:
+    """Yield module and name of what a file imports from some rooms, but for what every package uses: lazy loading, colours, families."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.ImportFrom) or node.module in ("bristle.core.loading", "bristle.core.palette", "bristle.models"):
+            continue
+        if ".".join(str(node.module).split(".")[:2]) in rooms:
+            yield from ((str(node.module), alias.name) for alias in node.names)
 
 
 def _offered(room: str, names: Iterable[str]) -> str:
@@ -507,7 +516,7 @@ def _names(module: Any) -> str:
 
 def errata() -> str:
     """Return the page of the errata of the source paper."""
-    from bristle.paper.errata import KINDS, errata_of
+    from bristle.apps.paper.errata import KINDS, errata_of
 
     parts = []
     for kind, what in KINDS.items():
@@ -528,7 +537,7 @@ def errata() -> str:
 
 def equations() -> str:
     """Return the page of the source paper's equations: printed, here, computed, tested, run."""
-    from bristle.paper.equations import EQUATIONS, SETUP
+    from bristle.apps.paper.equations import EQUATIONS, SETUP
 
     rows = []
     for one in EQUATIONS:
@@ -555,7 +564,7 @@ def equations() -> str:
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
         table(("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Run"), rows),
         "Below (17), the paper defines $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$. bristle "
-        "uses $f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/hysteresis/everett.py).",
+        "uses $f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/models/hysteresis/everett.py).",
     )
 
 
@@ -630,8 +639,8 @@ RUN = Path(__file__).parent / "theory" / "robust.json"
 
 def robustness() -> str:
     """Return the page of the compensation on other frictions, from the run of ``bristle paper --robust``."""
-    from bristle.paper.robust.findings import LOOPS, SET_NAMES
-    from bristle.paper.robust.truths import CONDITIONS
+    from bristle.apps.paper.robust.findings import LOOPS, SET_NAMES
+    from bristle.apps.paper.robust.truths import CONDITIONS
 
     told = json.loads(RUN.read_text(encoding="utf-8"))
     tables = {"Set A": told["robust"], "Set C": told["robust_set_c"]}

@@ -112,7 +112,7 @@ def mathml(latex: str, block: bool) -> str:
 
 def beside_lab(content: str) -> str:
     """Add to the heading of each friction model a link to the lab that shows it."""
-    from bristle.friction import MODELS
+    from bristle.models.friction import MODELS
 
     for name in MODELS:
         link = f'<p><a href="../../lab.html#model={name}">Try this model in the lab</a></p>'
@@ -137,6 +137,6 @@ def in_full() -> str:
 
 def lab() -> str:
     """Return the page of the lab."""
-    from bristle.lab import lab_page
+    from bristle.apps.lab import lab_page
 
     return lab_page()

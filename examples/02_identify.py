@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 import bristle as br
-from bristle.demo import axis_simulated
+from bristle.cli.demonstration import axis_simulated
 from bristle.prediction import drive_table
 
 with tempfile.TemporaryDirectory() as folder:

@@ -4,8 +4,8 @@ import numpy as np
 from quadratic_drag import MODEL
 
 import bristle as br
+from bristle.contract import check_model
 from bristle.engine import run_open_loop
-from bristle.testing import check_model
 
 for check in check_model(MODEL):
     print(f"{'met' if check.passed else 'NOT MET'}: {check.name}")

@@ -12,7 +12,7 @@ from jax import numpy as jnp
 from scipy.optimize import least_squares, minimize
 
 import bristle as br
-from bristle.bridges.jax import Friction
+from bristle.apps.targets.jax import Friction
 
 jax.config.update("jax_enable_x64", True)
 DT, STEPS, SPEED, NOISE = 1e-3, 2000, 0.02, 0.3

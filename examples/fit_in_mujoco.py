@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 import bristle as br
-from bristle.bridges.jax import Friction
+from bristle.apps.targets.jax import Friction
 
 jax.config.update("jax_enable_x64", True)
 DT, STEPS, NAMES = 5e-4, 3000, ["F_C", "F_S", "v_S", "sigma_0", "sigma_1", "sigma_2"]

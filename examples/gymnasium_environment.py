@@ -6,7 +6,7 @@ Needs Gymnasium and python-control. An identification has a model, a plant and d
 import gymnasium
 import numpy as np
 
-from bristle.bridges import to_control
+from bristle.apps.targets import to_control
 
 DT, AMPLITUDE, EFFORT = 1e-3, 0.01, 100.0  # sample time [s], reference [m], largest effort [N]
 

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core import InputError
 from bristle.exports import Product, Target
 from bristle.exports.drive import losses, side_of
-from bristle.friction.slots import variations_of
+from bristle.models.friction.slots import variations_of
 from bristle.prediction.drive_units import log_units
 
 MOST = 16

@@ -5,8 +5,8 @@
 
 import numpy as np
 
-from bristle.figures import ReportFigure, style
-from bristle.figures.style import effort_scale, position_word, scale_for
+from bristle.report.figures import ReportFigure, style
+from bristle.report.figures.style import effort_scale, position_word, scale_for
 
 BINS, FEWEST = 60, 5  # along the position; fewest samples of a bin in the figure
 

@@ -2,5 +2,5 @@
 
 from importlib.util import find_spec
 
-LIBRARIES = {"bristle.bridges.drake": "pydrake"}
+LIBRARIES = {"bristle.apps.targets.drake": "pydrake"}
 MISSING = [module for module, library in LIBRARIES.items() if find_spec(library) is None]

@@ -20,9 +20,9 @@ from benchmarks.board.child import ABSENT, NEEDED, SLOW, Fault, Orders, answers
 from benchmarks.board.record import Data
 from benchmarks.board.scores import ANSWER_OF, scored
 from benchmarks.board.task import Task, tasks_named
+from bristle.apps.study.run import in_words
 from bristle.core import Abreast, Content, InputError, Progress, content_of, core_count, did_you_mean
 from bristle.files import CODE_LIMIT, Growing, as_json
-from bristle.study.run import in_words
 
 FOLDER = Path(__file__).with_name("competitors")
 COMPETITORS = tuple(sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__"))

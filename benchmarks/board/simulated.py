@@ -11,9 +11,9 @@ import numpy as np
 
 from benchmarks.board.record import Data, Record
 from bristle import controllers, friction, plants, references, sensors
+from bristle.apps.paper.robust.loops import log_of, loop, peak_to_peak, setting
+from bristle.apps.paper.robust.truths import SIMULATED, truths_named
 from bristle.core import Axis, Experiment, Feedforward, Model, Run, Variant
-from bristle.paper.robust.loops import log_of, loop, peak_to_peak, setting
-from bristle.paper.robust.truths import SIMULATED, truths_named
 from bristle.simulation import simulate
 
 DT, RESOLUTION, NOISE = 1e-3, 10e-9, 2e-9  # [s, m, m] of the known axes; with a coarser encoder, vibrations of the loop let LuGre creep

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 import bristle as br
 from bristle import figures
-from bristle.certificates import Certificate, Path, traced
 from bristle.core.contracts import Model
+from bristle.simulation.certificates import Certificate, Path, traced
 
 ARM = 5e-3 / (2.0 * math.pi)  # [m] of travel for each radian of the screw
 F_C, F_S = 0.100 / ARM, 0.130 / ARM

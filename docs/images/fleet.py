@@ -6,10 +6,10 @@ What is identified is kept beside the file, in ``brfd_fleet``: the same command 
 import sys
 from pathlib import Path
 
-from bristle.figures.many_runs import fleet_parameters
-from bristle.fleet import identify_each
-from bristle.report.study import apart, fleet_summary
-from bristle.study.store import runs_in
+from bristle.apps.study.fleet import identify_each
+from bristle.apps.study.many_runs import fleet_parameters
+from bristle.apps.study.report import apart, fleet_summary
+from bristle.apps.study.store import runs_in
 
 AXIS = Path(__file__).parents[2] / "examples" / "friction_damper" / "axis.toml"
 

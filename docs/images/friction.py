@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 
 from bristle import figures
-from bristle.demo import run
+from bristle.cli.demonstration import run
 from bristle.files.results import results_folder
 from bristle.prediction import drive_table
 

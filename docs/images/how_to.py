@@ -13,8 +13,8 @@ from PIL import Image
 import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
-from bristle.figures import style
-from bristle.figures.drawing import own_settings
+from bristle.report.figures import style
+from bristle.report.figures.drawing import own_settings
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -67,7 +67,7 @@ def study() -> Path:
 
 def design() -> Path:
     """Draw margins and poles of the loop of the source paper."""
-    return ran("design", str(ROOT / "src/bristle/paper/experiments/set_a.toml"), "--variant", "paper", figure="margins")
+    return ran("design", str(ROOT / "src/bristle/apps/paper/experiments/set_a.toml"), "--variant", "paper", figure="margins")
 
 
 def own_figure() -> Path:

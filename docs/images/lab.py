@@ -6,7 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from bristle.lab import lab_page
+from bristle.apps.lab import lab_page
 
 SHOWN = "model=lugre&with=preisach_lugre&path=minor"
 COLOURS = 64  # enough for lines and text

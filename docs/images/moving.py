@@ -9,14 +9,14 @@ from pathlib import Path
 from PIL import Image
 
 import bristle as br
-from bristle.demo import run
+from bristle.apps.lab import Widget
+from bristle.cli.demonstration import run
 from bristle.files.results import results_folder
-from bristle.lab import Widget
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
-from tests.lab.browser import browser  # noqa: E402
-from tests.lab.test_widget import STUB  # noqa: E402
+from tests.apps.lab.browser import browser  # noqa: E402
+from tests.apps.lab.test_widget import STUB  # noqa: E402
 
 COLOURS = 64  # enough for lines and text
 READY = """

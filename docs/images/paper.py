@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from bristle.paper import reproduce
+from bristle.apps.paper import reproduce
 
 first, sixth = reproduce([1, 6])
 economy, _, _ = sixth.extras["economy"]

@@ -12,10 +12,10 @@ from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from tests.apps.lab.browser import browser
+from tests.apps.lab.server.mouse import Person
+from tests.apps.lab.server.yard import served
 from tests.cli.conftest import EXPERIMENT
-from tests.lab.browser import browser
-from tests.serve.mouse import Person
-from tests.serve.yard import served
 
 from bristle.files import read_experiment
 from bristle.simulation import simulate

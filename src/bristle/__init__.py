@@ -12,29 +12,34 @@ array([0.    , 0.0046, 0.0124])
 
 from typing import TYPE_CHECKING
 
-from bristle.loading import loaded_from
+from bristle.core.aliases import install
+from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle import arm, controllers, core, engine, figures, friction, hysteresis, plants, references, sensors, simulation
-    from bristle.certificates import check
+    from bristle import core, engine, simulation
+    from bristle.apps import arm
+    from bristle.apps.design import design
+    from bristle.apps.study import read_study
     from bristle.core.axis import Axis
     from bristle.engine import response
-    from bristle.excitation import excite
     from bristle.exports import export
     from bristle.files import load_code, propose_axis, read_axis, read_curves, read_experiment, read_log, read_model, write_model
-    from bristle.hysteresis.identification import identify_operator
+    from bristle.identification.hysteresis import identify_operator
     from bristle.logs.log import Log
-    from bristle.loop import design
+    from bristle.models import controllers, friction, hysteresis, plants, references, sensors
     from bristle.prediction import predict
+    from bristle.prediction.excitation import excite
+    from bristle.report import figures
     from bristle.report.compared import compare
     from bristle.report.identified import identify
     from bristle.report.model_in_hand import load
     from bristle.report.prepared import prepare
     from bristle.simulation import simulate
-    from bristle.study import read_study
+    from bristle.simulation.certificates import check
 
 __version__ = "0.3.0"
 __getattr__ = loaded_from(__name__)
+install()
 
 __all__ = [
     "Axis",

@@ -180,7 +180,7 @@ class Sums:
 def modules(folder: Path) -> list[Path]:
     """Return the modules of a folder, of itself only if it is the package."""
     if folder == PACKAGE:
-        return sorted(folder.glob("*.py"))
+        return sorted([*folder.glob("*.py"), *folder.glob("apps/*.py")])
     return sorted(folder.rglob("*.py"))
 
 
@@ -199,8 +199,9 @@ def template_lines(folder: Path) -> int:
 
 
 def folders(root: Path) -> list[Path]:
-    """Return the folders that hold modules."""
-    return sorted(path for path in root.iterdir() if path.is_dir() and any(path.rglob("*.py")))
+    """Return the folders that hold modules, and each app in place of the folder of apps."""
+    found = [path for path in [*root.iterdir(), *root.glob("apps/*")] if path.is_dir() and any(path.rglob("*.py"))]
+    return sorted(path for path in found if path != root / "apps")
 
 
 def row_of(folder: Path) -> dict[str, float]:
@@ -266,9 +267,9 @@ def rows() -> dict[tuple[str, str], Callable[[], dict[str, float]]]:
         ("tests", "."): partial(statements_of, sorted((ROOT / "tests").glob("*.py"))),
     }
     for folder in folders(PACKAGE):
-        found["package", folder.name] = partial(row_of, folder)
+        found["package", folder.relative_to(PACKAGE).as_posix()] = partial(row_of, folder)
     for folder in folders(ROOT / "tests"):
-        found["tests", folder.name] = partial(statements_of, sorted(folder.rglob("*.py")))
+        found["tests", folder.relative_to(ROOT / "tests").as_posix()] = partial(statements_of, sorted(folder.rglob("*.py")))
     return found
 
 

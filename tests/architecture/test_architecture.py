@@ -54,7 +54,7 @@ def test_the_help_loads_no_heavy_module():
 
 
 def test_defining_models_loads_no_compiler():
-    assert loaded_after("import bristle.friction, bristle.plants, bristle.controllers") & set(HEAVY) == set()
+    assert loaded_after("import bristle.models.friction, bristle.models.plants, bristle.models.controllers") & set(HEAVY) == set()
 
 
 @pytest.mark.slow
@@ -73,7 +73,7 @@ def test_public_face_is_small_and_known():
     assert set(bristle.__all__) <= set(dir(bristle))
 
 
-@pytest.mark.parametrize("package", ["bristle.core", "bristle.engine", "bristle.exports", "bristle.simulation", "bristle.testing"])
+@pytest.mark.parametrize("package", ["bristle.core", "bristle.engine", "bristle.exports", "bristle.simulation", "bristle.contract"])
 def test_names_that_are_loaded_when_asked_for_are_completed(package):
     module = importlib.import_module(package)
     assert set(module.__all__) <= set(dir(module))
@@ -121,9 +121,9 @@ def test_code_outside_the_subset_is_found(body, tmp_path, monkeypatch):
 
 def components():
     for family in FAMILIES:
-        package = importlib.import_module(f"bristle.{family}")
+        package = importlib.import_module(f"bristle.models.{family}")
         for _, name, _ in pkgutil.iter_modules(package.__path__):
-            module = importlib.import_module(f"bristle.{family}.{name}")
+            module = importlib.import_module(f"bristle.models.{family}.{name}")
             if isinstance(getattr(module, "MODEL", None), Component):
                 yield family, name, module.MODEL, package
 
@@ -135,8 +135,8 @@ def test_every_component_is_bound_in_its_family_and_complete():
     for family, name, model, package in result:
         first = files.setdefault((family, model.name), model.module)
         assert first == model.module, f"{model.module} has the name of {first}, {model.name!r}: write another name"
-        line = f"from bristle.{family}.{model.name} import {model.name} as {model.name}\n"  # type checkers take it for public
-        assert line in inspect.getsource(package), f"bristle/{family}/__init__.py lacks `{line.strip()}`"
+        line = f"from bristle.models.{family}.{model.name} import {model.name} as {model.name}\n"  # type checkers take it for public
+        assert line in inspect.getsource(package), f"bristle/models/{family}/__init__.py lacks `{line.strip()}`"
         assert getattr(package, model.name) is model
         assert model.description
         variables_of(model.Parameters)
@@ -154,9 +154,9 @@ TABLES = dict(zip(FAMILIES, ("OPERATORS", "MODELS", "PLANTS", "CONTROLLERS", "SE
 @pytest.mark.parametrize("family", FAMILIES)
 def test_components_are_listed_in_the_order_of_their_imports(family):
     # A file that an earlier one imports would come first: its line belongs above.
-    package = importlib.import_module(f"bristle.{family}")
+    package = importlib.import_module(f"bristle.models.{family}")
     table = getattr(package, TABLES[family])
-    lines = re.findall(rf"^from bristle\.{family}\.\w+ import (\w+) as \1$", inspect.getsource(package), re.MULTILINE)
+    lines = re.findall(rf"^from bristle\.models\.{family}\.\w+ import (\w+) as \1$", inspect.getsource(package), re.MULTILINE)
     assert list(table) == [name for name in lines if name in table]
 
 
@@ -226,8 +226,11 @@ def test_the_package_knows_no_machine_and_no_working_paper():
             assert not re.search(r"/(root|work|farm)/|\.\./shared|theory\.md|design\.md|[Ii]ssue \d", text), path
 
 
-def test_each_room_belongs_to_the_library_or_to_the_applications():
+def test_each_room_and_each_app_has_its_layer():
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
-    (storeys,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Two storeys"))
-    named = [*storeys["source_modules"], *storeys["forbidden_modules"]]
-    assert sorted(named) == sorted(f"bristle.{file.parent.name}" for file in ROOT.glob("*/__init__.py"))
+    contracts = {contract["name"].partition(":")[0]: contract for contract in project["tool"]["importlinter"]["contracts"]}
+    rooms = [name for layer in contracts["Rooms"]["layers"] for name in layer.split(" | ")]
+    assert sorted(rooms) == sorted(f"bristle.{file.parent.name}" for file in ROOT.glob("*/__init__.py"))
+    assert len(rooms) == 13
+    apps = contracts["Apps"]["modules"]
+    assert sorted(apps) == sorted(f"bristle.apps.{file.parent.name}" for file in ROOT.glob("apps/*/__init__.py"))

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 import bristle
-from bristle.figures.on_reports import names_on_reports
-from bristle.figures.report_figure import FIGURES
+from bristle.report.figures.on_reports import names_on_reports
+from bristle.report.figures.report_figure import FIGURES
 
 ROOT = Path(bristle.__file__).parent
 PROJECT = Path(__file__).parents[2]
@@ -29,21 +29,21 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.cli.*.EXAMPLE": "the end of the help of each command",
     "bristle.logs.*.read_*": "the reader of a format, by the name of the format",
     "bristle.logs.apart.serve": "begun in a process of its own",
-    "bristle.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
-    "bristle.study.workers.simulated": "asked for by name of a worker of a cluster",
-    "bristle.study.holder.hold_cluster": "begun in a process of its own",
-    "bristle.server.worker.main": "begun in a process of its own",
+    "bristle.apps.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
+    "bristle.apps.study.workers.simulated": "asked for by name of a worker of a cluster",
+    "bristle.apps.study.holder.hold_cluster": "begun in a process of its own",
+    "bristle.apps.lab.server.worker.main": "begun in a process of its own",
     "bristle.exports.*.write": "a target of the export, in the file that has its name",
-    "bristle.exports.fmu.write_law": "of a target that holds a control law",
+    "bristle.apps.targets.fmu.write_law": "of a target that holds a control law",
     "bristle.exports.*.*law_files": "of a target that holds a control law",
     "bristle.exports.*.reads": "of a target whose files a drive computes from",
-    "bristle.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
+    "bristle.models.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
     **{f"{draw.__module__}.{draw.__name__}": "a figure, by its name in `on_reports`" for draw in DRAWN},
     "bristle.*.*.MODEL": "a component, bound in its family by name",
-    "bristle.paper.rig.write_models": "makes the models beside the experiments of the paper again",
-    "bristle.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",
-    "bristle.exports.page.switches.all_walks": "makes the walks of models with slots that lab keeps again",
-    "bristle.exports.page.described.walks_of": "makes the walks that lab keeps again",
+    "bristle.apps.paper.rig.write_models": "makes the models beside the experiments of the paper again",
+    "bristle.apps.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",
+    "bristle.apps.targets.page.switches.all_walks": "makes the walks of models with slots that lab keeps again",
+    "bristle.apps.targets.page.described.walks_of": "makes the walks that lab keeps again",
 }
 ACCESS = {"property", "cached_property", "staticmethod", "classmethod", "abstractmethod", "contextmanager", "guarded"}
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)

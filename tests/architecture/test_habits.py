@@ -57,9 +57,12 @@ def test_slow_parts_cover_each_folder_of_tests_once(slow):
     commands += [part.command for part in slow.parts() if " --share 1/" in part.command and part.command.startswith("pytest")]
     named = [word for command in commands for word in command.split() if word.startswith("tests/")]
     assert len(named) == len(set(named))
-    folders = {f"tests/{folder.name}" for folder in (ROOT / "tests").iterdir() if any(folder.glob("**/test_*.py"))}
-    with_slow = {folder for folder in folders if any("slow" in file.read_text(encoding="utf-8") for file in (ROOT / folder).rglob("*.py"))}
-    assert with_slow <= set(named)
+    folders = {path for path in named if not path.endswith(".py")}
+    assert not [path for path in folders if folders & {parent.as_posix() for parent in Path(path).parents}]
+    for file in (ROOT / "tests").rglob("test_*.py"):
+        if "slow" in file.read_text(encoding="utf-8"):
+            path = file.relative_to(ROOT)
+            assert set(named) & {path.as_posix(), *(parent.as_posix() for parent in path.parents)}, path
 
 
 def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
@@ -76,7 +79,7 @@ def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
 
 def test_each_run_of_ci_has_the_browser_and_a_site_without_broken_links(slow):
     (command,) = [part.command for part in slow.parts() if part.is_constant]
-    assert {"--ci", "tests/lab/test_browser.py"} < set(command.split())  # a missing browser fails the part
+    assert {"--ci", "tests/apps/lab/test_browser.py"} < set(command.split())  # a missing browser fails the part
     (options,) = re.findall(r"mkdocs.*? build (.*)", (ROOT / ".ci" / "run").read_text(encoding="utf-8"))
     assert ("--strict" in options, "--quiet" in options) == (True, False)  # quiet, it counts no warnings
 

@@ -140,7 +140,7 @@ def test_the_first_cases_are_fast():
 
 
 def test_folders_that_share_a_fixture_stay_in_one_process():
-    assert order.scope_of("tests/paper/test_a.py::test_x") == order.scope_of("tests/paper/test_b.py::test_y")
+    assert order.scope_of("tests/apps/paper/test_a.py::test_x") == order.scope_of("tests/apps/paper/test_b.py::test_y")
     assert order.scope_of("tests/core/test_a.py::test_x") != order.scope_of("tests/core/test_b.py::test_y")
 
 

@@ -12,21 +12,21 @@ OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/result
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
-    "server/cases.py": {"shutil.rmtree", "open", "unlink"},
-    "server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
-    "server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
-    "server/routes.py": {"shutil.rmtree", "unlink"},
-    "server/worker.py": {"write_text", "open"},
+    "apps/lab/server/cases.py": {"shutil.rmtree", "open", "unlink"},
+    "apps/lab/server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
+    "apps/lab/server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
+    "apps/lab/server/routes.py": {"shutil.rmtree", "unlink"},
+    "apps/lab/server/worker.py": {"write_text", "open"},
     "exports/c.py": {"write_text"},  # temporary folders, gone when they are left
-    "exports/fmu.py": {"write_text"},
+    "apps/targets/fmu.py": {"write_text"},
     "exports/walk.py": {"os.replace", "unlink", "write_text"},  # the cache of kernels
     "cli/terminal.py": {"open", "os.open"},  # the null device
-    "study/store.py": {"write_table"},
-    "study/holder.py": {"os.open"},  # the null device
-    "tune/journal.py": {"os.open"},  # appended only
-    "tune/linuxcnc/hal.py": {"write_text"},  # temporary folders, for the compiler of HAL
-    "tune/linuxcnc/machine.py": {"unlink"},  # the files that it saved
-    "testing/readers.py": {"savez"},  # into a buffer
+    "apps/study/store.py": {"write_table"},
+    "apps/study/holder.py": {"os.open"},  # the null device
+    "apps/tune/journal.py": {"os.open"},  # appended only
+    "apps/tune/linuxcnc/hal.py": {"write_text"},  # temporary folders, for the compiler of HAL
+    "apps/tune/linuxcnc/machine.py": {"unlink"},  # the files that it saved
+    "contract/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {
     "os": {"replace", "rename", "renames", "unlink", "remove", "rmdir", "removedirs", "link", "symlink", "truncate", "open"},

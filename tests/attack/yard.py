@@ -20,10 +20,10 @@ import tomlkit
 from tests.cli.conftest import AXIS, EXPERIMENT, MODEL, USER_MODEL
 from tests.plugins.budget import slowness
 
+from bristle.apps.paper import EXPERIMENTS
 from bristle.cli.main import main
 from bristle.engine import compilation
 from bristle.files.owned import NOTE
-from bristle.paper import EXPERIMENTS
 
 __all__ = ["FILES", "HOSTILE", "assault", "build", "places_in", "replaced", "state_of"]
 

@@ -17,7 +17,7 @@ from benchmarks.board.scores import OK, reversals_of, scored
 from benchmarks.board.task import SCORES, TASKS, tasks_named
 
 from bristle import controllers, friction, hysteresis, plants
-from bristle.arm import identify
+from bristle.apps.arm import identify
 from bristle.core import Axis, Experiment, InputError, content_of
 from bristle.engine import response
 from bristle.files import axes_in, growing_folder

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bristle.engine.motion import along
-from bristle.friction import maxwell_slip
+from bristle.models.friction import maxwell_slip
 
 pytest.importorskip("numba")
 from benchmarks.passive import LIMITS, Grid, Passive, Rows, slipping

@@ -228,7 +228,7 @@ def fits(simulated) -> dict:
 def remembered(monkeypatch, fits) -> None:
     """Identify the same logs with the same options only once, and let reports of it have no movable parameters."""
     _identify_once(monkeypatch, fits)
-    monkeypatch.setattr("bristle.lab.living.living_part", lambda *_: None)
+    monkeypatch.setattr("bristle.apps.lab.living.living_part", lambda *_: None)
 
 
 def _identify_once(monkeypatch, fits):

@@ -167,7 +167,7 @@ def folder(tmp_path_factory):
         patch.setattr(
             "bristle.report.page.picture", lambda name, draw, alternative, caption, **_: Picture(f"figure-{name}", Markup(), caption)
         )
-        patch.setattr("bristle.lab.living.living_part", lambda *_: None)
+        patch.setattr("bristle.apps.lab.living.living_part", lambda *_: None)
         for draws in (20, 0):
             settings = {"poor_error": 41.0}
             result = br.identify(

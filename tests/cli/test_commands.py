@@ -11,7 +11,7 @@ from unittest.mock import ANY
 import numpy as np
 import pytest
 from tests.cli.conftest import written_in
-from tests.comparison.machine import log, sine
+from tests.prediction.comparison.machine import log, sine
 from tests.report.pages import Page
 
 import bristle as br

@@ -13,13 +13,13 @@ import pytest
 from tests.cli.conftest import written_in
 from tests.docs.conftest import ROOT
 
+from bristle.cli.demonstration import axis_simulated, truth
+from bristle.cli.demonstration.axis_simulated import SAMPLE_TIME, motion
+from bristle.cli.demonstration.run import BANNER, FITTED, UNSEEN, run
 from bristle.core.contracts import Motion
 from bristle.core.diagnostic import BestSoFar
-from bristle.demo import axis_simulated, truth
-from bristle.demo.axis_simulated import SAMPLE_TIME, motion
-from bristle.demo.run import BANNER, FITTED, UNSEEN, run
 from bristle.files.results import results_folder
-from bristle.friction.irregular import spectrum
+from bristle.models.friction.irregular import spectrum
 
 
 @pytest.mark.slow
@@ -94,7 +94,7 @@ def test_an_interruption_of_its_identification_ends_it(bristle, here, monkeypatc
 # --- what it does one after the other, with the work itself left out -------------------------------------------------
 
 
-module = importlib.import_module("bristle.demo.run")  # the package has the function by that name
+module = importlib.import_module("bristle.cli.demonstration.run")  # the package has the function by that name
 
 
 class Folder:

@@ -12,9 +12,9 @@ from tests.cli.conftest import written_in
 from tests.golden.yard import CURVES
 
 import bristle as br
-from bristle.exports import fmu
+from bristle.apps.targets import fmu
 from bristle.files.operator import write_operator
-from bristle.hysteresis.identification import FITTED
+from bristle.identification.hysteresis import FITTED
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -116,8 +116,8 @@ def test_each_command_tests_the_friction_of_its_model(bristle, place, monkeypatc
     def refused(friction):
         raise br.core.InputError("cannot be used", path="own.py")
 
-    monkeypatch.setattr("bristle.testing.admit", refused)
-    monkeypatch.setattr("bristle.testing.admit_friction_of", refused)
+    monkeypatch.setattr("bristle.contract.admit", refused)
+    monkeypatch.setattr("bristle.contract.admit_friction_of", refused)
     ended = bristle(*command, *(() if command[0] == "models" else ("--out", "written")))
     assert (ended.code, ended.err) == (2, "bristle: own.py: cannot be used\n")
     assert not Path("written").exists()

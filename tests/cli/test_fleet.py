@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet
 import pytest
-from tests.arm.conftest import DT, swing
-from tests.arm.test_robot import BODIES, URDF
+from tests.apps.arm.conftest import DT, swing
+from tests.apps.arm.test_robot import BODIES, URDF
+from tests.apps.study.conftest import STUDY, Bench
+from tests.apps.study.fleet.conftest import write_log
 from tests.cli.conftest import progress_in_range
-from tests.fleet.conftest import write_log
 from tests.report.pages import Page
-from tests.study.conftest import STUDY, Bench
 
 import bristle as br
-from bristle.arm.parameters import names_of
-from bristle.arm.robot import read_robot
+from bristle.apps.arm.parameters import names_of
+from bristle.apps.arm.robot import read_robot
 from bristle.engine.motion import along
 
 # --- a fleet ---------------------------------------------------------------------------------------------------------
@@ -231,7 +231,7 @@ def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristl
 @pytest.fixture
 def bench(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bristle.cli.study.progress", progress_in_range)
+    monkeypatch.setattr("bristle.apps.study.command.progress", progress_in_range)
     bench = Bench(tmp_path)
     bench.write(STUDY)
     return bench

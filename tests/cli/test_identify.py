@@ -179,7 +179,7 @@ def test_a_limit_on_file_size_is_reported_and_keeps_old_results(place):
 
 
 def test_output_of_a_user_model_is_not_part_of_the_json(bristle, place, monkeypatch):
-    monkeypatch.setattr("bristle.testing.admit", lambda model: None)
+    monkeypatch.setattr("bristle.contract.admit", lambda model: None)
     custom = place / "own.py"
     custom.write_text(f"print('hello')\n{custom.read_text()}")
     ended = bristle("models", "own.py", "--json")

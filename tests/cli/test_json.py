@@ -15,8 +15,8 @@ from tests.golden.comparison import differences
 from tests.golden.skeleton import skeleton
 from tests.golden.yard import yard
 
+from bristle.apps.lab.page import MARK
 from bristle.cli.application import app
-from bristle.lab.page import MARK
 
 FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fast]
 
@@ -34,7 +34,7 @@ DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper",
 @pytest.fixture(autouse=True)
 def pages_in_short(monkeypatch, undrawn):
     """Reports without figures, and what every page of the lab begins with: the pages themselves have their tests."""
-    monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **__: MARK)
+    monkeypatch.setattr("bristle.apps.lab.lab_page", lambda *_, **__: MARK)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -7,17 +7,17 @@ import sys
 import pytest
 
 import bristle as br
+from bristle.apps.lab.command import is_sealed, sealed
+from bristle.apps.lab.page import MARK
+from bristle.apps.lab.server.run import listening_on
 from bristle.cli.application import run
-from bristle.cli.lab import is_sealed, sealed
 from bristle.files.single import write_whole
-from bristle.lab.page import MARK
-from bristle.server.run import listening_on
 
 
 @pytest.fixture
 def page(tmp_path, monkeypatch):
     """What every page begins with is enough here: the pages themselves have their tests."""
-    monkeypatch.setattr("bristle.lab.lab_page", lambda *_, **facts: f"{MARK}\n{facts.get('model')}")
+    monkeypatch.setattr("bristle.apps.lab.lab_page", lambda *_, **facts: f"{MARK}\n{facts.get('model')}")
     return tmp_path / "lab.html"
 
 
@@ -40,7 +40,7 @@ def test_it_writes_a_page_with_or_without_a_model(page, tmp_path, capsys):
 
 def test_the_page_gets_the_facts_of_the_file(tmp_path, monkeypatch):
     facts = {}
-    monkeypatch.setattr("bristle.lab.lab_page", lambda **values: facts.update(values) or MARK)
+    monkeypatch.setattr("bristle.apps.lab.lab_page", lambda **values: facts.update(values) or MARK)
     file = model_in(tmp_path)
     file.write_text(
         file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
@@ -93,7 +93,7 @@ def test_the_lab_is_served_with_the_given_options(monkeypatch, capsys):
         announce("http://127.0.0.1:1/#token")
         raise KeyboardInterrupt  # Ctrl-C is how it ends
 
-    monkeypatch.setattr("bristle.server.serve", serve)
+    monkeypatch.setattr("bristle.apps.lab.server.serve", serve)
     monkeypatch.setenv("BRISTLE_SIZE_LIMIT", "2 MB")
     assert run(["lab", "--serve", "--no-open", "--port", "8123"]) == 0
     (chosen,) = calls
@@ -123,13 +123,13 @@ def test_unsuitable_options_are_refused(page, here, line, words):
 
 @pytest.mark.parametrize("package", ["starlette", "uvicorn"])
 def test_a_missing_package_is_reported_with_its_install_command(monkeypatch, package):
-    monkeypatch.setattr("bristle.server.run.find_spec", lambda name: None if name == package else object())
+    monkeypatch.setattr("bristle.apps.lab.server.run.find_spec", lambda name: None if name == package else object())
     with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[lab\]"'):
         run(["lab", "--serve"])
 
 
 def test_the_server_is_loaded_only_if_it_is_installed():
-    code = "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None; from bristle.server import Limits, serve"
+    code = "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None; from bristle.apps.lab.server import Limits, serve"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.apps.study.fleet.conftest import write_log
 from tests.attack.yard import build
 from tests.cli.conftest import written_in
-from tests.fleet.conftest import write_log
 from tests.logs.exports import EXPORTS, motion
 
 import bristle as br

@@ -9,12 +9,14 @@ import typer
 from tests.cli.conftest import USER_MODEL
 
 import bristle as br
-from bristle.cli import compare, design, export, identify, models, options, run, study
+from bristle.apps.design import command as design
+from bristle.apps.study import command as study
+from bristle.apps.study.store import OK
+from bristle.cli import compare, export, identify, models, options, run
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
 from bristle.cli.options import SIZE_SETTING, Output, command_text, folder_named, holds_own, loaded_code, print_json, refuse, size_limit
 from bristle.core import SIZE_LIMIT, Variable
 from bristle.report.table import Table
-from bristle.study.store import OK
 
 
 def test_a_folder_has_a_name():
@@ -213,7 +215,7 @@ def test_a_model_is_found_in_its_family():
 def test_a_user_model_is_tested_and_then_allowed(tmp_path, monkeypatch):
     (tmp_path / "own.py").write_text(USER_MODEL)
     order = []
-    monkeypatch.setattr("bristle.testing.admit", lambda model: order.append(model.name))
+    monkeypatch.setattr("bristle.contract.admit", lambda model: order.append(model.name))
     monkeypatch.setattr("bristle.files.allow", lambda content: order.append(content.source.name))
     chosen = options.own_model(f"{tmp_path}/own.py+asymmetry", "NAME")
     assert (chosen.name, order) == ("own+asymmetry", ["own+asymmetry", "own.py"])
@@ -283,7 +285,7 @@ def asked(monkeypatch):
 
 @pytest.fixture
 def ways(asked):
-    asked("bristle.cli.fleet.identify_each", 7)
+    asked("bristle.apps.study.fleet.command.identify_each", 7)
     asked("bristle.cli.identify._identify_friction", 5)
     asked("bristle.cli.operators.identify_operators", 3)
     return asked.calls

@@ -162,8 +162,8 @@ seed = 7
 """
 OWN = """import sys
 from matplotlib.figure import Figure
-from bristle.figures import ReportFigure, style
-from bristle.figures.files import Drawing
+from bristle.report.figures import ReportFigure, style
+from bristle.report.figures.files import Drawing
 
 
 def draw({takes}):

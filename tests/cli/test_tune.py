@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from bristle.tune.journal import Journal
+from bristle.apps.tune.journal import Journal
 
 RIG = Path(__file__).parents[2] / "examples/tune/machine.toml"
 

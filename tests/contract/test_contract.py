@@ -7,16 +7,16 @@ import pytest
 from tests.contract.models import KNOWN, with_fast
 
 from bristle import friction
+from bristle.contract import CHECKS, check_model
+from bristle.contract.contract import derivatives_agree, drives_a_mass, one_sided_limits, pure_trial, same_bits_compiled, same_bits_exported
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports import c as proof
 from bristle.exports.c import compiler
 from bristle.files.user_model import load_code
-from bristle.friction.operator_kernel import REACHES
-from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
-from bristle.testing import CHECKS, check_model
-from bristle.testing.contract import derivatives_agree, drives_a_mass, one_sided_limits, pure_trial, same_bits_compiled, same_bits_exported
+from bristle.models.friction.operator_kernel import REACHES
+from bristle.models.friction.preisach_lugre import KERNELS, TRANSITIONS
 
 NAMES = [*with_fast("lugre"), *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl"))]
 
@@ -50,7 +50,7 @@ def test_wrong_derivatives_of_the_force_are_reported(monkeypatch, factor, words)
         force, derivatives = force_with_derivatives(*arguments)
         return force, factor * derivatives
 
-    monkeypatch.setattr("bristle.testing.contract.force_with_derivatives", wrong)
+    monkeypatch.setattr("bristle.contract.contract.force_with_derivatives", wrong)
     (check,) = check_model(friction.find("lugre"), checks=(derivatives_agree,))
     assert check.passed == (words is None)
     assert words is None or words in check.detail

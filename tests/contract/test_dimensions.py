@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.controllers.test_own_law import PID
+from tests.models.controllers.test_own_law import PID
 
 from bristle import controllers, friction, hysteresis, plants
+from bristle.contract import check_model
+from bristle.contract.dimensions import one_dimension
 from bristle.core.dimensions import exponents_of
 from bristle.core.motion import Reference
 from bristle.core.variable import variables_of
 from bristle.files import load_code
-from bristle.friction.presliding import presliding
-from bristle.hysteresis.everett import KERNELS
-from bristle.testing import check_model
-from bristle.testing.dimensions import one_dimension
+from bristle.models.friction.presliding import presliding
+from bristle.models.hysteresis.everett import KERNELS
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 # Values that lead along other ways through the kernels than those of the example.

@@ -111,7 +111,7 @@ def test_memory_begins_empty():
 
 def test_a_component_knows_its_module_and_its_example_is_read_only():
     made = replace(friction.coulomb, module="", example={"F_C": 3.0})
-    assert made.module == friction.coulomb.Parameters.__module__ == "bristle.friction.coulomb"
+    assert made.module == friction.coulomb.Parameters.__module__ == "bristle.models.friction.coulomb"
     assert replace(friction.coulomb, module="elsewhere").module == "elsewhere"
     assert isinstance(made.example, ReadOnly)
     assert example_of(made).values["F_C"] == 3.0

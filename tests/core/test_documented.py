@@ -47,7 +47,7 @@ def test_the_help_has_equations_and_parameters_with_unit_and_range(component):
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=lambda member: f"{member.family} {member.name}")
 def test_the_help_begins_like_the_docstring_of_the_file(component):
-    file = f"bristle.friction.{component.name}"  # a model may have the parameters of another
+    file = f"bristle.models.friction.{component.name}"  # a model may have the parameters of another
     home = sys.modules.get(file) or inspect.getmodule(component.Parameters)
     first = home.__doc__.splitlines()[0]
     assert " ".join(component.__doc__.split()).replace("`", "").startswith(first.split(":")[0].replace("`", ""))

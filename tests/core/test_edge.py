@@ -32,9 +32,9 @@ from bristle.core.edge import (
 )
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
-from bristle.friction import coulomb
-from bristle.hysteresis import play
-from bristle.plants import inertia
+from bristle.models.friction import coulomb
+from bristle.models.hysteresis import play
+from bristle.models.plants import inertia
 
 LENGTH = Variable("length", "a length", min=-1.0, max=2.0)
 POSITIVE = Variable("time", "a time", min=0.0)
@@ -204,6 +204,7 @@ def test_fields_of_a_guarded_class_are_converted_and_have_variables():
 @pytest.mark.parametrize("family", _EXAMPLES)
 def test_the_model_named_as_an_example_is_of_its_family(family):
     call = _EXAMPLES[family].rpartition(" such as ")[2]
-    assert eval(call, vars(bristle)).component.family == family  # the call as a person would copy it
+    names = {name: getattr(bristle, name) for name in bristle.__all__}
+    assert eval(call, names).component.family == family  # the call as a person would copy it
     with pytest.raises(InputError, match=re.escape(call)):
         model(family)(None, "value", None)

@@ -3,10 +3,10 @@
 import sys
 from typing import NamedTuple
 
+from bristle.contract import example_of
 from bristle.core.dispatch import everett, functions_of, register
 from bristle.core.fingerprint import fingerprint
-from bristle.hysteresis import OPERATORS
-from bristle.testing import example_of
+from bristle.models.hysteresis import OPERATORS
 
 
 def measured(value):

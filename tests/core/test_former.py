@@ -25,17 +25,17 @@ def test_the_table_stays_short():
     [
         ("load_model_file", "does not exist. Call bristle.load_code"),
         ("files.load_model_file", "does not exist. Call bristle.load_code"),
-        ("bridges.AxisEnv", "Copy the environment from examples/gymnasium_environment.py"),
-        ("certificates.traced_by_force", "does not exist. traced(model, Path.to_force, levels)"),
-        ("certificates.traced_by_position", "traced(model, Path.to_position, turns)"),
+        ("apps.targets.AxisEnv", "Copy the environment from examples/gymnasium_environment.py"),
+        ("simulation.certificates.traced_by_force", "does not exist. Call traced(model, Path.to_force, levels)"),
+        ("simulation.certificates.traced_by_position", "traced(model, Path.to_position, turns)"),
         ("engine.force_in_turns", "does not exist. Call bristle.engine.force_along for each trajectory"),
-        ("figures.drive_table", "The reports contain the tables"),
-        ("figures.residuals", "does not exist. A figure of one report is in its module, such as bristle.figures.fit"),
-        ("fleet.Fleet", "Classes of a fleet are in bristle.fleet.plan"),
-        ("fleet.watch", "does not exist. Use bristle identify LOGS --each"),
+        ("report.figures.drive_table", "A figure of one report is in its module"),
+        ("report.figures.residuals", "does not exist. A figure of one report is in its module, such as bristle.report.figures.fit"),
+        ("apps.study.fleet.Fleet", "Look in its modules fleet.plan and run"),
+        ("apps.study.fleet.watch", "does not exist. Use bristle identify LOGS --each"),
         ("identification.Traces", "Parts of a result are in bristle.identification.result"),
         ("logs.sign_of_effort", "does not exist. Run bristle log"),
-        ("study.repeat_run", "repeated runs in bristle.study.run"),
+        ("apps.study.repeat_run", "Look in its modules fleet.plan and run"),
     ],
 )
 def test_a_former_name_is_refused_with_its_successor(place, advice):
@@ -57,11 +57,11 @@ def test_each_name_of_the_table_is_one_that_bristle_does_not_have(place):
     ("module", "advice"),
     [
         ("workflow", "Call identify, compare, load and prepare of bristle"),
-        ("stability", "Its names are in bristle.loop"),
-        ("loop_design", "Its names are in bristle.loop"),
-        ("hysteresis_identification", "Its names are in bristle.hysteresis.identification"),
-        ("bridges.gymnasium", "Copy the environment from examples/gymnasium_environment.py"),
-        ("bridges.torch", "Copy the function from examples/torch_friction.py"),
+        ("stability", "Its names are in bristle.apps.design"),
+        ("loop_design", "Its names are in bristle.apps.design"),
+        ("hysteresis_identification", "Its names are in bristle.identification.hysteresis"),
+        ("apps.targets.gymnasium", "Copy the environment from examples/gymnasium_environment.py"),
+        ("apps.targets.torch", "Copy the function from examples/torch_friction.py"),
     ],
 )
 def test_a_former_module_is_refused_with_its_successor(module, advice):
@@ -91,7 +91,7 @@ def test_other_unknown_names_have_the_error_of_python():
 
 
 def test_a_module_of_a_package_with_former_names_is_found():
-    from bristle.figures import comparison
+    from bristle.report.figures import comparison
 
-    assert comparison.__name__ == "bristle.figures.comparison"
-    assert not hasattr(bristle.figures, "np")
+    assert comparison.__name__ == "bristle.report.figures.comparison"
+    assert not hasattr(bristle.report.figures, "np")

@@ -5,10 +5,10 @@ import pytest
 from scipy import stats
 
 from bristle import controllers, friction, sensors
+from bristle.contract import example_of
 from bristle.core.random_numbers import SEED_MAX, normal, uniform
 from bristle.engine import interpreted, run_closed_loop
-from bristle.plants import inertia
-from bristle.testing import example_of
+from bristle.models.plants import inertia
 
 COUNT = 10_000
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bristle import friction, hysteresis, plants
+from bristle.contract import example_of
 from bristle.core.read_only import ReadOnly
-from bristle.friction import SLOTS, with_presliding, with_slots
-from bristle.testing import example_of
+from bristle.models.friction import SLOTS, with_presliding, with_slots
 
 ELEMENTS = example_of(friction.find("maxwell_slip+asymmetry"))
 CHANGES = {

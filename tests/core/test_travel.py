@@ -15,6 +15,7 @@ from tests.core.same_bits import bits_of
 
 import bristle as br
 from bristle import controllers, friction, hysteresis, plants, references, sensors
+from bristle.contract import example_of
 from bristle.core import FrictionModel, InputError, Model, Variable
 from bristle.core.cores import Abreast
 from bristle.core.documented import whereabouts
@@ -22,9 +23,8 @@ from bristle.core.lazy import once
 from bristle.engine import Contact, run_open_loop
 from bristle.engine.screwed import through_screw
 from bristle.files.user_model import load_code
-from bristle.friction import SLOTS, is_static, with_presliding, with_slots
 from bristle.identification.fixed_shape import shaped
-from bristle.testing import example_of
+from bristle.models.friction import SLOTS, is_static, with_presliding, with_slots
 
 PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)
 COMPONENTS = [
@@ -169,7 +169,7 @@ RUN = """
 import json, pickle, sys
 model, trace, x = pickle.load(sys.stdin.buffer)
 import bristle as br
-from bristle.friction import base_of
+from bristle.models.friction import base_of
 own = base_of(model.component)
 again = pickle.loads(pickle.dumps(model)).component is model.component
 force = br.response(model, x, 1e-3)

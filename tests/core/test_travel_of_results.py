@@ -7,19 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.apps.design.conftest import loop
 from tests.core.elsewhere import there_and_back
 from tests.core.same_bits import bits_of
-from tests.excitation.axes import STAGE
 from tests.golden.simulated import MASING, recorded, to_and_fro
 from tests.identification.known_logs import sliding_log, slow_log
-from tests.loop.conftest import loop
+from tests.prediction.excitation.axes import STAGE
 
 import bristle as br
 from bristle import controllers, friction, hysteresis, plants, sensors
+from bristle.contract import example_of
 from bristle.core.experiment import Experiment, Learning, Run
 from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop, run_open_loop
-from bristle.hysteresis.identification import predict_operator
-from bristle.testing import example_of
+from bristle.identification.hysteresis import predict_operator
 
 ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "src" / "bristle" / "paper" / "experiments"

@@ -10,8 +10,8 @@ import pytest
 from tests.cli.conftest import EXPERIMENT
 
 from bristle import friction, plants
+from bristle.cli.demonstration import axis_simulated
 from bristle.cli.main import main
-from bristle.demo import axis_simulated
 from bristle.files import write_model
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,9 @@ import typer
 from tests.cli.conftest import EXPERIMENT
 from tests.docs.conftest import PAGES, ROOT, blocks
 
-from bristle.arm.robot import read_robot
+from bristle.apps.arm.robot import read_robot
+from bristle.apps.study import read_study_file
+from bristle.apps.study.values import fitted_at
 from bristle.cli.application import app
 from bristle.cli.main import main
 from bristle.core import Content
@@ -26,8 +28,6 @@ from bristle.files.schema import AxisFile, Strict
 from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, RUN, SECTIONS
 from bristle.identification import Determined
-from bristle.study import read_study_file
-from bristle.study.values import fitted_at
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {
@@ -214,7 +214,7 @@ def test_no_block_goes_unchecked():
         "toml study",
         "toml study-part",
         "python",
-        "py",  # tests/bridges/test_jax.py
+        "py",  # tests/apps/targets/test_jax.py
         "sh",
         "text",
     )

@@ -15,11 +15,11 @@ from tests.core.same_bits import bits_of
 from tests.identification.known_logs import sliding_log
 
 import bristle as br
+from bristle.contract import example_of
 from bristle.core import FrictionModel, Model, Variable, kernel
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.mathematics import direction
 from bristle.files.user_model import load_code
-from bristle.testing import example_of
 
 
 class Parameters(NamedTuple):

@@ -7,13 +7,13 @@ import pytest
 from tests.contract.models import with_fast
 
 from bristle import friction
+from bristle.contract import example_of
 from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.engine import adaptive, interpreted, run_adaptive, run_open_loop
 from bristle.engine.adaptive import _stretches
 from bristle.engine.loop import held
-from bristle.plants import inertia, pulled_inertia
-from bristle.testing import example_of
+from bristle.models.plants import inertia, pulled_inertia
 
 # A mass of 1 kg pulled at 0.1 m/s through a spring of 2 N/m: sticks for seconds, slips in tenths of one.
 STICK_SLIP = pulled_inertia(M=1.0, k=2.0, v_e=0.1)

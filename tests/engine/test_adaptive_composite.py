@@ -8,10 +8,10 @@ from tests.engine.composite_reference import Composite
 from tests.engine.test_efim_composite import CONTACT, EFFORT, SETTLED, J
 
 from bristle import friction, plants
+from bristle.contract import example_of
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive
-from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
-from bristle.testing import example_of
+from bristle.models.friction.preisach_lugre import KERNELS, TRANSITIONS
 
 DT = 1e-4
 # The effort [mN*m] runs straight between these, 12.5 ms apart: loops within loops below F_S, break-away beyond.

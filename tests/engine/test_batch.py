@@ -6,12 +6,12 @@ from tests.contract.models import with_fast
 
 import bristle.engine.batch
 from bristle import friction
+from bristle.contract import example_of
 from bristle.core.errors import InputError
 from bristle.core.packing import flattener, lane_constants, structure_of
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_batch, run_open_loop
-from bristle.plants import inertia
-from bristle.testing import example_of
+from bristle.models.plants import inertia
 
 FIELDS = ("position", "velocity", "friction")
 

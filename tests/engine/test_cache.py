@@ -23,7 +23,7 @@ from bristle import friction
 from bristle.engine import compilation, force_along
 if len(sys.argv) > 1:
     from bristle.files.user_model import load_code
-    from bristle.testing import example_of
+    from bristle.contract import example_of
     model = example_of(load_code(sys.argv[1]))
 else:
     model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5)
@@ -248,7 +248,7 @@ import sys
 import numpy as np
 from bristle import engine, friction
 from bristle.engine import compilation
-from bristle.testing import example_of
+from bristle.contract import example_of
 
 engine.force_along(example_of(friction.MODELS[sys.argv[1]]), np.zeros(2), 1e-3)
 (entry,) = compilation._entries.values()

@@ -4,16 +4,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.translation.complex_step import directions_of, force_by_complex_steps
+from tests.engine.translation.complex_step import directions_of, force_by_complex_steps
 
+from bristle.contract import example_of
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import TangentRun, force_with_derivatives
 from bristle.engine.motion import along
-from bristle.friction import MODELS, with_slots
-from bristle.testing import example_of
+from bristle.models.friction import MODELS, with_slots
 
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 CASES = [(name, slots) for name in MODELS for slots in ((), SLOTS)]

@@ -24,7 +24,7 @@ from bristle.engine.efim import (
     stopping_time,
 )
 from bristle.files.user_model import load_code
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 

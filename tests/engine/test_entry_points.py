@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, hysteresis, sensors
-from bristle.controllers.feedforward import Shape
 from bristle.engine import entry_points
 from bristle.engine.entry_points import (
     make_compensate,
@@ -18,7 +17,8 @@ from bristle.engine.entry_points import (
     make_substeps,
 )
 from bristle.engine.instance import Instance
-from bristle.plants import inertia
+from bristle.models.controllers.feedforward import Shape
+from bristle.models.plants import inertia
 
 COULOMB = friction.coulomb(F_C=20.0)
 # Gain, offset, asymmetry, limit and rate limit: each makes another effort of 20 N.

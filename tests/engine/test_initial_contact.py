@@ -11,7 +11,7 @@ from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.logs.log import Channel, Log
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 from bristle.report.messages import notes_of
 
 DT = 1e-3

@@ -9,7 +9,7 @@ from bristle import friction
 from bristle.engine import interpreted, lanes, run_batch
 from bristle.engine.efim import evaluate
 from bristle.engine.lanes import ASIDE, LANES, OPEN, SOLVED, Iterate, first_guess, next_iterate
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 FREE = Iterate(2.0, 1.0, 0.0, 0.0, -math.inf, math.inf, OPEN)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tests.engine.test_derivatives import model_of
-from tests.translation.complex_step import directions_of
+from tests.engine.translation.complex_step import directions_of
 
 from bristle import controllers, plants, sensors
 from bristle.core.contracts import Model, Reference
@@ -12,7 +12,7 @@ from bristle.core.tangent import DIRECTIONS
 from bristle.engine import conditioned, interpreted, run_closed_loop, run_open_loop
 from bristle.engine.loop import begun, held
 from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives, open_loop_with_derivatives
-from bristle.friction import MODELS, coulomb, lugre, viscous
+from bristle.models.friction import MODELS, coulomb, lugre, viscous
 
 DT, STEPS = 1e-4, (1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 FAST = ("stribeck", "lugre", "preisach_lugre", "coulomb_viscous+transmitted")

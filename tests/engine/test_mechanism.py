@@ -8,7 +8,7 @@ import pytest
 from bristle import friction
 from bristle.core import dispatch
 from bristle.engine.mechanism import Mechanism, drive_over, mechanism
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 PLANT = inertia(M=2.0)
 Body = PLANT.component.State

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bristle import friction, hysteresis
-from bristle.controllers.feedforward import Shape
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.engine import force_along, response, settled
 from bristle.engine.motion import along, compensation_along, conditioned, in_turns, presliding_distance
+from bristle.models.controllers.feedforward import Shape
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 

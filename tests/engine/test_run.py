@@ -8,7 +8,7 @@ import pytest
 from bristle import controllers, friction, response, sensors
 from bristle.core import InputError
 from bristle.engine import drivers, force_along, run_closed_loop, run_open_loop, settled
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 

@@ -7,14 +7,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from bristle import friction
-from bristle.controllers import cascade
 from bristle.core.contracts import Motion
 from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop, run_open_loop
 from bristle.engine.screwed import Memories, Pulled, screw_force, through_screw
-from bristle.plants import ball_screw, inertia
-from bristle.sensors import encoder
+from bristle.models.controllers import cascade
+from bristle.models.plants import ball_screw, inertia
+from bristle.models.sensors import encoder
 
 ARM = 5e-3 / (2.0 * math.pi)  # [m] of travel for one radian
 J, M, K = 1e-4, 20.0, 1e8

@@ -24,7 +24,7 @@ from bristle.engine.step_doubling import (
     sampled,
     slides,
 )
-from bristle.plants import inertia, pulled_inertia
+from bristle.models.plants import inertia, pulled_inertia
 
 
 @pytest.mark.parametrize("time", [1e-3, 1.0, 1e3])

@@ -9,8 +9,8 @@ from threading import Barrier, Thread
 
 import numpy as np
 import pytest
+from tests.apps.design.conftest import loop
 from tests.core.same_bits import bits_of
-from tests.loop.conftest import loop
 
 import bristle as br
 from bristle.core.cores import Abreast, abreast
@@ -115,7 +115,7 @@ import numpy as np
 from numba.core.bytecode import FunctionIdentity
 import bristle as br
 from bristle.engine import compilation
-from bristle.testing import example_of
+from bristle.contract import example_of
 
 models = [example_of(br.friction.MODELS[name]) for name in ("coulomb", "viscous", "coulomb", "viscous")]
 together, before = Barrier(len(models)), FunctionIdentity._unique_ids

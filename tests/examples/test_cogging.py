@@ -9,7 +9,7 @@ import pytest
 
 from bristle import identify, predict
 from bristle.files.axis import read_axis
-from bristle.plants.terms import effort_of_place
+from bristle.models.plants.terms import effort_of_place
 
 FOLDER = Path(__file__).parents[2] / "examples" / "cogging"
 LOG = Path(os.environ.get("BRISTLE_DATA", FOLDER.parents[2] / "shared" / "data")) / "cogging" / "speed_test1.txt"

@@ -13,8 +13,8 @@ from tests.examples.data import data_of
 from bristle import sensors
 from bristle.engine import run_closed_loop
 from bristle.files import read_axis
-from bristle.friction import find, with_presliding
-from bristle.plants import inertia
+from bristle.models.friction import find, with_presliding
+from bristle.models.plants import inertia
 
 pytestmark = pytest.mark.slow
 

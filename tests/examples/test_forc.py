@@ -8,8 +8,8 @@ from tests.examples.data import data_of, measured
 
 from bristle.files import read_curves
 from bristle.files.operator import read_operator, write_operator
-from bristle.hysteresis.identification import predict_operator
-from bristle.hysteresis.identification.linear import fit_grid
+from bristle.identification.hysteresis import predict_operator
+from bristle.identification.hysteresis.linear import fit_grid
 from bristle.logs.curves import Curves
 
 pytestmark = pytest.mark.slow

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle.study import read_study_file, run_study
-from bristle.study.influence import rank_correlations
-from bristle.study.store import runs_in
+from bristle.apps.study import read_study_file, run_study
+from bristle.apps.study.influence import rank_correlations
+from bristle.apps.study.store import runs_in
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,7 @@ import pytest
 from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, example
 
 import bristle as br
-from bristle.exports import fmu
+from bristle.apps.targets import fmu
 from bristle.files.owned import lock
 
 AS_FOR_A_PERSON = ("lugre_2", "coulomb_3")

@@ -13,8 +13,8 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.apps.targets.other_targets import FLAGS, TARGETS
 from tests.exports.native import example_with
-from tests.exports.other_targets import FLAGS, TARGETS
 
 import bristle as br
 from bristle.exports.subject import PART, RESTS, SEED, subject_of, walk_of

@@ -51,7 +51,7 @@ def main() -> int:
 def structured_text(models):
     """Compare what is written in Structured Text, and return how many models are wrong."""
     try:
-        from tests.exports.structured_text import StandardError, StructuredText
+        from tests.apps.targets.structured_text import StandardError, StructuredText
     except ImportError:
         print("no reader of Structured Text here: that is not compared")
         return 0

@@ -7,8 +7,8 @@ import subprocess
 import numpy as np
 
 import bristle as br
+from bristle.contract import example_of
 from bristle.exports.c import builds
-from bristle.testing import example_of
 
 COMPILER = next((shutil.which(name) for name in ("cc", "gcc") if builds(name)), None)
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
@@ -92,7 +92,7 @@ def selected_cases(request, *keys):
 
 def in_structured_text(texts, folder, **options):
     """Return blocks by their names, each the texts of its files."""
-    from tests.exports.structured_text import StructuredText
+    from tests.apps.targets.structured_text import StructuredText
 
     return StructuredText(texts, folder, **options)
 

@@ -10,26 +10,27 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from tests.apps.targets.other_targets import TARGETS, answer, examples
 from tests.contract.models import with_fast
 from tests.exports.instructions import WORST, counted
 from tests.exports.native import ALL, COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
-from tests.exports.other_targets import TARGETS, answer, examples
 
 import bristle as br
+from bristle.apps.targets import st_code
+from bristle.apps.targets.st_code import is_safe
+from bristle.apps.targets.st_parts import Record
 from bristle.engine import compilation, force_along, interpreted
-from bristle.exports import c_code, st_code, subject
+from bristle.engine.translation import tree as t
+from bristle.engine.translation.scope import NotExportableError, free_name
+from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Unit, struct_type
+from bristle.exports import c_code, subject
 from bristle.exports.c import CFiles, builds, write
 from bristle.exports.c_code import Names, Printer, number
 from bristle.exports.c_parts import array_text, constant_text, declared, helpers_text, literal, parameters_text, saved_facts, started
 from bristle.exports.printing import element, loops_of, needs_wide_integers, structures_of, types_in, wrapped
-from bristle.exports.st_code import is_safe
-from bristle.exports.st_parts import Record
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
 from bristle.exports.tunable import tunable_of
-from bristle.translation import tree as t
-from bristle.translation.scope import NotExportableError, free_name
-from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Unit, struct_type
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4
@@ -353,7 +354,7 @@ def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
     assert differing(forces[1:], expected) == 0
 
 
-# --- other targets, in emulators of them; `tests.exports.other_targets` tries every model ----------------------------
+# --- other targets, in emulators of them; `tests.apps.targets.other_targets` tries every model ----------------------------
 
 
 @pytest.mark.parametrize(
@@ -687,7 +688,7 @@ def test_a_unit_has_structures_and_functions_with_descriptions():
 
 def test_names_in_c_are_distinct_and_not_keywords():
     twin, of_user = (
-        type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.friction.slip_law", "bristle_user_2")
+        type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.models.friction.slip_law", "bristle_user_2")
     )
     kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, of_user, tuple)), t.Struct(tuple, (("_0", REAL),))]
     assert list(Names(kinds).structures.values()) == ["TestCPair", "SlipLawPair", "OwnPair", "Several", "Several_2"]

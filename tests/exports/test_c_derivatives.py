@@ -9,12 +9,12 @@ from tests.exports.native import COMPILER, FLAGS, WARNINGS, built, compiled, dif
 from tests.exports.test_names import TEXT
 
 import bristle as br
+from bristle.contract import example_of
 from bristle.core.packing import pack
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.exports.subject import subject_of
 from bristle.exports.tunable import tunable_of
-from bristle.friction.resting import with_rest
-from bristle.testing import example_of
+from bristle.models.friction.resting import with_rest
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 5e-4

@@ -3,7 +3,6 @@
 import hashlib
 import re
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from tests.exports.test_names import HEAD, TRIAL, model_of
 from tests.identification.known_logs import log_of, sines
 
 import bristle as br
+from bristle.contract import example_of
 from bristle.exports import face
 from bristle.exports.described import (
     Source,
@@ -36,7 +36,6 @@ from bristle.exports.law import law_of
 from bristle.exports.subject import capacity_of, forces_of, subject_of
 from bristle.exports.targets import TARGETS, Product, Request
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
-from bristle.testing import example_of
 
 VALUES = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}
 LUGRE = br.friction.lugre(**VALUES)
@@ -179,7 +178,7 @@ def test_a_subject_gives_the_forces_and_outputs_of_its_model():
 
 @pytest.mark.parametrize("target", ["st", "c", "cuda", "wasm"])
 def test_a_long_remark_is_folded_in_the_head_of_every_file(target):
-    written = import_module(f"bristle.exports.{target}").write
+    written = TARGETS[target].write
     remark = " ".join(f"word{number}" for number in range(60))
     files = written(Request(br.friction.coulomb_viscous(F_C=2.0, F_v=3.0), "axis_x", 1e-3, source=Source(remarks=(remark,)))).files
     texts = [text for name, text in files.items() if isinstance(text, str) and "word59" in text and not name.endswith(".md")]

@@ -11,7 +11,6 @@ from tests.exports.drives import listed
 from tests.exports.test_drive import AXIS, DT, LUGRE, MASS, SERVO, WITHOUT_LOOP, export_request, text_of
 
 import bristle as br
-from bristle.controllers.feedforward import Rule
 from bristle.exports import effect as effects
 from bristle.exports.cases import Tried, cases_over, claims_of
 from bristle.exports.effect import Along, Effect, InLoop, drive_of_law, driven_by, effect_of_law, fed_along
@@ -21,6 +20,7 @@ from bristle.exports.targets import TARGETS, Product, Target
 from bristle.exports.writing import files_for, with_share
 from bristle.files.axis import axis_from
 from bristle.files.summary import plain
+from bristle.models.controllers.feedforward import Rule
 from bristle.prediction.claims import Claim, Compensation
 from bristle.simulation.run import simulate_with
 

@@ -9,9 +9,9 @@ from tests.exports.native import built, differing, in_structured_text
 from tests.exports.test_drive import export_request
 
 import bristle as br
-from bristle.controllers.feedforward import Rule
 from bristle.exports.feed import fed
 from bristle.exports.targets import TARGETS
+from bristle.models.controllers.feedforward import Rule
 
 RULE = Rule(0.9, 8e-6, 0.05, 3.0, 200.0)
 REQUEST = export_request(rule=RULE, rest="held")

@@ -12,21 +12,21 @@ import pytest
 from tests.exports.native import COMPILER, RUN_LAW, built, differing, in_structured_text, library_of_laws, selected_cases
 
 import bristle as br
+from bristle.apps.targets.fmu import source_text
+from bristle.apps.targets.fmu_content import Setting, content_of_law
+from bristle.apps.targets.hal import hal_law_files
+from bristle.apps.targets.st import st_law_files
+from bristle.contract import example_of
 from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, Run, Start, Variant
 from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
 from bristle.exports.effect import effect_of_law
-from bristle.exports.fmu import source_text
-from bristle.exports.fmu_content import Setting, content_of_law
-from bristle.exports.hal import hal_law_files
 from bristle.exports.law import Inputs, law_facts, law_of, law_walk
 from bristle.exports.law_text import Gravity, Load, loads_of
-from bristle.exports.st import st_law_files
 from bristle.exports.tunable import settled_law, tunable_law
-from bristle.plants import inertia
-from bristle.references import varied_sine
-from bristle.sensors import encoder
-from bristle.testing import example_of
+from bristle.models.plants import inertia
+from bristle.models.references import varied_sine
+from bristle.models.sensors import encoder
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT, SAMPLES, M = 5e-4, 20_000, 631.65

@@ -12,14 +12,14 @@ from tests.exports.importing import needs_compiler
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, in_structured_text, texts_of, walk
 
 import bristle as br
-from bristle.exports import fmu
+from bristle.apps.targets import fmu
+from bristle.apps.targets.st import write
+from bristle.contract import example_of
+from bristle.engine.translation.scope import NotExportableError
 from bristle.exports.c import builds
 from bristle.exports.c_code import Names
-from bristle.exports.st import write
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
-from bristle.testing import example_of
-from bristle.translation.scope import NotExportableError
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
 TEXT = """
@@ -277,7 +277,7 @@ console.log(JSON.stringify(Object.fromEntries(axis.parameters.map((name) => [nam
 @pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
 @pytest.mark.parametrize(("own", "changed"), [("most", "F_C"), ("odd", "Int")], indirect=["own"])
 def test_an_own_model_is_identical_in_webassembly_with_each_parameter(own, changed, tmp_path):
-    from tests.exports.test_wasm import RUN, node
+    from tests.apps.targets.test_wasm import RUN, node
 
     model, x, forces = own
     x.tofile(tmp_path / "x.bin")

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from tests.exports.native import COMPILER, Native, differing, example_with, in_structured_text, selected_cases, texts_of
-from tests.hysteresis.paths import OPERATORS, sized, walk
+from tests.models.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
 from bristle.exports.drive import direction_by, last_direction
 from bristle.exports.targets import TARGETS, Request
 from bristle.exports.writing import files_for
-from bristle.friction.resting import rest_rule, with_rest
+from bristle.models.friction.resting import rest_rule, with_rest
 
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3

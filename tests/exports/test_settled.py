@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import bristle as br
+from bristle.contract import example_of
 from bristle.core.mathematics import power
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, type_of, walk
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
 from bristle.exports.tunable import CONSTANTS, bounds_of, checkpoints, refuse_beyond_single, single_note, tunable_of
-from bristle.testing import example_of
-from bristle.translation.build import Builder
-from bristle.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, type_of, walk
 
 
 class Chosen(NamedTuple):

@@ -13,12 +13,12 @@ import pytest
 from tests.exports.drives import LINEAR, STRIBECK
 
 import bristle as br
+from bristle.apps.lab.server.application import server_page
+from bristle.apps.lab.server.limits import Limits
 from bristle.cli.main import main
+from bristle.contract import check_target, targets as contract
 from bristle.engine.contact import steady_force
 from bristle.exports import TARGETS, Product, Request, Target, load_target_file
-from bristle.server.application import server_page
-from bristle.server.limits import Limits
-from bristle.testing import check_target, targets as contract
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "own_exporter.py"

@@ -24,7 +24,7 @@ from bristle.files.components import (
     refuse_open,
     table_at,
 )
-from bristle.friction import MODELS
+from bristle.models.friction import MODELS
 
 LENGTH = Variable("length", "a way", min=0.0, max=1.0)
 VARIABLES = {"lambda_": Variable("1/time", "a slope"), "way": LENGTH, "count": Variable("1", "so many times", min=0.0)}

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants, references, sensors
-from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Run, Variant
 from bristle.files.experiment_text import LoopRecord, NextExperiment, kind_of_loop, read_loop
 from bristle.logs.log import Log
+from bristle.models.controllers.feedforward import Rule
 
 HEAD = "time [s],reference [m],unexplained [N]"
 

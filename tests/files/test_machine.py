@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.tune.machine import AXIS, MACHINE
+from tests.apps.tune.machine import AXIS, MACHINE
 
 from bristle.core import InputError
 from bristle.files import read_machine

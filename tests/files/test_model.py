@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, strategies as st
 
 from bristle import friction, plants
+from bristle.contract import example_of
 from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.core.packing import pack
 from bristle.files.model import read_model, write_model
 from bristle.files.user_model import load_code
-from bristle.friction import MODELS, find
 from bristle.identification import Estimate
-from bristle.testing import example_of
+from bristle.models.friction import MODELS, find
 
 positive = st.floats(min_value=1e-11, max_value=1e15)
 

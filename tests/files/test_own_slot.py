@@ -14,7 +14,7 @@ from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.engine import force_along, interpreted
 from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
-from bristle.friction import base_of, channel_slots_of, coulomb_viscous, find, lugre, unvaried, with_presliding, with_slots
+from bristle.models.friction import base_of, channel_slots_of, coulomb_viscous, find, lugre, unvaried, with_presliding, with_slots
 
 CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
 V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])

@@ -135,7 +135,7 @@ UMLAUT = "# von Müller\n".encode("latin-1")
         (b"x = 1\n\n\n" + UMLAUT, r"own\.py: is not valid Python \('utf-8' codec"),
         (b"# coding: latin-1\n" + UMLAUT, "defines no friction model"),
         (
-            "from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\nMODEL = replace(dahl, name=5)\n",
+            "from bristle.models.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\nMODEL = replace(dahl, name=5)\n",
             "an invalid name for its model; found 5",
         ),
     ],

@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import Run
 from bristle.files import read_experiment, variant
 from bristle.files.variant import Tables, effort_from, effort_variables, merged, run_from, variables_of_section
-from bristle.references import recorded, sine
+from bristle.models.references import recorded, sine
 
 SINE = sine(amplitude=1e-3, frequency=1.0)
 

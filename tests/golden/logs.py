@@ -13,15 +13,15 @@ import numpy as np
 import scipy.io
 from tests.examples.data import measured
 
+from bristle.cli.demonstration import axis_simulated
 from bristle.cli.main import main
 from bristle.core import Axis
-from bristle.demo import axis_simulated
-from bristle.excitation import excite
-from bristle.excitation.motion import ExcitationMotion
 from bristle.files import read_axis, read_curves, read_log
 from bristle.files.motion import write_motion
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
+from bristle.prediction.excitation import excite
+from bristle.prediction.excitation.motion import ExcitationMotion
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DAMPER = "dataset-1__characterization_datasets__{}tension"

@@ -10,17 +10,17 @@ from functools import cache
 
 import numpy as np
 from benchmarks.loops import recorded_in_loop
-from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
+from tests.prediction.excitation.axes import STAGE
 
 from bristle import friction, hysteresis, plants, response
 from bristle.core import Axis
 from bristle.engine import force_along, run_open_loop
-from bristle.excitation import excite
-from bristle.excitation.motion import ExcitationMotion
-from bristle.friction import find
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
+from bristle.models.friction import find
+from bristle.prediction.excitation import excite
+from bristle.prediction.excitation.motion import ExcitationMotion
 
 STRIBECK = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
 LUGRE = friction.lugre(F_C=35.0, F_S=44.0, v_S=5e-3, sigma_0=1e6, sigma_1=2e3, sigma_2=200.0)

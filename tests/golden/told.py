@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bristle.files.summary import plain
-from bristle.hysteresis.identification import predict_operator
+from bristle.identification.hysteresis import predict_operator
 from bristle.identification.preprocessing import treat
 from bristle.prediction import drive_table, unexplained_force
 from bristle.report.messages import assumptions_of, note_of

@@ -14,7 +14,7 @@ from tests.cli import conftest as bench
 from tests.golden import logs, simulated
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
-from bristle.demo import axis_simulated
+from bristle.cli.demonstration import axis_simulated
 from bristle.files import read_experiment
 from bristle.logs.log import Log
 from bristle.simulation import simulate

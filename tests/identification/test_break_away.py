@@ -9,10 +9,10 @@ from tests.identification.known_logs import Motion, log_of
 from tests.identification.rigid import identify
 
 from bristle.engine import force_along
-from bristle.excitation import excite
 from bristle.identification.preprocessing import treat
 from bristle.logs.break_away import Recording, break_aways
-from bristle.plants import inertia
+from bristle.models.plants import inertia
+from bristle.prediction.excitation import excite
 
 MASS, CUTOFF, OFFSET = 28.0, 60.0, SLIPPING.values["offset"]
 

@@ -14,11 +14,11 @@ from tests.identification.rigid import IDENTIFYING, identify
 from bristle.core import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine import force_along
-from bristle.friction import find
 from bristle.identification.estimation import along_the_motion
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.uncertainty import _unsure
+from bristle.models.friction import find
 from bristle.prediction import predict
 from bristle.prediction.predict import TREATED
 from bristle.report.messages import assumptions_of, warnings_of

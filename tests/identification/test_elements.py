@@ -13,7 +13,6 @@ from bristle.core import InputError
 from bristle.core.contracts import make_model
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
-from bristle.friction import find, maxwell_slip
 from bristle.identification.element_models import elements_of
 from bristle.identification.estimation import context_of
 from bristle.identification.fixed_shape import DIFFERENCE, ElementSpace, in_lists, shaped
@@ -21,6 +20,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.identification.problem import covariance_of
+from bristle.models.friction import find, maxwell_slip
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of
 

@@ -14,7 +14,6 @@ from tests.identification.test_redundancy import one_way
 from bristle.core import Axis, InputError, Variable
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.dimensions import exponents_of
-from bristle.friction import coulomb, coulomb_viscous, find, lugre, stribeck, with_slots
 from bristle.identification import uncertainty
 from bristle.identification.dataset import Alignment
 from bristle.identification.estimate import Estimate
@@ -40,7 +39,8 @@ from bristle.identification.preprocessing import treat
 from bristle.identification.problem import Fold, _root
 from bristle.identification.settings import DEFAULT
 from bristle.identification.uncertainty import _bands, _inflation, _judged, _refits_linearly, _with_interval
-from bristle.plants import inertia
+from bristle.models.friction import coulomb, coulomb_viscous, find, lugre, stribeck, with_slots
+from bristle.models.plants import inertia
 
 SCALES = Scales(
     force=20.0, peak=50.0, speed=0.6, slowest=1e-3, acceleration=3.0, stroke=0.09, shortest=1e-5, duration=10.0, sample_time=1e-3

@@ -10,7 +10,6 @@ from tests.identification.known_logs import STATED, Motion, log_of, sines, slidi
 from tests.identification.rigid import identify
 
 from bristle.core import Axis
-from bristle.friction import coulomb, coulomb_viscous, lugre, with_slots
 from bristle.identification.half_cycles import (
     FINER,
     SHORT,
@@ -39,6 +38,7 @@ from bristle.identification.half_cycles import (
 from bristle.identification.level_scatter import LevelScatter, starts_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.settings import DEFAULT
+from bristle.models.friction import coulomb, coulomb_viscous, lugre, with_slots
 
 RNG = np.random.default_rng(1)
 MOTION = sines(4.0)

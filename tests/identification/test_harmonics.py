@@ -8,13 +8,13 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 
 from bristle.core import InputError
 from bristle.core.axis import Axis, Cogging
-from bristle.friction import find, with_slots
 from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, with_harmonics, with_harmonics_of, with_pitch
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.logs.waves import frequency_in, refined, waves
-from bristle.plants import inertia, with_terms
-from bristle.plants.terms import TermedPlant
+from bristle.models.friction import find, with_slots
+from bristle.models.plants import inertia, with_terms
+from bristle.models.plants.terms import TermedPlant
 
 MOTION = sines(6.0, dt=2e-3, amplitudes=(0.03, 0.008), frequencies=(0.25, 0.7), phases=(0.0, 1.0))
 TURN = 0.01

@@ -13,8 +13,8 @@ from tests.logs.test_check import Run
 from bristle import friction
 from bristle.core import Axis
 from bristle.engine import force_along
-from bristle.friction import find
 from bristle.identification import Fit
+from bristle.models.friction import find
 from bristle.prediction import predict
 from bristle.report.messages import note_of, warnings_of
 

@@ -9,14 +9,14 @@ from tests.identification.known_logs import STATED, TRUTH, log_of, sines, slidin
 from bristle import friction
 from bristle.core import InputError
 from bristle.core.normal import NORMAL_95
-from bristle.friction import find
 from bristle.identification.dataset import Alignment
 from bristle.identification.estimation import sliding_problem
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import Fixed, PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.settings import DEFAULT
-from bristle.plants import inertia
+from bristle.models.friction import find
+from bristle.models.plants import inertia
 
 DT = 1e-3
 MOTION = sines(6.0)

@@ -11,11 +11,11 @@ from tests.identification.watched import watched
 
 import bristle as br
 from bristle.core import Axis
-from bristle.friction import gms, maxwell_slip
 from bristle.identification import intervals, ladder, observed_elements, observed_fit
 from bristle.identification.fixed_shape import TOTAL, shaped
 from bristle.identification.observed_elements import SpreadSpace, spread_model, spreads
 from bristle.identification.parameter_space import ParameterSpace
+from bristle.models.friction import gms, maxwell_slip
 from bristle.report.messages import message
 
 MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])

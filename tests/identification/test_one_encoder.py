@@ -12,13 +12,13 @@ from tests.identification.watched import watched
 
 import bristle as br
 from bristle.core import Axis, with_unit
-from bristle.figures.two_masses import response_of_motor
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
 from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Prior, Spectra
 from bristle.identification.two_masses import with_masses_of
+from bristle.report.figures.two_masses import response_of_motor
 from bristle.report.two_masses import (
     ALL_AT_THE_MOTOR,
     EXPERIMENT_FILE,

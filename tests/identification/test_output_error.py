@@ -12,7 +12,6 @@ from tests.simulation.test_between_samples import multisine
 from bristle import friction, plants
 from bristle.core import Axis, InputError, InputWarning
 from bristle.engine import run_open_loop
-from bristle.friction import find
 from bristle.identification import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import LAG, OutputError
@@ -20,6 +19,7 @@ from bristle.identification.outputs import Effort, Position
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.logs.log import Channel, Log
+from bristle.models.friction import find
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of, notes_of, warnings_of
 

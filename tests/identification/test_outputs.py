@@ -13,7 +13,7 @@ from bristle.identification.half_cycles import Disturbance, Groups
 from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, Simulation, loop_of
 from bristle.identification.outputs import Effort, Mechanism, Position
 from bristle.logs.log import Log
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 COUNT, CYCLES = 12_000, 3000
 INDEX = np.arange(COUNT) // (COUNT // CYCLES)

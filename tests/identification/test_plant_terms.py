@@ -11,13 +11,13 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.files import axis_text, read_axis, read_model, write_model
 from bristle.files.axis import axis_from
-from bristle.friction.next_model import model_with
 from bristle.identification import request, simulated_bands
 from bristle.identification.preprocessing import treat_all
 from bristle.logs import Log
 from bristle.logs.check import checked
-from bristle.plants import inertia, with_terms
-from bristle.plants.terms import effort_of_columns
+from bristle.models.friction.next_model import model_with
+from bristle.models.plants import inertia, with_terms
+from bristle.models.plants.terms import effort_of_columns
 from bristle.report.messages import message
 
 RATE = 1000.0

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.controllers.test_own_law import PID
 from tests.examples.data import measured
 from tests.golden.logs import emps
 from tests.identification.rigid import IDENTIFYING
+from tests.models.controllers.test_own_law import PID
 
 import bristle as br
-from bristle.demo import axis_simulated
+from bristle.cli.demonstration import axis_simulated
 from bristle.identification.position_loop import Stiffness, stiffness_in, stiffness_of
 from bristle.prediction.claims import reach_of
 

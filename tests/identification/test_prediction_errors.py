@@ -22,7 +22,7 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Scales
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
-from bristle.plants import inertia, with_terms
+from bristle.models.plants import inertia, with_terms
 from bristle.report.messages import message
 
 TRUTH = {"M": 3.0, "F_C": 12.0, "F_S": 16.0, "v_S": 4e-3, "sigma_0": 2.5e6, "sigma_1": 1200.0, "sigma_2": 25.0}

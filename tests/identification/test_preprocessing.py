@@ -10,12 +10,12 @@ from tests.identification.rigid import identify
 
 from bristle.core import Axis, InputError
 from bristle.engine import force_along
-from bristle.friction import coulomb_viscous, find, with_slots
 from bristle.identification.dataset import Alignment
 from bristle.identification.preprocessing import aligned, calmed, differentiated, shifted, treat, treat_all
 from bristle.logs import Log
 from bristle.logs.filters import low_passed
-from bristle.plants import inertia
+from bristle.models.friction import coulomb_viscous, find, with_slots
+from bristle.models.plants import inertia
 
 MOTION = sines()
 

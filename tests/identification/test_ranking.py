@@ -15,12 +15,12 @@ from tests.identification.test_elements import KNOWN
 from bristle import friction
 from bristle.core import InputError
 from bristle.files import load_code
-from bristle.friction import find
 from bristle.identification import HeldOut
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.settings import DEFAULT
 from bristle.identification.validation import held_out_error, in_order, ranked, with_information
+from bristle.models.friction import find
 from bristle.report.messages import warnings_of
 from bristle.report.model_tables import comparison_table
 

@@ -13,9 +13,9 @@ from bristle import friction
 from bristle.core import Axis, InputError, Relation, Variable, kernel
 from bristle.core.mathematics import decay, direction
 from bristle.files import read_model, write_model
-from bristle.friction import find, slotted
-from bristle.friction.slots import by_direction, directional
 from bristle.identification.settings import DEFAULT
+from bristle.models.friction import find, slotted
+from bristle.models.friction.slots import by_direction, directional
 from bristle.report.judgement import judged
 from bristle.report.messages import assumptions_of, message, note_of, warnings_of
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table

@@ -9,7 +9,6 @@ from tests.identification.known_logs import STATED, log_of, sliding_effort, stro
 from tests.identification.rigid import identify
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
 from bristle.identification.dataset import Alignment
 from bristle.identification.elasticity import Elastic
 from bristle.identification.estimation import Estimation
@@ -26,7 +25,8 @@ from bristle.identification.structure import (
     noisy_inertia,
     with_structure,
 )
-from bristle.plants import inertia
+from bristle.models.friction import coulomb, coulomb_viscous, lugre, stribeck, with_slots
+from bristle.models.plants import inertia
 
 
 def data(**changes):

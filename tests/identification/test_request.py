@@ -15,14 +15,14 @@ from tests.identification.rigid import identify
 from bristle.core import Axis, InputError
 from bristle.core.axis import Cogging
 from bristle.files import load_code
-from bristle.friction import MODELS, coulomb, coulomb_viscous
 from bristle.identification import least_squares
 from bristle.identification.identify import _context
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import freed, models_of, prior_knowledge_of, settings_of, treatment_of, with_method
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.work import Work
-from bristle.plants import PLANTS, inertia
+from bristle.models.friction import MODELS, coulomb, coulomb_viscous
+from bristle.models.plants import PLANTS, inertia
 from bristle.prediction import predict
 from bristle.report.model_tables import changed_settings
 

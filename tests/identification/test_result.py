@@ -12,11 +12,11 @@ from tests.identification.rigid import identify
 from tests.logs.test_check import MASS, Run
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.friction import coulomb, viscous, with_slots
 from bristle.identification import Identification
 from bristle.identification.estimate import Estimate
 from bristle.identification.excitation import TRADED
 from bristle.identification.result import LACKING, TRADED_IN
+from bristle.models.friction import coulomb, viscous, with_slots
 from bristle.prediction import predict
 from bristle.report.identification import why_only_similar
 from bristle.report.messages import message, warnings_of

@@ -11,8 +11,6 @@ from tests.identification.rigid import identify
 
 from bristle.core import Axis, Relation, Variable
 from bristle.engine import force_along
-from bristle.friction import find, slotted
-from bristle.friction.next_model import nested_in
 from bristle.identification import estimation as estimating
 from bristle.identification.estimation import along_the_motion, context_of, richer
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -21,6 +19,8 @@ from bristle.identification.parameter_space import Ceiling, ParameterSpace, Solu
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.refit import Refit
+from bristle.models.friction import find, slotted
+from bristle.models.friction.next_model import nested_in
 
 STEP = 1e-8  # N
 DATASET = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())

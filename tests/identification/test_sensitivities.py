@@ -11,7 +11,7 @@ from tests.identification.rigid import identify
 
 from bristle.core import InputWarning
 from bristle.core.tangent import DIRECTIONS
-from bristle.friction import find
+from bristle.engine.translation.scope import NotExportableError
 from bristle.identification import dataset, inverse_dynamics, sensitivities
 from bristle.identification.estimation import context_of
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -19,8 +19,8 @@ from bristle.identification.least_squares import Linearised, Search
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.sensitivities import by_differences, friction_rows
-from bristle.plants import inertia
-from bristle.translation.scope import NotExportableError
+from bristle.models.friction import find
+from bristle.models.plants import inertia
 
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))

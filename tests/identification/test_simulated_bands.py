@@ -8,7 +8,6 @@ import pytest
 
 from bristle import plants
 from bristle.core import Axis, InputError
-from bristle.friction import coulomb, coulomb_viscous
 from bristle.identification import simulated_bands
 from bristle.identification.simulated_bands import (
     Bands,
@@ -20,6 +19,7 @@ from bristle.identification.simulated_bands import (
     with_parameters,
     within_the_log,
 )
+from bristle.models.friction import coulomb, coulomb_viscous
 
 PLANT, FRICTION = plants.inertia(M=2.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 COUNT = 400

@@ -8,11 +8,11 @@ from tests.golden.simulated import SHAPE, SLIDING, gms_log
 from tests.identification.known_logs import STATED, virgin_curve
 
 from bristle.files.model import read_model, write_model
-from bristle.friction import find
 from bristle.identification import identify, stribeck_element_models
 from bristle.identification.fixed_shape import in_lists, shaped
 from bristle.identification.simulated_bands import Bands
 from bristle.identification.stribeck_element_models import OF_THIS_SHAPE, Curve, StribeckElements, estimate_stribeck_elements
+from bristle.models.friction import find
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of
 

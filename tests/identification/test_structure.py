@@ -12,7 +12,6 @@ from tests.identification.rigid import IDENTIFYING, identify
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.engine import force_along
-from bristle.friction import slotted
 from bristle.identification import fits
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
@@ -20,6 +19,7 @@ from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
 from bristle.identification.spring_in_friction import spring_share
 from bristle.identification.structure import with_friction_alone, with_spring_named
+from bristle.models.friction import slotted
 from bristle.report.identification import why_only_similar
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of

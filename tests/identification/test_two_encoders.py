@@ -18,7 +18,6 @@ from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine.motion import along
 from bristle.engine.screwed import through_screw
-from bristle.figures.two_masses import force_of_both_sides, friction_of_both_sides, lost_motion as lost_motion_figure, shows_lost_motion
 from bristle.files import read_axis, read_experiment, results_folder
 from bristle.identification.lost_motion import Hysteresis, LostMotion, lost_motion, stretched
 from bristle.identification.quantities import Quantity
@@ -28,6 +27,12 @@ from bristle.identification.two_masses import TwoMasses, _doubt, apart, two_mass
 from bristle.prediction import steady_curve
 from bristle.report.brief import brief
 from bristle.report.compensation import closing_sentences, gain_of
+from bristle.report.figures.two_masses import (
+    force_of_both_sides,
+    friction_of_both_sides,
+    lost_motion as lost_motion_figure,
+    shows_lost_motion,
+)
 from bristle.report.two_masses import (
     EXPERIMENT_FILE,
     elastic_cards,

@@ -10,11 +10,11 @@ from bristle.cli.main import main
 from bristle.core import InputError
 from bristle.files.model import write_model
 from bristle.files.user_model import load_reader_file
-from bristle.friction import coulomb
 from bristle.logs.catalogue import FORMATS, format_of
 from bristle.logs.formats import reading
 from bristle.logs.readers import read_table
-from bristle.plants import inertia
+from bristle.models.friction import coulomb
+from bristle.models.plants import inertia
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 

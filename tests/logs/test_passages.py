@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from tests.examples.data import measured
-from tests.excitation.axes import STAGE
 from tests.identification.known_logs import Motion, log_of, sines
+from tests.prediction.excitation.axes import STAGE
 
 from bristle.core import Axis
-from bristle.excitation import excite
-from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs import Log
 from bristle.logs.passages import Stretch, nesting, passages, passages_along
 from bristle.logs.turns import Leg, graininess, turning_points
+from bristle.prediction.excitation import excite
+from bristle.prediction.excitation.rehearsal import recorded
 
 EXPECTED = {
     "decaying loops": "loops",

@@ -12,13 +12,13 @@ import pytest
 import scipy.io
 from tests.examples.data import measured
 
-from bristle.controllers import cascade
 from bristle.core.axis import Axis, Column, Injected
 from bristle.core.errors import InputError
 from bristle.files.arguments import read_log as read_with_axis_file
 from bristle.identification.preprocessing import smallest_step
 from bristle.logs import checked, read_log
 from bristle.logs.clock import clock_of
+from bristle.models.controllers import cascade
 from bristle.report.messages import message
 
 SAMPLE_TIME = 1e-3

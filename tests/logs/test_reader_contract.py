@@ -10,11 +10,11 @@ from tests.logs.conftest import WRITERS
 from tests.logs.exports import EXPORTS, motion
 
 from bristle.cli.main import main
+from bristle.contract import check_reader
+from bristle.contract.readers import READER_CHECKS, other_files
 from bristle.files.user_model import load_reader_file
 from bristle.logs import json_records
 from bristle.logs.catalogue import FORMATS, format_of
-from bristle.testing import check_reader
-from bristle.testing.readers import READER_CHECKS, other_files
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "key_value_log.py"
 WRITTEN = {"hdf5": "h5", "parquet": "parquet", "npz": "npz", "tdms": "tdms", "mat": "mat", "csv": "csv"}

@@ -7,10 +7,10 @@ import pytest
 
 from bristle.core.errors import InputError
 from bristle.engine import run_open_loop
-from bristle.friction import lugre
 from bristle.logs import read_log, summarize
 from bristle.logs.problems import far_outside, quantisation, spikes
-from bristle.plants import inertia
+from bristle.models.friction import lugre
+from bristle.models.plants import inertia
 
 TIME = np.arange(6000) * 1e-3
 MOTION = 0.1 * np.sin(3.0 * TIME) + 0.02 * np.sin(11.0 * TIME)

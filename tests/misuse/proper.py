@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 import bristle as br
-from bristle import controllers, engine, friction, hysteresis, logs, loop, plants, prediction, references, sensors, tune
+from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
+from bristle.apps import design as loop, tune
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
-from bristle.plants import with_terms
-from bristle.references.legs import legs_through
+from bristle.models.plants import with_terms
+from bristle.models.references.legs import legs_through
 
 MASS = 12.0
 

@@ -16,17 +16,20 @@ from tests.misuse.proper import Call, axis, calls, experiment, parts, recorded, 
 from tests.misuse.values import MOSTLY, NEVER, Column, Evasive, Hostile
 
 import bristle as br
-from bristle import comparison, engine, exports, figures, fleet, friction, hysteresis, logs, plants, prediction, references, tune
+from bristle import engine, exports, figures, friction, hysteresis, logs, plants, prediction, references
+from bristle.apps import tune
+from bristle.apps.lab import Widget, lab_page
+from bristle.apps.study import fleet
+from bristle.apps.study.run import _crew
 from bristle.core import Axis, Experiment, Feedforward, InputError, Run, unit_of
 from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
 from bristle.core.status import Status
 from bristle.core.variable import Variable
 from bristle.files.operator import write_operator
-from bristle.lab import Widget, lab_page
 from bristle.logs.log import Channel, Log
+from bristle.prediction import comparison
 from bristle.report.model_in_hand import ModelInHand
-from bristle.study.run import _crew
 
 CALLS = calls()
 # Where what is right takes its time, only what is wrong is handed in.
@@ -328,7 +331,7 @@ def same(result: Any, wanted: Any) -> None:
 
 
 def test_a_bandwidth_is_a_frequency_or_an_angular_frequency(monkeypatch):
-    from bristle.loop import design as module_function
+    from bristle.apps.design import design as module_function
 
     message = []
     module = __import__("sys").modules[module_function.__module__]

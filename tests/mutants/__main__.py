@@ -34,22 +34,19 @@ from tests.mutants.related import Imports
 ROOT = Path(__file__).parents[2]
 # Which rooms are judged together; a test holds that each room is in one group.
 GROUPS: dict[str, tuple[str, ...]] = {
-    "kernels": ("friction", "hysteresis", "plants", "controllers", "sensors", "references"),
+    "kernels": ("models",),
     "engine": ("engine",),
     "core": ("core",),
     "files": ("files",),
     "logs": ("logs",),
     "identification": ("identification",),
-    "loop": ("loop", "certificates"),
-    "comparison": ("comparison",),
-    "simulation": ("simulation", "prediction"),
-    "excitation": ("excitation",),
-    "exports": ("exports", "translation", "bridges"),
+    "simulation": ("simulation",),
+    "prediction": ("prediction",),
+    "exports": ("exports", "apps/targets"),
     "report": ("report",),
-    "figures": ("figures",),
-    "study": ("study", "fleet", "tune", "arm"),
-    "lab": ("lab", "server"),
-    "commands": ("cli", "demo", "paper", "testing"),
+    "study": ("apps/study", "apps/tune", "apps/arm", "apps/design"),
+    "lab": ("apps/lab",),
+    "commands": ("cli", "contract", "apps/paper"),
 }
 # What holds results of every room: JSON of all commands, their pages, figures and files, and the documentation's numbers.
 WIDE = (
@@ -57,7 +54,7 @@ WIDE = (
     "tests/contract/test_contract.py",
     "tests/files/test_results.py",
     "tests/report/test_pages.py",
-    "tests/figures/test_figures.py",
+    "tests/report/figures/test_figures.py",
     "tests/cli/test_json.py",
     "tests/cli/test_main.py",
     "tests/docs/test_pages.py",

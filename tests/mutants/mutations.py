@@ -60,8 +60,9 @@ class Mutant:
 
     @property
     def room(self) -> str:
-        """The folder of the package that it is in."""
-        return Path(self.path).parts[2]
+        """The room or the app that it is in."""
+        parts = Path(self.path).parts[2:]
+        return "/".join(parts[:2]) if parts[0] == "apps" else parts[0]
 
     def key(self, source: bytes) -> str:
         """Return what tells it from all others, wherever lines above it move it."""

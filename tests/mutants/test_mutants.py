@@ -67,7 +67,7 @@ def test_texts_declarations_and_raises_are_not_mutated():
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("name", ["controllers/cascade.py", "engine/efim.py", "certificates/certify.py"])
+@pytest.mark.parametrize("name", ["models/controllers/cascade.py", "engine/efim.py", "simulation/certificates/certify.py"])
 def test_every_mutant_is_a_valid_and_different_program(name):
     path = f"src/bristle/{name}"
     source = (ROOT / path).read_bytes()
@@ -106,9 +106,9 @@ def test_a_share_is_a_whole_number_of_a_whole_number(text, capsys):
 def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
     assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"
-    assert imports.tests_of("src/bristle/controllers/velocity.py")[0] == "tests/controllers/test_by_hand.py"
+    assert imports.tests_of("src/bristle/models/controllers/velocity.py")[0] == "tests/models/controllers/test_by_hand.py"
     assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_step_doubling.py"
-    assert "tests/certificates/test_passive.py" in imports.tests_of("src/bristle/friction/elastoplastic.py")
+    assert "tests/simulation/certificates/test_passive.py" in imports.tests_of("src/bristle/models/friction/elastoplastic.py")
 
 
 @pytest.fixture
@@ -161,7 +161,9 @@ def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_pat
 
 def test_each_part_of_the_package_is_in_a_single_group():
     rooms = [room for group in mutants.GROUPS.values() for room in group]
-    folders = {file.parent.name for file in (ROOT / "src" / "bristle").glob("*/__init__.py")}
+    package = ROOT / "src" / "bristle"
+    files = [*package.glob("*/__init__.py"), *package.glob("apps/*/__init__.py")]
+    folders = {file.parent.relative_to(package).as_posix() for file in files} - {"apps"}
     assert sorted(rooms) == sorted(folders)
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, sensors
+from bristle.contract import example_of
 from bristle.engine import force_along, interpreted, run_closed_loop, run_open_loop
-from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
-from bristle.plants import inertia
-from bristle.testing import example_of
+from bristle.models.friction.preisach_lugre import KERNELS, TRANSITIONS
+from bristle.models.plants import inertia
 
 # Every slip law of the composite with one operator, and every operator with one slip law.
 VARIANTS = {

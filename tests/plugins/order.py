@@ -5,9 +5,9 @@ from collections import Counter
 import pytest
 
 # Folders whose tests share what takes long to make: the figures of the source paper, the page of all models.
-TOGETHER = ("tests/paper/", "tests/lab/")
+TOGETHER = ("tests/apps/paper/", "tests/apps/lab/")
 # What takes long begins first, so that no worker is left with it at the end.
-FIRST = ("tests/identification/", *TOGETHER, "tests/exports/", "tests/cli/", "tests/engine/", "tests/tune/", "tests/serve/")
+FIRST = ("tests/identification/", *TOGETHER, "tests/exports/", "tests/cli/", "tests/engine/", "tests/apps/tune/", "tests/apps/lab/server/")
 
 
 def pytest_addoption(parser):

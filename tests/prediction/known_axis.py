@@ -6,7 +6,7 @@ from bristle import controllers, friction, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop
 from bristle.logs.log import Channel, Log
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 
 DT = 1e-3
 PLANT = inertia(M=12.0)

@@ -15,7 +15,7 @@ from bristle.engine.contact import steady_force
 from bristle.identification import identify
 from bristle.identification.result import Resampling
 from bristle.identification.simulated_bands import Bands
-from bristle.plants import inertia, oscillator
+from bristle.models.plants import inertia, oscillator
 from bristle.prediction import drive_table
 from bristle.prediction.drive_table import (
     _line_below,

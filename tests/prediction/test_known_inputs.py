@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bristle.controllers import cascade
+from bristle.apps.design.analysis import _axis
+from bristle.apps.targets.page.loop import _signals
 from bristle.core import InputError
 from bristle.core.experiment import Experiment
 from bristle.engine import interpreted
 from bristle.exports.effect import _at_rest
-from bristle.exports.page.loop import _signals
 from bristle.files import read_experiment
-from bristle.friction import coulomb_viscous
-from bristle.loop.design import _axis
-from bristle.plants import inertia
+from bristle.models.controllers import cascade
+from bristle.models.friction import coulomb_viscous
+from bristle.models.plants import inertia
 from bristle.simulation import compensation_experiment, simulate
 
 M, F_V, F_C, K_P, K_V, DT = 95.0, 203.0, 20.4, 160.18, 243.45, 1e-3

@@ -10,7 +10,7 @@ from bristle.core import Axis, InputError
 from bristle.core.status import Status
 from bristle.identification.simulated_bands import Bands
 from bristle.logs.log import Channel, Log
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 from bristle.prediction import predict
 from bristle.prediction.predict import MODES, OF_TREATMENT, _prediction, effort_of_motion, rows_as_fitted, unexplained_force, with_doubts
 from bristle.simulation.recorded.closed_loop import START_SAMPLES

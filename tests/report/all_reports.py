@@ -6,29 +6,29 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from tests.excitation.axes import STAGE
+from tests.prediction.excitation.axes import STAGE
 
 from bristle import hysteresis
+from bristle.apps.arm.report import arm_prediction
+from bristle.apps.design.report import design_report, design_summary
+from bristle.apps.study.fleet.report import fleet_report, fleet_summary
+from bristle.apps.study.report import study_report, study_summary
+from bristle.apps.study.store import Runs
 from bristle.core import Diagnostic, Origin
-from bristle.excitation import excite
-from bristle.figures.contract import example_facts
-from bristle.hysteresis.identification.result import OperatorPrediction
+from bristle.identification.hysteresis.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
 from bristle.prediction import drive_table
-from bristle.report.arm import arm_prediction
+from bristle.prediction.excitation import excite
 from bristle.report.comparison import comparison_report, comparison_summary
-from bristle.report.design import design_report, design_summary
 from bristle.report.excitation import excitation_report, excitation_summary
-from bristle.report.fleet import fleet_report, fleet_summary
+from bristle.report.figures.contract import example_facts
 from bristle.report.identification import identification_report
 from bristle.report.log import log_report, log_ruling
 from bristle.report.operators import operator_prediction_report, operator_prediction_summary
 from bristle.report.page import plates
 from bristle.report.prediction import prediction_report, prediction_summary
 from bristle.report.simulation import simulation_report, simulation_summary
-from bristle.report.study import study_report, study_summary
 from bristle.report.summary import identification_summary
-from bristle.study.store import Runs
 
 COMMON = {"command": "bristle do it", "provenance": {"bristle": "0"}}
 LOGS = ("before.csv", "after.csv")

@@ -1,3 +1,3 @@
 """A report in a browser."""
 
-from tests.lab.browser import shown  # noqa: F401
+from tests.apps.lab.browser import shown  # noqa: F401

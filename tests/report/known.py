@@ -7,8 +7,7 @@ import numpy as np
 from bristle import friction, plants
 from bristle.identification.estimate import Estimate
 from bristle.identification.result import Fit, Traces
-from bristle.loop import assessment, linear_system
-from bristle.simulation import Statistics
+from bristle.simulation import Statistics, assessment, linear_system
 
 
 def errors(peak, rms=0.0, mean=0.0):

@@ -7,8 +7,8 @@ import pytest
 from tests.report.all_reports import DOUBTED, KINDS, LOGS, identification, rendered, report_of, results
 from tests.report.pages import Page
 
-from bristle.figures.on_reports import REPORTS
 from bristle.prediction import compensation_of
+from bristle.report.figures.on_reports import REPORTS
 from bristle.report.model_tables import comparison_table
 from bristle.report.sentences import SENTENCES
 

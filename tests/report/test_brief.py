@@ -12,8 +12,8 @@ from tests.identification.known_logs import STATED, sliding_log
 from bristle import controllers
 from bristle.cli.terminal import show_lines
 from bristle.core import Axis, Diagnostic, example_of
-from bristle.friction import MODELS
 from bristle.identification import identify
+from bristle.models.friction import MODELS
 from bristle.prediction import drive_units, fit_at_samples, level_values, reversal_distance
 from bristle.report import brief as module, compensation, page
 from bristle.report.cards import Card, Step, cards_of, distance_card, no_gain, quantity_text

@@ -5,15 +5,15 @@ import pickle
 from types import SimpleNamespace as Some
 
 import pytest
-from tests.comparison.machine import log, sine
+from tests.prediction.comparison.machine import log, sine
 from tests.report.pages import Page, seen_by
 
 import bristle as br
-from bristle.comparison import Change, Comparison
 from bristle.core import Diagnostic, InputError
-from bristle.figures import as_csv, numbers_of
 from bristle.identification import identify as fitted
+from bristle.prediction.comparison import Change, Comparison
 from bristle.report import compared as sides_module, comparison as report, identified
+from bristle.report.figures import as_csv, numbers_of
 
 RMS = "following_error.rms"
 

@@ -8,17 +8,16 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from tests.loop.conftest import loop
+from tests.apps.design.conftest import loop
 from tests.report.known import UNSTABLE, assessed, errors, point
 from tests.report.pages import Page, plain, seen_by, without_plots
 from tests.report.test_pages import ALL, COMMON, assert_harmless
 
 from bristle import controllers, plants
+from bristle.apps.design import Assessment, Circle, Delays, Design, Proposal, design, report as report
+from bristle.apps.design.budget import Budget, Entry
 from bristle.core import Axis, Experiment, Feedforward, Run
 from bristle.files.components import controller_from
-from bristle.loop import Assessment, Circle, Delays, Design, Proposal, design
-from bristle.loop.budget import Budget, Entry
-from bristle.report import design as report
 from bristle.report.loops import controller_text
 
 
@@ -193,7 +192,7 @@ def test_design_has_its_sentences():
 
 def test_unknown_lag_is_reported_with_the_margin_of_the_loop(monkeypatch):
     def told(late):
-        monkeypatch.setattr(import_module("bristle.loop.design"), "assess", lambda variant: late)
+        monkeypatch.setattr(import_module("bristle.apps.design.analysis"), "assess", lambda variant: late)
         return report.design_sentences(made(lag=0.0))[2]
 
     assert "plain has a phase margin of 33.3° with" in told(assessed("late", 33.3))

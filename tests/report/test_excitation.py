@@ -9,11 +9,11 @@ import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_log
 from tests.report.pages import seen_by
 
-import bristle.excitation
+import bristle.prediction.excitation
 from bristle.core import Axis, InputError
-from bristle.excitation.excite import Excitation
-from bristle.friction import lugre
 from bristle.identification import identify
+from bristle.models.friction import lugre
+from bristle.prediction.excitation.excite import Excitation
 from bristle.report import excitation as report
 from bristle.report.next_motion import is_open, next_motion
 
@@ -326,7 +326,7 @@ def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=(), log=OTHER):
         ]
         return Some(rehearsal=Some(identification=Some(best=Some(estimates=found)), log=log), exceeded=exceeded)
 
-    monkeypatch.setattr(bristle.excitation, "excite", excite)
+    monkeypatch.setattr(bristle.prediction.excitation, "excite", excite)
     return asked
 
 

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from tests.report.pages import Page, seen_by
 
-from bristle.figures.joints import effort_of_joints
-from bristle.report import arm, fleet as report, study as study_module
+from bristle.apps.arm import report as arm
+from bristle.apps.arm.joints import effort_of_joints
+from bristle.apps.study import report as study_module
+from bristle.apps.study.fleet import report as report
+from bristle.apps.study.store import Runs
 from bristle.report.page import Front
 from bristle.report.table import Table
-from bristle.study.store import Runs
 
 
 def fleet(values=(5.0, 5.1, 4.9, 5.0, 5.05, 9.0, np.nan), half=0.2):
@@ -316,7 +318,7 @@ def test_metric_is_reported_for_all_runs_and_each_point(reported):
 
 @pytest.mark.parametrize(("indices", "known"), [(False, True), (True, False)])
 def test_intervals_need_independent_runs(indices, known, monkeypatch):
-    monkeypatch.setattr("bristle.study.influence.sobol_indices", lambda runs: [])
+    monkeypatch.setattr("bristle.apps.study.influence.sobol_indices", lambda runs: [])
     summary = study_module.study_summary(runs(grid={}, sobol_indices=indices), command="", provenance={})
     assert "points" not in summary["metrics"]["motion.rms"]
     assert bool(np.all(np.isfinite(summary["metrics"]["motion.rms"]["mean_interval"]))) is known

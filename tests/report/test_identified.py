@@ -15,8 +15,8 @@ from tests.logs.test_check import elements, pulled
 
 import bristle as br
 from bristle import identification
+from bristle.cli.demonstration import axis_simulated
 from bristle.core import Diagnostic, InputError, InputWarning, MissingExtraError
-from bristle.demo import axis_simulated
 from bristle.exports import Request, Source, writing
 from bristle.files import TREATMENT, arrays, read_model
 from bristle.files.axis import axis_from, axis_text

@@ -17,10 +17,10 @@ from tests.report.test_pages import identification_page
 
 from bristle.core import Diagnostic, symbolic
 from bristle.files import read_axis
-from bristle.friction import MODELS, find
 from bristle.identification import Settings, identify, structure
 from bristle.identification.estimate import MATTERS
 from bristle.logs import Log, read_log
+from bristle.models.friction import MODELS, find
 from bristle.prediction import Following, drive_table, following_of, level_values, loop_of, predict
 from bristle.prediction.claims import claims_for
 from bristle.report import judgement, messages, model_tables, page

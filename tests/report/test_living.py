@@ -9,18 +9,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.lab.browser import firefox
-from tests.lab.scripts import needs_node, printed
+from tests.apps.lab.browser import firefox
+from tests.apps.lab.scripts import needs_node, printed
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
 from bristle import friction
+from bristle.apps.lab.living import SHARED, living_part
+from bristle.apps.targets.page import rows as rows_module
+from bristle.cli.demonstration.run import run
 from bristle.core.contracts import Model
 from bristle.core.experiment import Start
-from bristle.demo.run import run
-from bristle.exports.page import rows as rows_module
 from bristle.files.results import results_folder
-from bristle.lab.living import SHARED, living_part
 from bristle.prediction.following import following_of
 from bristle.simulation import COMPENSATED, compensation_experiment, simulate
 

@@ -13,7 +13,7 @@ from tests.report.known import columns
 
 import bristle as br
 from bristle.core.contracts import example_of
-from bristle.friction import MODELS
+from bristle.models.friction import MODELS
 from bristle.report import cards, page
 
 VIEW = "application/vnd.jupyter.widget-view+json"
@@ -26,7 +26,7 @@ def found():
 
 @pytest.fixture
 def kernel(monkeypatch):
-    from bristle.lab import Widget  # noqa: F401  (loads what itself asks for the shell)
+    from bristle.apps.lab import Widget  # noqa: F401  (loads what itself asks for the shell)
 
     monkeypatch.setattr("IPython.get_ipython", lambda: Some(kernel=True))
 
@@ -141,7 +141,7 @@ def test_a_terminal_gets_text_and_another_frontend_html(monkeypatch):
 
 def test_html_remains_without_anywidget(kernel, monkeypatch):
     monkeypatch.setitem(sys.modules, "anywidget", None)
-    monkeypatch.delitem(sys.modules, "bristle.lab.widget", raising=False)
+    monkeypatch.delitem(sys.modules, "bristle.apps.lab.widget", raising=False)
     assert set(br.friction.coulomb(F_C=3.0)._repr_mimebundle_()) == {"text/html", "text/plain"}
 
 
@@ -149,7 +149,7 @@ def test_html_remains_without_matplotlib(monkeypatch):
     def absent(*_):
         raise ImportError
 
-    monkeypatch.setattr("bristle.figures.files.notebook_svg", absent)
+    monkeypatch.setattr("bristle.report.figures.files.notebook_svg", absent)
     html = br.friction.coulomb(F_C=3.0)._repr_html_()
     assert [part in html for part in ("<math", "3 N", "<style", "<svg")] == [True, True, True, False]
 

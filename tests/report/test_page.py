@@ -11,12 +11,12 @@ from types import SimpleNamespace as Some
 import pytest
 from markupsafe import Markup
 from matplotlib.figure import Figure
-from tests.lab.scripts import NODE, needs_node
+from tests.apps.lab.scripts import NODE, needs_node
 
 from bristle.core import InputWarning
-from bristle.figures import ReportFigure, style
-from bristle.palette import DARK, LIGHT, colour_variables
+from bristle.core.palette import DARK, LIGHT, colour_variables
 from bristle.report import page, table
+from bristle.report.figures import ReportFigure, style
 
 ONE, TWO = (page.Picture(f"figure-{name}", Markup("<svg/>"), name) for name in ("one", "two"))
 
@@ -100,7 +100,7 @@ def test_fault_in_a_figure_leaves_the_other_figures(monkeypatch):
     figure = custom(broken)
     place = Some(section="front", name="fit.BROKEN", is_taken=lambda facts: True, figure=figure)
     skipped = Some(section="front", name="x", is_taken=lambda facts: False)
-    monkeypatch.setitem(__import__("bristle.figures.on_reports", fromlist=["REPORTS"]).REPORTS, "log", (skipped, place))
+    monkeypatch.setitem(__import__("bristle.report.figures.on_reports", fromlist=["REPORTS"]).REPORTS, "log", (skipped, place))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         pictures, (remark,) = page._pictures("log", {"log": 1})

@@ -7,16 +7,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.excitation.axes import STAGE
-from tests.figures.gallery import LONG, NAMES, gallery
+from tests.prediction.excitation.axes import STAGE
+from tests.report.figures.gallery import LONG, NAMES, gallery
 from tests.report.pages import Page, without_plots
 
 from bristle import hysteresis
-from bristle.excitation import excite
-from bristle.hysteresis.identification.result import OperatorPrediction
+from bristle.apps.paper.page import paper_report
+from bristle.apps.paper.reproduced import Reproduced
+from bristle.identification.hysteresis.result import OperatorPrediction
 from bristle.logs.curves import Curve, Curves
-from bristle.paper.page import paper_report
-from bristle.paper.reproduced import Reproduced
+from bristle.prediction.excitation import excite
 from bristle.report import excitation, log, operators, page, prediction, simulation
 from bristle.report.identification import identification_report
 from bristle.report.results import log_names

@@ -348,7 +348,7 @@ def test_commands_prepare_their_models(rig, tmp_path, capsys):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_study_uses_identified_models(copied, tmp_path):
-    from bristle.study import read_study_file
+    from bristle.apps.study import read_study_file
 
     study = tmp_path / "study.toml"
     study.write_text(

@@ -7,14 +7,14 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from tests.figures.gallery import gallery
+from tests.report.figures.gallery import gallery
 from tests.report.known import columns
 
 import bristle as br
 from bristle.core import InputError, InputWarning
-from bristle.figures import ReportFigure, style
 from bristle.files.results import results_folder
 from bristle.report import page, results
+from bristle.report.figures import ReportFigure, style
 from bristle.report.page import FaultWarning, Plate, picture, plates
 
 
@@ -58,7 +58,7 @@ def test_unwritable_figure_gives_a_warning(own, category, monkeypatch):
     def fails(*_):
         raise ValueError("a fault")
 
-    monkeypatch.setattr("bristle.figures.figure_file", fails)
+    monkeypatch.setattr("bristle.report.figures.figure_file", fails)
     with pytest.warns(InputWarning, match=r"the figure one is not written as a file: ValueError: a fault$") as caught:
         assert not results._is_written(Folder(), plate(own=own), ["svg"])
     assert caught[0].category is category
@@ -114,7 +114,7 @@ DRAW = gallery()
 
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path, monkeypatch):
     # What is in the files is said elsewhere.
-    monkeypatch.setattr("bristle.figures.figure_file", lambda figure, form, title: form.encode())
+    monkeypatch.setattr("bristle.report.figures.figure_file", lambda figure, form, title: form.encode())
     with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]):
         for name in ("expected", "errors_by_loop"):
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")

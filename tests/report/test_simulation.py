@@ -6,7 +6,7 @@ from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from tests.loop.conftest import loop
+from tests.apps.design.conftest import loop
 from tests.report.known import UNSTABLE, assessed, errors
 from tests.report.pages import Page, seen_by
 from tests.report.test_pages import simulation_page

@@ -9,9 +9,9 @@ import pytest
 from bristle.core import Axis
 from bristle.core.errors import InputError
 from bristle.core.status import Status
-from bristle.friction import viscous
 from bristle.logs.log import Channel, Log
-from bristle.plants import inertia, oscillator
+from bristle.models.friction import viscous
+from bristle.models.plants import inertia, oscillator
 from bristle.simulation.recorded.open_loop import closes, finer, open_loop_of, period_of
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")

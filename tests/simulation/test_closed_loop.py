@@ -14,7 +14,7 @@ from bristle.core.status import Status
 from bristle.engine import run_open_loop
 from bristle.engine.loop_derivatives import Sensitive
 from bristle.logs.log import Channel, Log
-from bristle.sensors import encoder
+from bristle.models.sensors import encoder
 from bristle.simulation.recorded.closed_loop import (
     Beginning,
     Stretch,

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants
-from bristle.controllers.feedforward import Shape
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Start
 from bristle.core.fingerprint import digest
+from bristle.models.controllers.feedforward import Shape
 from bristle.simulation.compensation import (
     carried_effort,
     compensation_experiment,

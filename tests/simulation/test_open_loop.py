@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bristle import controllers, friction, plants
+from bristle.apps.design import design, runnable
 from bristle.core.errors import InputError
 from bristle.core.experiment import Run
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_open_loop
-from bristle.loop import design, runnable
+from bristle.models.sensors import encoder
 from bristle.report.simulation import simulation_summary
-from bristle.sensors import encoder
 from bristle.simulation import open_loop_experiment, simulate
 
 DT, COUNT = 1e-2, 800

@@ -9,7 +9,7 @@ from bristle import controllers, friction
 from bristle.core.experiment import Feedforward
 from bristle.core.status import Status
 from bristle.engine import interpreted, run_open_loop
-from bristle.plants import inertia
+from bristle.models.plants import inertia
 from bristle.simulation import compensation_experiment, feedforward_effort, simulate
 
 DT = 1e-3

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from tests.loop.conftest import loop
+from tests.apps.design.conftest import loop
 
 import bristle as br
 from bristle import engine, friction, plants

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.board.of_bristle import effort, friction_force, identified, numbers
-from bristle.arm import identify_arm
+from bristle.apps.arm import identify_arm
 from bristle.core import Content, Feedforward
 from bristle.files import read_log
 from bristle.identification import identify

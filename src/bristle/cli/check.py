@@ -23,10 +23,10 @@ EXAMPLE = """Example:
 
 # What a file of a user's own may define beside a model: what it is called, what loads it, and the suite of its contract.
 KINDS = {
-    "TARGET": ("export target", "bristle.exports:load_target_file", "bristle.testing:check_target"),
-    "FIGURE": ("figure", "bristle.figures:load_figure_file", "bristle.testing:check_figure"),
-    "FORMAT": ("log reader", "bristle.files:load_reader_file", "bristle.testing:check_reader"),
-    "MACHINE": ("machine", "bristle.tune.machines:load_machine_file", "bristle.tune.contract:check_machine"),
+    "TARGET": ("export target", "bristle.exports:load_target_file", "bristle.contract:check_target"),
+    "FIGURE": ("figure", "bristle.report.figures:load_figure_file", "bristle.contract:check_figure"),
+    "FORMAT": ("log reader", "bristle.files:load_reader_file", "bristle.contract:check_reader"),
+    "MACHINE": ("machine", "bristle.apps.tune.machines:load_machine_file", "bristle.apps.tune.contract:check_machine"),
 }
 
 
@@ -113,9 +113,9 @@ class _Judged(NamedTuple):
 
 def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
     """Return the certificates of a model file or an operator."""
-    from bristle.certificates import check as certificates_of
     from bristle.files import holds_operator, read_model, read_operator
     from bristle.report.model_tables import certificate_table
+    from bristle.simulation.certificates import check as certificates_of
 
     file = toml_content(model)
     of_operator = holds_operator(file)
@@ -133,10 +133,10 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
 
 def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Judged:
     """Test a code file against its contract and return the result. The name on the command line allows its code."""
+    from bristle.contract import check_model
     from bristle.core import InputError
     from bristle.files import SourceText, allow, load_checked, word_of
     from bristle.report.table import Table
-    from bristle.testing import check_model
 
     if model.suffix != ".py":
         raise InputError(

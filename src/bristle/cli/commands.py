@@ -7,17 +7,17 @@ COMMANDS = {
     "identify": "bristle.cli.identify",
     "predict": "bristle.cli.predict",
     "run": "bristle.cli.run",
-    "study": "bristle.cli.study",
+    "study": "bristle.apps.study.command",
     "compare": "bristle.cli.compare",
-    "tune": "bristle.cli.tune",
-    "design": "bristle.cli.design",
-    "lab": "bristle.cli.lab",
+    "tune": "bristle.apps.tune.command",
+    "design": "bristle.apps.design.command",
+    "lab": "bristle.apps.lab.command",
     "export": "bristle.cli.export",
-    "paper": "bristle.cli.paper",
+    "paper": "bristle.apps.paper.command",
     "check": "bristle.cli.check",
     "models": "bristle.cli.models",
     "log": "bristle.cli.log",
     "explain": "bristle.cli.explain",
 }
 # Words of a command that an app carries out.
-SPELLINGS = {"identify --each": "bristle.cli.fleet:identify_each", "predict ARM": "bristle.cli.arm:predict_arm"}
+SPELLINGS = {"identify --each": "bristle.apps.study.fleet.command:identify_each", "predict ARM": "bristle.apps.arm.command:predict_arm"}

@@ -27,7 +27,7 @@ def demo(
     bristle simulates a log, identifies a model, predicts a second log, compensates the loop and writes a report. The last
     lines list the commands for a log of your own.
     """
-    from bristle.demo import BANNER, run
+    from bristle.cli.demonstration import BANNER, run
     from bristle.report.brief import Line
     from bristle.report.prediction import metrics_in_words
 

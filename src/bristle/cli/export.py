@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.options import AllowCode, AxisFile, Force, Json, Listing, Output, dir_option, experiment_in, loaded_code, refuse
-from bristle.loading import successor
+from bristle.core.loading import successor
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant
@@ -153,10 +153,10 @@ def described_target(target: Target) -> str:
 
 def _law(path: Path, variant: str | None, to: str | Target, *, command: str, name: str, allow_code: bool, **options: bool) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
+    from bristle.contract import admit
     from bristle.exports import Source, law_for, name_for, target_named
     from bristle.files import origins_of_code, provenance
     from bristle.report.exported import ExportedModel
-    from bristle.testing import admit
 
     called, experiment, target = name_for(name), experiment_in(path, allow_code=allow_code), target_named(to)
     chosen = variant_of(experiment, variant)

@@ -121,7 +121,7 @@ def identify(
     """
     from bristle.core import Variable, amount
     from bristle.files import axes_in, describes_curves
-    from bristle.friction import DEFAULT_MODELS
+    from bristle.models.friction import DEFAULT_MODELS
 
     axes = [toml_content(file) for file in axis or ()]
     of_joints = robot is not None or any(axes_in(content) for content in axes)

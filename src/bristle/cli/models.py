@@ -36,7 +36,7 @@ def models(
 
 
 def _families() -> dict[str, list[Component]]:
-    from bristle import controllers, friction, hysteresis, plants, references, sensors
+    from bristle.models import controllers, friction, hysteresis, plants, references, sensors
 
     registries: dict[str, Any] = {
         "friction": friction.MODELS,
@@ -51,8 +51,8 @@ def _families() -> dict[str, list[Component]]:
 
 
 def _selected(name: str) -> dict[str, list[Component]]:
-    from bristle import friction, plants
     from bristle.core import InputError, did_you_mean
+    from bristle.models import friction, plants
 
     if holds_own(name) and "+" in name:
         return {"friction": [own_model(name, "NAME").inner]}
@@ -103,7 +103,7 @@ def _described(family: str, component: Component) -> dict[str, Any]:
 
 def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.files import key_of
-    from bristle.friction import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+    from bristle.models.friction import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
     from bristle.report.table import Table
 
     for family, members in families.items():

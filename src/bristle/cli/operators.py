@@ -17,7 +17,7 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
     """Identify hysteresis operators from recorded curves, write the results, and return the exit code."""
     from bristle.core import InputError
     from bristle.files import provenance, read_curves, write_operator
-    from bristle.hysteresis.identification import identify_operator
+    from bristle.identification.hysteresis import identify_operator
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
 
@@ -57,7 +57,7 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
     """Predict recorded curves with an operator."""
     from bristle.core import InputError, unit_of, with_unit
     from bristle.files import provenance, read_curves, read_operator
-    from bristle.hysteresis.identification import predict_operator as predicted
+    from bristle.identification.hysteresis import predict_operator as predicted
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report
 

@@ -22,7 +22,7 @@ from bristle.cli.terminal import complain, progress, show
 
 if TYPE_CHECKING:
     from bristle.core import Content, Experiment, Origin
-    from bristle.figures import ReportFigure
+    from bristle.report.figures import ReportFigure
     from bristle.report.table import Table
 
 LOG_FILE = "a text file (also from TwinCAT or LabVIEW), or a format that bristle log --help lists. FILE::TABLE selects one table of a file."
@@ -112,7 +112,7 @@ class Output:
     def opened(self, words: str, reads: Iterable[Any] = (), *, draws: bool = True) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, or None without --out, and the callback for progress."""
         if self.out and draws:
-            import_module("bristle.figures")  # a broken matplotlib configuration ends a command before its work
+            import_module("bristle.report.figures")  # a broken matplotlib configuration ends a command before its work
         from bristle.files import results_folder
         from bristle.report.results import figure_files
 
@@ -228,7 +228,7 @@ def own_figures(files: list[Path] | None, command: str, *, has_folder: bool) -> 
     """Return the figures in user files, and those files."""
     if not files:
         return OwnFigures()
-    from bristle.figures.own import load_figure_file, refuse_unfit
+    from bristle.report.figures.own import load_figure_file, refuse_unfit
 
     refuse({"--figure": not has_folder}, "needs a folder to write into", "Add --out DIR")
     figures, contents = loaded_code(files, load_figure_file)
@@ -244,8 +244,8 @@ def holds_own(name: str) -> bool:
 
 def own_model(name: str, path: str) -> Any:
     """Return the friction model of a name that contains files. Run, test and then allow their code."""
+    from bristle.contract import admit
     from bristle.files import allow, friction_named
-    from bristle.testing import admit
 
     contents: list[Content] = []
 

@@ -27,8 +27,8 @@ from bristle.cli.terminal import NO
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Content
-    from bristle.figures import ReportFigure
     from bristle.logs import Log
+    from bristle.report.figures import ReportFigure
     from bristle.simulation import Prediction
 
 EXAMPLE = """Example:
@@ -113,11 +113,11 @@ def predicted_log(
     code: Any = (),
 ) -> tuple[Prediction, dict[str, Any], str]:
     """Return the prediction of a log by a model file, its numbers and, on request, its page."""
+    from bristle.contract import admit
     from bristle.core import InputError
     from bristle.files import origins_of_code, provenance, read_model
     from bristle.prediction import predict as predicted
     from bristle.report.prediction import prediction_report, prediction_summary
-    from bristle.testing import admit
 
     plant, friction, facts = read_model(file, allow_code=allow_code)
     if plant is None:

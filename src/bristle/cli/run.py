@@ -34,15 +34,14 @@ def run(
     Writes summary.json and report.html into DIR. With --log, also writes log.csv: reference, encoder position and
     commanded effort.
     """
+    from bristle.contract import admit_friction_of
     from bristle.files import provenance
-    from bristle.loop.assessment import runnable
     from bristle.report.compensation import closing_sentences
     from bristle.report.loops import about_loops, loop_doubts, loop_warnings, variant_table
     from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
     from bristle.report.simulation import promised_in, simulation_report, simulation_summary
-    from bristle.simulation import on_another_rig, simulate
-    from bristle.testing import admit_friction_of
+    from bristle.simulation import on_another_rig, runnable, simulate
 
     refuse({"--log": log and not output.out}, "needs a folder to write into", "Add --out DIR")
     further, code = own_figures(figure, "run", has_folder=output.out is not None)

@@ -126,7 +126,7 @@ def show_lines(lines: Iterable[Line], stream: TextIO | None = None) -> None:
     """Write labelled lines to a stream, wrapped behind their labels, a verdict in its colour, commands unwrapped."""
     from rich.text import Text
 
-    from bristle.palette import TERMINAL
+    from bristle.core.palette import TERMINAL
 
     console = _console(stream or sys.stdout)
     width = min(console.width, READ_WELL) - LABEL

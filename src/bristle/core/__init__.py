@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from bristle.core.kernel import kernel
-from bristle.loading import loaded_from
+from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis, Column, Injected, KnownColumn
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bristle.core.diagnostic import Diagnostic
     from bristle.core.dimensions import NAMES, Kind
     from bristle.core.dispatch import everett
-    from bristle.core.edge import TEXT, Amount, Progress, amount, array, between, guarded, model, optional, whole
+    from bristle.core.edge import TEXT, Amount, Progress, amount, array, between, guarded, instance, many, model, optional, whole
     from bristle.core.errors import (
         BristleError,
         InputError,
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from bristle.core.fingerprint import digest
     from bristle.core.formula import spelt_out
     from bristle.core.lazy import cached_property
-    from bristle.core.least_squares import non_negative
+    from bristle.core.least_squares import apart_from, non_negative, unbounded
     from bristle.core.locks import LOADING
     from bristle.core.mathematics import exp
     from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from bristle.core.symbols import GREEK, symbolic
     from bristle.core.tabular import Card, WithCard, library
     from bristle.core.typography import Scale, escaped, number, printable, scale_of, typeset, with_unit
-    from bristle.core.units import factor, is_unit, quantity
-    from bristle.core.variable import Variable, unit_of, variables_of
+    from bristle.core.units import compatible, convert, factor, is_unit, quantity, split
+    from bristle.core.variable import KINDS, Variable, unit_of, variables_of
 
 __getattr__ = loaded_from(__name__)
 

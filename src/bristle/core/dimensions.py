@@ -17,7 +17,7 @@ from bristle.core.errors import InputError, did_you_mean
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic", "piezo"]
 """Kinds of axis; the kinds magnet and piezo actuator are only for hysteresis operators."""
-KINDS: tuple[Kind, ...] = ("translational", "rotational")
+KINDS: tuple[Kind, ...] = ("translational", "rotational")  # of axes
 
 
 class Name(NamedTuple):

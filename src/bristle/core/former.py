@@ -3,7 +3,7 @@
 # Former names that share a successor, separated by commas -> what to do now. A command stands before its option, and "explain" before
 # the code of a warning. A name of Python is written in full, and * stands for each unknown name of a package.
 SUCCESSORS = {
-    "bristle watch, bristle.fleet.watch": "Use bristle identify LOGS --each. Its report shows which axis differs from the others",
+    "bristle watch, bristle.apps.study.fleet.watch": "Use bristle identify LOGS --each. Its report shows which axis differs",
     "bristle bench, bristle.bench": "Run python -m benchmarks board at the root of the source tree",
     "--data": "Write --format csv",
     "--size-limit": 'Set BRISTLE_SIZE_LIMIT="2 GB" in the environment',
@@ -33,16 +33,16 @@ SUCCESSORS = {
     "explain seen_together, explain unseen": "Run bristle explain small_effect",
     "bristle.load_model_file, bristle.files.load_model_file": "Call bristle.load_code",
     "bristle.workflow": "Call identify, compare, load and prepare of bristle",
-    "bristle.stability, bristle.loop_design": "Its names are in bristle.loop",
-    "bristle.hysteresis_identification": "Its names are in bristle.hysteresis.identification",
-    "bristle.certificates.*": "traced(model, Path.to_force, levels) and traced(model, Path.to_position, turns) replace traced_by_...",
+    "bristle.stability, bristle.loop_design": "Its names are in bristle.apps.design",
+    "bristle.hysteresis_identification": "Its names are in bristle.identification.hysteresis",
+    "bristle.simulation.certificates.*": "Call traced(model, Path.to_force, levels) or traced(model, Path.to_position, turns)",
     "bristle.engine.force_in_turns": "Call bristle.engine.force_along for each trajectory",
-    "bristle.figures.*": "A figure of one report is in its module, such as bristle.figures.fit. The reports contain the tables",
-    "bristle.fleet.*, bristle.study.*": "Classes of a fleet are in bristle.fleet.plan, repeated runs in bristle.study.run",
+    "bristle.report.figures.*": "A figure of one report is in its module, such as bristle.report.figures.fit",
+    "bristle.apps.study.fleet.*, bristle.apps.study.*": "Look in its modules fleet.plan and run",
     "bristle.identification.*": "Parts of a result are in bristle.identification.result",
     "bristle.logs.sign_of_effort": "Run bristle log",
-    "bristle.bridges.AxisEnv, bristle.bridges.gymnasium": "Copy the environment from examples/gymnasium_environment.py",
-    "bristle.bridges.torch": "Copy the function from examples/torch_friction.py",
+    "bristle.apps.targets.AxisEnv, bristle.apps.targets.gymnasium": "Copy the environment from examples/gymnasium_environment.py",
+    "bristle.apps.targets.torch": "Copy the function from examples/torch_friction.py",
 }
 FORMER = {name: advice for names, advice in SUCCESSORS.items() for name in names.split(", ")}
 """Each former name, with what to do now."""

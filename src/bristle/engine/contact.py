@@ -15,8 +15,8 @@ from bristle.core.variable import Variable
 from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
 from bristle.engine.motion import along, follow
-from bristle.friction import unvaried
-from bristle.friction.slots import whole_parts
+from bristle.models.friction import unvaried
+from bristle.models.friction.slots import whole_parts
 
 DISTANCE, SPEED = Variable("length", "distance of a move"), Variable("length/time", "speed of a move", min=0.0)
 VELOCITY = Variable("length/time", "velocity")

@@ -27,9 +27,9 @@ from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, memory_of, warn_of_lost
 from bristle.engine.motion import _surroundings
 from bristle.engine.signature import Vector
-from bristle.translation.build import Builder
-from bristle.translation.derivative import Activity, Derivatives, activity_of, is_active, nowhere
-from bristle.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.derivative import Activity, Derivatives, activity_of, is_active, nowhere
+from bristle.engine.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
 
 # A friction model along a motion, each vector followed by its tangents: (state, memory, v, x, consecutive surroundings, dt,
 # parameters, force).

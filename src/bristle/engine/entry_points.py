@@ -9,13 +9,13 @@ once for all components, so that compile times add and do not multiply.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from bristle.controllers.feedforward import FIELDS, compensate, form_of
-from bristle.controllers.law import law
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import friction_commit, friction_trial, operator_commit, operator_trial, sensor_step
 from bristle.core.packing import Structure, motion_reader, packer, unpacker
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
+from bristle.models.controllers.feedforward import FIELDS, compensate, form_of
+from bristle.models.controllers.law import law
 
 # Indices of the vector `out` of substeps. Results: mean friction force [N or N*m], failed solves in these steps, slope of
 # the last solve per step [1/s] and mean acceleration (both are inputs of the next steps), failed solves so far, effort of

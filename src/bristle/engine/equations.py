@@ -18,7 +18,7 @@ from bristle.engine.instance import Instance, warn_of_lost
 from bristle.engine.loop import substeps_entry
 from bristle.engine.motion import force_along_entry
 from bristle.engine.screwed import refuse_screw
-from bristle.friction import is_static
+from bristle.models.friction import is_static
 
 SAMPLED = 'Give dt, such as dt="0.5 ms": bristle then returns a sampled system'
 

@@ -14,9 +14,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from bristle.engine import efim
-from bristle.translation import tree
-from bristle.translation.derivative import Derivatives, Derived, Rules, is_active
-from bristle.translation.scope import NotExportableError
+from bristle.engine.translation import tree
+from bristle.engine.translation.derivative import Derivatives, Derived, Rules, is_active
+from bristle.engine.translation.scope import NotExportableError
 
 
 def mechanism_derivatives() -> Derivatives:

@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, whole
 from bristle.core.errors import InputError
@@ -20,6 +19,7 @@ from bristle.engine.drivers import Compensation, Controller, Driven, Sampling, S
 from bristle.engine.entry_points import Compensate, Control, MechanismVectors, Sense, Substeps
 from bristle.engine.instance import Instance, entry_of, memory_of
 from bristle.engine.screwed import TABLE, through_screw
+from bristle.models.controllers.feedforward import Shape
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")

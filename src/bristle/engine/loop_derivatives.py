@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.law import law
 from bristle.core.contracts import Model, Reference
 from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, pack, structure_of
@@ -25,7 +24,8 @@ from bristle.engine.implicit import mechanism_derivatives
 from bristle.engine.instance import Instance
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
-from bristle.translation.tree import INTEGER, REAL
+from bristle.engine.translation.tree import INTEGER, REAL
+from bristle.models.controllers.law import law
 
 
 class Sensitive(NamedTuple):

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOTHING_TRANSMITTED, Model
 from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, vector
 from bristle.core.errors import InputError, did_you_mean
@@ -19,7 +18,8 @@ from bristle.engine import entry_points
 from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, finite
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.path import after, output_along
-from bristle.friction.resting import with_rest
+from bristle.models.controllers.feedforward import Shape
+from bristle.models.friction.resting import with_rest
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
 FARTHER = np.geomspace(1e-12, 1.0, 120)
@@ -224,7 +224,7 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     dt : float or str
         Time step [s], or text such as ``"1 ms"``; only for friction models.
     history : array_like, shape (sample,), optional
-        Inputs of an operator before the first sample (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
+        Inputs of an operator before the first sample (`bristle.models.hysteresis.saturated`, `bristle.models.hysteresis.conditioned`).
         By default the operator is virgin at the input 0.
     rest : {"middle", "held"}
         Force of a friction model without memory in a step of length 0, for which Coulomb friction is not unique: the mean

@@ -36,7 +36,7 @@ from bristle.engine.implicit import mechanism_derivatives
 from bristle.engine.loop_derivatives import Sensitive, begun_mechanism, mechanism_structure
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
-from bristle.translation.tree import INTEGER, REAL
+from bristle.engine.translation.tree import INTEGER, REAL
 
 
 @cache

@@ -12,7 +12,7 @@ from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.signature import Vector
-from bristle.plants.terms import Place, effort_at, gravity_at
+from bristle.models.plants.terms import Place, effort_at, gravity_at
 
 
 @guarded(operator=OPERATOR, u=array())

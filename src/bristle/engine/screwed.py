@@ -33,7 +33,7 @@ from bristle.core.motion import Motion
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
-from bristle.friction import viscous
+from bristle.models.friction import viscous
 
 # Indices of position and velocity of the table in the state.
 TABLE = slice(0, 2)

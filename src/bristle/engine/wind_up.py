@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.controllers.wind_up import AROUND, WindUp, Wound, bend_at, lead_at, rate_at, wind, winding_effort
 from bristle.engine.compilation import compiled
 from bristle.engine.signature import Vector
+from bristle.models.controllers.wind_up import AROUND, WindUp, Wound, bend_at, lead_at, rate_at, wind, winding_effort
 
 
 class Lead(NamedTuple):

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from bristle.loading import loaded_from
+from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.exports.described import Source

@@ -20,6 +20,8 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable, variables_of
+from bristle.engine.translation.scope import free_name
+from bristle.engine.translation.tree import Struct
 from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_derivatives import DerivedStep, derived_step
@@ -32,8 +34,6 @@ from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
 from bristle.prediction.drive_units import command_units
-from bristle.translation.scope import free_name
-from bristle.translation.tree import Struct
 
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
+from bristle.engine.translation import scope, tree
+from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 from bristle.exports import printing
-from bristle.translation import scope, tree
-from bristle.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
 
 WORDS_OF_C = """
 alignas alignof asm auto bool break case char const constexpr continue default do double else enum extern false float

@@ -1,6 +1,6 @@
 """Derivatives of a friction model in C: a step of the axis, and of its changes in several directions.
 
-The derived function is printed like every other function of the model (`bristle.translation.derivative`), for one direction.
+The derived function is printed like every other function of the model (`bristle.engine.translation.derivative`), for one direction.
 """
 
 import math
@@ -15,17 +15,17 @@ from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import force_with_derivatives
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.derivative import Activity, activity_of, is_active, tangent_of, type_of_tangent
+from bristle.engine.translation.directional import derived_in
+from bristle.engine.translation.scope import defined
+from bristle.engine.translation.tree import REAL, Array, Struct, Type
 from bristle.exports.c_code import Printer
 from bristle.exports.c_parts import CONSTANT, place_of
 from bristle.exports.described import meaning_of
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import Subject, capacity_of, hash_of, settled_subject
 from bristle.exports.tunable import Tunable, tunable_of
-from bristle.translation.build import Builder
-from bristle.translation.derivative import Activity, activity_of, is_active, tangent_of, type_of_tangent
-from bristle.translation.directional import derived_in
-from bristle.translation.scope import defined
-from bristle.translation.tree import REAL, Array, Struct, Type
 
 STEP = """def step(state, memory, motion, dt, p):
     force, move = trial(state, memory, motion, dt, p)

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
+from bristle.engine.translation.tree import REAL, Array, Struct, Type
 from bristle.exports.c_code import Printer, number
 from bristle.exports.described import meaning_within
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tunable import Tunable, bounds_of
-from bristle.translation.tree import REAL, Array, Struct, Type
 
 Fields = Sequence[tuple[str, Type, str, Any]]  # Fields of the state: name, type, meaning, and initial value
 # Of the format: bits of the fraction, the number that shifts an integer into the last bits, masks, and library functions.

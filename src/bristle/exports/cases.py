@@ -22,9 +22,9 @@ import numpy as np
 from bristle.core.experiment import Variant
 from bristle.core.status import Status
 from bristle.exports.moves import TIMES, Limits, series_over
-from bristle.friction.slots import scaled
+from bristle.models.friction.slots import scaled
+from bristle.models.references import recorded
 from bristle.prediction.claims import LEAST, LONGEST_REST, Claim, doubt_of
-from bristle.references import recorded
 from bristle.simulation.run import simulate_with
 
 Fed = Callable[[Variant, float], np.ndarray]

@@ -15,7 +15,7 @@ from bristle.core.errors import InputError
 from bristle.exports.drive import behind_comments, rows_of, said_of_units
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
-from bristle.plants.terms import TermedPlant, terms_of
+from bristle.models.plants.terms import TermedPlant, terms_of
 from bristle.prediction.drive_units import table_units
 
 MOST = 9

@@ -8,10 +8,10 @@ from bristle.core import dispatch
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.screwed import Memories
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.scope import defined
+from bristle.engine.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 from bristle.exports.subject import Subject, capacity_of
-from bristle.translation.build import Builder
-from bristle.translation.scope import defined
-from bristle.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308

@@ -19,12 +19,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
+from bristle.engine.translation.scope import NotExportableError, ascii_name
+from bristle.engine.translation.tree import Array, Function, Node, Scalar, Struct, Unit
 from bristle.exports.printing import loops_of
 from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tunable import TOLERANCE
-from bristle.friction.resting import rest_rule
-from bristle.translation.scope import NotExportableError, ascii_name
-from bristle.translation.tree import Array, Function, Node, Scalar, Struct, Unit
+from bristle.models.friction.resting import rest_rule
 
 if TYPE_CHECKING:
     import jinja2
@@ -132,7 +132,7 @@ def version() -> str:
     return __version__
 
 
-PACKAGES = ("bristle.exports",)  # with templates
+PACKAGES = ("bristle.exports", "bristle.apps.targets")  # with templates
 FOLD = 120  # characters of a line of a comment
 
 

@@ -20,8 +20,8 @@ from bristle.core.typography import printable
 from bristle.core.variable import unit_of
 from bristle.exports.described import plain
 from bristle.exports.targets import Product, Request
-from bristle.friction.slots import variations_of
 from bristle.identification.parameters import offset_of
+from bristle.models.friction.slots import variations_of
 from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error, without_fall
 from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, drive_units, log_units, table_units
 

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Rule, Shape
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Feedforward, Start, Variant
@@ -29,10 +28,12 @@ from bristle.exports.cases import INERTIA, Tried, Unfed, claims_of, least_of, sc
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
 from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moved_by, moves_over, turning_distance
 from bristle.exports.targets import Request
-from bristle.friction import with_presliding
-from bristle.friction.level import rises_with_effort
-from bristle.friction.resting import with_rest
-from bristle.friction.slots import whole_parts
+from bristle.models.controllers.feedforward import Rule, Shape
+from bristle.models.friction import with_presliding
+from bristle.models.friction.level import rises_with_effort
+from bristle.models.friction.resting import with_rest
+from bristle.models.friction.slots import whole_parts
+from bristle.models.references import recorded
 from bristle.prediction.claims import (
     CONSTANT_GAINS,
     LEAST,
@@ -45,7 +46,6 @@ from bristle.prediction.claims import (
     rule_for,
     samples_ahead,
 )
-from bristle.references import recorded
 from bristle.simulation.compensation import settling, shape_of
 from bristle.simulation.result import VariantResult
 from bristle.simulation.run import simulate_with

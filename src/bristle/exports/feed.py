@@ -1,4 +1,4 @@
-"""The feed of an exported compensator: which share of its friction it feeds forward, by the rule of `bristle.controllers.feedforward`."""
+"""The feed of an exported compensator: which share of its friction it feeds forward, by the rule of `models.controllers.feedforward`."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Rule, portion
 from bristle.core.variable import Kind, variables_of
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.tree import REAL, Function, Struct, Unit, struct_of
 from bristle.exports.c_code import Printer, number
 from bristle.exports.described import meaning_of
 from bristle.exports.subject import Subject
-from bristle.translation.build import Builder
-from bristle.translation.tree import REAL, Function, Struct, Unit, struct_of
+from bristle.models.controllers.feedforward import Rule, portion
 
 PREFIX = "feed_"  # of the names of functions
 

@@ -12,31 +12,31 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape, compensate
-from bristle.controllers.law import law
-from bristle.controllers.limits import within_drive
-from bristle.controllers.wind_up import AROUND, Wound, bend_at, lead_at, rate_at, wind, winding_effort
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable, unit_of
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.scope import NotExportableError, defined, is_kernel
+from bristle.engine.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
 from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Walk, places_of, subject_of, walk_of, walk_over
 from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
-from bristle.friction.level import rises_with_effort
-from bristle.friction.resting import with_rest
-from bristle.plants.terms import effort_at, gravity_at
+from bristle.models.controllers.feedforward import Shape, compensate
+from bristle.models.controllers.law import law
+from bristle.models.controllers.limits import within_drive
+from bristle.models.controllers.wind_up import AROUND, Wound, bend_at, lead_at, rate_at, wind, winding_effort
+from bristle.models.friction.level import rises_with_effort
+from bristle.models.friction.resting import with_rest
+from bristle.models.plants.terms import effort_at, gravity_at
 from bristle.prediction.drive_units import command_units
 from bristle.simulation.compensation import shape_of
 from bristle.simulation.run import planned_motion
 from bristle.simulation.two_masses import screw_of, table_of, table_shape, whole_inertia, wind_up_of
-from bristle.translation.build import Builder
-from bristle.translation.scope import NotExportableError, defined, is_kernel
-from bristle.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
 
 
 class Fed(NamedTuple):

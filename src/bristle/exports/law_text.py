@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.wind_up import AROUND
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
-from bristle.friction.level import rises_with_effort
-from bristle.plants import inertia
-from bristle.plants.terms import Place, Termed, place_of
+from bristle.models.controllers.wind_up import AROUND
+from bristle.models.friction.level import rises_with_effort
+from bristle.models.plants import inertia
+from bristle.models.plants.terms import Place, Termed, place_of
 from bristle.simulation.run import leads
 from bristle.simulation.two_masses import feeds_inertia, screw_of
 

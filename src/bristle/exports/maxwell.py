@@ -25,9 +25,9 @@ from bristle.engine import force_along, interpreted
 from bristle.engine.contact import steady_force
 from bristle.exports.moves import fastest_of, hardening_distance, moves_for, turning_distance
 from bristle.exports.targets import Request
-from bristle.friction import base_of, is_static, unvaried
-from bristle.friction.slots import by_direction
 from bristle.identification.parameters import offset_of
+from bristle.models.friction import base_of, is_static, unvaried
+from bristle.models.friction.slots import by_direction
 
 COUNT = 24  # of elements offered to the fit
 EXACT = 1e-6  # an error [%] that rounding explains

@@ -10,9 +10,9 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
 from bristle.engine.contact import sliding_level
 from bristle.exports.targets import Request
+from bristle.models.references.legs import legs_through
 from bristle.prediction.claims import FASTEST
 from bristle.prediction.drive_table import reversal_distance
-from bristle.references.legs import legs_through
 from bristle.simulation.two_masses import whole_inertia
 
 TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the reach, or over the pre-sliding distance

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
-from bristle.translation.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
+from bristle.engine.translation.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
 
 INDENT, LONGEST = "    ", 110
 PRIMARY, UNARY = 16, 14  # precedence of a name and of a sign

@@ -14,9 +14,9 @@ from dataclasses import replace
 from functools import reduce
 from typing import Any
 
-from bristle.translation import tree
-from bristle.translation.expressions import COMPUTED
-from bristle.translation.scope import free_name
+from bristle.engine.translation import tree
+from bristle.engine.translation.expressions import COMPUTED
+from bristle.engine.translation.scope import free_name
 
 Fact = Any  # Known value: None if unknown, a tuple for the fields of a tuple, a whole number, or text for a real number
 EXACT: dict[str, Callable[..., Any]] = {

@@ -13,10 +13,10 @@ from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
 from bristle.core.surroundings import motion_with
 from bristle.engine.screwed import Memories, ScrewedModel
+from bristle.engine.translation.build import Builder
+from bristle.engine.translation.scope import NotExportableError, is_kernel
+from bristle.engine.translation.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
 from bristle.exports.settled import fact_of, pruned, settled
-from bristle.translation.build import Builder
-from bristle.translation.scope import NotExportableError, is_kernel
-from bristle.translation.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 """Arguments of a trial, of a friction model and of an operator, before unused ones are dropped."""

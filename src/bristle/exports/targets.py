@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-    from bristle.controllers.feedforward import Rule
     from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from bristle.exports.effect import Drive, Effect
     from bristle.exports.law import Law
     from bristle.logs.log import Log
+    from bristle.models.controllers.feedforward import Rule
 
 
 VALID_NAME = re.compile("[a-z][a-z0-9_]{0,40}")
@@ -109,7 +109,7 @@ class Request:
     @property
     def share(self) -> Rule:
         """The share of the friction that a compensator feeds forward."""
-        from bristle.controllers.feedforward import WHOLE  # help must not load modules that compute
+        from bristle.models.controllers.feedforward import WHOLE  # help must not load modules that compute
 
         return self.rule or WHOLE
 
@@ -131,7 +131,7 @@ class Request:
     @property
     def sampled(self) -> Model:
         """The model as evaluated along samples: a memoryless model gets a rule at rest."""
-        from bristle.friction.resting import with_rest
+        from bristle.models.friction.resting import with_rest
 
         return with_rest(self.model, self.rest) if self.rest else self.model
 
@@ -301,8 +301,8 @@ def _fmu(fmi: int) -> Target:
         title=f"FMU {fmi}",
         rest="middle",
         tunable=True,
-        write=at("bristle.exports.fmu:write", fmi=fmi),
-        write_law=at("bristle.exports.fmu:write_law", fmi=fmi),
+        write=at("bristle.apps.targets.fmu:write", fmi=fmi),
+        write_law=at("bristle.apps.targets.fmu:write_law", fmi=fmi),
         description=_FMU.format(fmi),
         needs="a compiler",
     )
@@ -322,7 +322,7 @@ _LISTED = (
         write_law=at("bristle.exports.c:law_files"),
         description=_C,
     ),
-    Target(name="wasm", title="WebAssembly", rest="middle", write=at("bristle.exports.wasm:write"), description=_WASM),
+    Target(name="wasm", title="WebAssembly", rest="middle", write=at("bristle.apps.targets.wasm:write"), description=_WASM),
     Target(
         name="st",
         title="Structured Text",
@@ -331,8 +331,8 @@ _LISTED = (
         tunable=True,
         single=True,
         operators=True,
-        write=at("bristle.exports.st:write"),
-        write_law=at("bristle.exports.st:st_law_files"),
+        write=at("bristle.apps.targets.st:write"),
+        write_law=at("bristle.apps.targets.st:st_law_files"),
         description=_ST,
     ),
     Target(
@@ -341,14 +341,16 @@ _LISTED = (
         rest="held",
         pushes=True,
         compares=True,
-        write=at("bristle.exports.hal:write"),
-        write_law=at("bristle.exports.hal:hal_law_files"),
+        write=at("bristle.apps.targets.hal:write"),
+        write_law=at("bristle.apps.targets.hal:hal_law_files"),
         description=_HAL,
     ),
-    Target(name="ros2", title="ROS 2", rest="held", pushes=True, tunable=True, write=at("bristle.exports.ros2:write"), description=_ROS2),
-    Target(name="cuda", title="CUDA", rest="middle", operators=True, write=at("bristle.exports.cuda:write"), description=_CUDA),
-    Target(name="warp", title="Warp", write=at("bristle.exports.warp:write"), description=_WARP),
-    Target(name="casadi", title="CasADi", rest="held", write=at("bristle.exports.casadi:write"), description=_CASADI),
+    Target(
+        name="ros2", title="ROS 2", rest="held", pushes=True, tunable=True, write=at("bristle.apps.targets.ros2:write"), description=_ROS2
+    ),
+    Target(name="cuda", title="CUDA", rest="middle", operators=True, write=at("bristle.apps.targets.cuda:write"), description=_CUDA),
+    Target(name="warp", title="Warp", write=at("bristle.apps.targets.warp:write"), description=_WARP),
+    Target(name="casadi", title="CasADi", rest="held", write=at("bristle.apps.targets.casadi:write"), description=_CASADI),
     Target(
         name="table",
         title="table for a drive",
@@ -393,7 +395,10 @@ _LISTED = (
         description=_COGGING,
     ),
     Target(
-        name="mjcf", title="MuJoCo", write=at("bristle.exports.mjcf:write"), description="a MuJoCo scene with the friction of the model"
+        name="mjcf",
+        title="MuJoCo",
+        write=at("bristle.apps.targets.mjcf:write"),
+        description="a MuJoCo scene with the friction of the model",
     ),
     _fmu(2),
     _fmu(3),

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
-from bristle.controllers.wind_up import WindUp
 from bristle.core import mathematics
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
@@ -18,9 +16,11 @@ from bristle.core.experiment import FEEDFORWARD
 from bristle.core.variable import Kind, Variable, variables_of
 from bristle.engine.screwed import of_travel
 from bristle.exports.settled import fact_of, settled
-from bristle.friction import deflection, slip_law
-from bristle.friction.maxwell_stribeck import BEYOND
-from bristle.hysteresis import everett
+from bristle.models.controllers.feedforward import Shape
+from bristle.models.controllers.wind_up import WindUp
+from bristle.models.friction import deflection, slip_law
+from bristle.models.friction.maxwell_stribeck import BEYOND
+from bristle.models.hysteresis import everett
 
 if TYPE_CHECKING:
     from bristle.exports.law import Law

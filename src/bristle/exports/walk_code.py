@@ -7,13 +7,13 @@ Linnainmaa, BIT 16(2), 1976, doi:10.1007/BF01931367). The tape contains only tho
 
 from typing import Any
 
+from bristle.engine.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+from bristle.engine.translation.tree import Function
 from bristle.exports.c import CFiles, written_files
 from bristle.exports.c_code import Printer
 from bristle.exports.c_derivatives import DerivedStep
 from bristle.exports.described import rendered
 from bristle.exports.targets import Request
-from bristle.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
-from bristle.translation.tree import Function
 
 RECORDED = {
     tangent_sum: "tape_sum(a, b)",

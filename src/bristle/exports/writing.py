@@ -18,9 +18,9 @@ from bristle.files.owned import is_plain
 from bristle.files.permission import code_at
 from bristle.files.results import SUMMARY
 from bristle.files.user_model import declared_in
-from bristle.friction.resting import rest_rule
-from bristle.friction.slots import scaled
 from bristle.identification.parameters import Role, acts_in_sliding
+from bristle.models.friction.resting import rest_rule
+from bristle.models.friction.slots import scaled
 from bristle.prediction.claims import CONSTANT_GAINS, LEAST, rule_for
 
 MEND = 'End the file with TARGET = Target(name="my_drive", description="...", write=write)'

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from bristle.loading import loaded_from
+from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.files.arguments import AXIS, axes_for, log_and_axis, logs_and_axes, read_log
+    from bristle.files.arguments import AXIS, EXPERIMENT, axes_for, log_and_axis, logs_and_axes, read_log
     from bristle.files.arrays import read_arrays, write_arrays
     from bristle.files.axis import axis_text, read_axis
     from bristle.files.axis_form import CHANNELS, EMPTY, edited, form_of, with_columns_of_motion

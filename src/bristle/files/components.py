@@ -6,7 +6,6 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from bristle.controllers import CONTROLLERS
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Component, Controller, Model, make_model
@@ -14,6 +13,7 @@ from bristle.core.dimensions import KINDS, Kind, exponents_of, unit_of
 from bristle.core.edge import TEXT
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Variable
+from bristle.models.controllers import CONTROLLERS
 
 
 def key_of(name: str) -> str:

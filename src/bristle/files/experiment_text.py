@@ -9,7 +9,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from bristle.controllers.feedforward import WHOLE, Rule, feedforward_of
 from bristle.core.axis import Axis
 from bristle.core.content import Content
 from bristle.core.contracts import Model
@@ -19,6 +18,7 @@ from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.components import FILL_IN
 from bristle.files.toml import quoted
 from bristle.logs.log import Log
+from bristle.models.controllers.feedforward import WHOLE, Rule, feedforward_of
 
 COLUMNS = 3
 INJECTED = ",injected"

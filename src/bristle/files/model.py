@@ -23,8 +23,8 @@ from bristle.files.operator import OperatorRead, described, operator_beside, wit
 from bristle.files.permission import CodeRead, code_named
 from bristle.files.single import write_whole
 from bristle.files.toml import Said, as_toml, read_toml
-from bristle.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
-from bristle.plants import PLANTS, find as find_plant
+from bristle.models.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
+from bristle.models.plants import PLANTS, find as find_plant
 
 # Key of the provenance: the `digest` of the friction in the simulation that made the log.
 FITTED_TO = "fitted to"

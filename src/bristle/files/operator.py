@@ -13,8 +13,8 @@ from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, number_at, table_at
 from bristle.files.single import write_whole
 from bristle.files.toml import TOML_LIMIT, Said, as_toml, read_toml
-from bristle.friction import MODELS
-from bristle.hysteresis import OPERATORS
+from bristle.models.friction import MODELS
+from bristle.models.hysteresis import OPERATORS
 
 OFFSET = Variable("force", "constant output added to the operator")
 

@@ -19,12 +19,12 @@ from bristle.files.operator import OperatorFile, contact_over, holds_operator, r
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Own, component_in, origins_of_code
-from bristle.hysteresis import OPERATORS
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.logs.tables import content_of_log
-from bristle.plants import PLANTS
-from bristle.references import recorded
+from bristle.models.hysteresis import OPERATORS
+from bristle.models.plants import PLANTS
+from bristle.models.references import recorded
 
 
 @dataclass

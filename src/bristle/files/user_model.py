@@ -20,10 +20,10 @@ from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
 from bristle.core.variable import variables_of
 from bristle.files.permission import CodeRead, code_at
-from bristle.friction import base_of, channel_slots_of, find, with_slots
-from bristle.friction.operator_kernel import REACHES
-from bristle.friction.slots import SLOTS
 from bristle.logs.formats import LogFormat
+from bristle.models.friction import base_of, channel_slots_of, find, with_slots
+from bristle.models.friction.operator_kernel import REACHES
+from bristle.models.friction.slots import SLOTS
 
 WORDS: dict[type[Documented], str] = {
     FrictionModel: "friction model",

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers import open_loop
 from bristle.core import experiment, units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory, make_model
@@ -16,12 +15,13 @@ from bristle.core.variable import Kind, Variable
 from bristle.files import components
 from bristle.files.components import check_keys, choice_at, in_effort, key_of, model_from, number_at, numbers_in, table_at
 from bristle.files.sources import Sources
-from bristle.friction import MODELS, with_presliding
-from bristle.friction.level import rises_with_effort
 from bristle.logs.log import Log
-from bristle.plants import PLANTS, find as find_plant
-from bristle.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
-from bristle.sensors import SENSORS
+from bristle.models.controllers import open_loop
+from bristle.models.friction import MODELS, with_presliding
+from bristle.models.friction.level import rises_with_effort
+from bristle.models.plants import PLANTS, find as find_plant
+from bristle.models.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
+from bristle.models.sensors import SENSORS
 
 SECTIONS = (
     *("axis", "plant", "friction", "table_friction", "controller", "effort"),

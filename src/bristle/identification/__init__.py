@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from bristle.core.loading import loaded_from
 from bristle.identification.identify import identify
-from bristle.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.identification.estimate import OPEN, Estimate, half_width

@@ -17,12 +17,12 @@ from bristle.core.variable import Kind
 from bristle.engine.contact import place_of, state_at
 from bristle.engine.filtered_rows import Block, filtered_rows
 from bristle.engine.motion import along
-from bristle.friction.level import rises_with_effort
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.filters import butterworth, low_passed
 from bristle.logs.log import Log
 from bristle.logs.turns import reversals
-from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
+from bristle.models.friction.level import rises_with_effort
+from bristle.models.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 REACH = 10  # rows on either side that enter the decimating filter
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples

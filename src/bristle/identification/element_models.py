@@ -28,17 +28,17 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.engine.motion import along
-from bristle.friction import coulomb, maxwell_slip
-from bristle.friction.slots import variations_of
-from bristle.friction.variation import HALF_RANGE, is_factor, varied
-from bristle.hysteresis.identification.linear import NormalEquations, thresholds_over
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import DIFFERENCE, TOTAL, ElementSpace, ShapedModel, in_lists, shaped
+from bristle.identification.hysteresis.linear import NormalEquations, thresholds_over
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Fixed, ParameterSet, Role, names_of, stroke_of
+from bristle.models.friction import coulomb, maxwell_slip
+from bristle.models.friction.slots import variations_of
+from bristle.models.friction.variation import HALF_RANGE, is_factor, varied
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold

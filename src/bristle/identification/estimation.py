@@ -17,10 +17,6 @@ from bristle.core.errors import InputError
 from bristle.core.least_squares import apart_from, unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.friction import find, is_static
-from bristle.friction.next_model import nested_in
-from bristle.friction.slots import by_direction
-from bristle.friction.variation import PITCH
 from bristle.identification.dataset import Dataset
 from bristle.identification.elasticity import Elastic
 from bristle.identification.excitation import Excitation
@@ -43,7 +39,11 @@ from bristle.identification.parameters import (
 )
 from bristle.identification.problem import Covariance, Problem, Sought
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.plants.terms import DEGREES, TURNS, TermedPlant, with_terms
+from bristle.models.friction import find, is_static
+from bristle.models.friction.next_model import nested_in
+from bristle.models.friction.slots import by_direction
+from bristle.models.friction.variation import PITCH
+from bristle.models.plants.terms import DEGREES, TURNS, TermedPlant, with_terms
 
 
 @dataclass(frozen=True)

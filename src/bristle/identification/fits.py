@@ -6,7 +6,6 @@ from time import perf_counter
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import find
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.fitting import fit
@@ -16,6 +15,7 @@ from bristle.identification.screening import screened
 from bristle.identification.structure import next_models
 from bristle.identification.validation import in_order, with_information
 from bristle.identification.work import Work
+from bristle.models.friction import find
 
 WITHOUT_SLOTS = "the search for models with slots is incomplete"
 TURNS = 2  # rounds of slots added to the best model

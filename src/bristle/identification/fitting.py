@@ -15,9 +15,6 @@ from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.engine.checks import finite
-from bristle.friction import base_of, channel_slots_of
-from bristle.friction.level import LEVELS, has_level
-from bristle.friction.slots import variations_of
 from bristle.identification import structure
 from bristle.identification.element_models import estimate_elements
 from bristle.identification.estimate import MATTERS, Estimate
@@ -32,6 +29,9 @@ from bristle.identification.problem import Contrast, Covariance, covariance_of
 from bristle.identification.result import Fit, Traces
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.identification.validation import held_out_error
+from bristle.models.friction import base_of, channel_slots_of
+from bristle.models.friction.level import LEVELS, has_level
+from bristle.models.friction.slots import variations_of
 from bristle.simulation.statistics import relative_error_percent
 
 ESTIMATED = 0.7  # share of the work for the fit to the whole log

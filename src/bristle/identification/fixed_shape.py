@@ -12,8 +12,8 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction import gms, maxwell_slip
 from bristle.identification.parameter_space import ParameterSpace, Turned
+from bristle.models.friction import gms, maxwell_slip
 
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together

@@ -33,12 +33,12 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.packing import pack
 from bristle.core.values import numbers_of
 from bristle.engine.motion import in_turns
-from bristle.friction.level import TRANSMITTED
-from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.filters import derivative, low_passed
 from bristle.logs.turns import half_cycle_numbers, turning_points
+from bristle.models.friction.level import TRANSMITTED
+from bristle.models.friction.slots import OFFSET
 
 STEPS = 2.0  # of the encoder
 NUDGE = 1e-3

@@ -16,7 +16,6 @@ from bristle.core.diagnostic import to_the_end
 from bristle.core.edge import NAMES, Progress, among, between, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
-from bristle.friction import DEFAULT_MODELS, find
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
@@ -41,6 +40,7 @@ from bristle.identification.validation import TOO_SHORT
 from bristle.identification.work import Work
 from bristle.logs.check import parted
 from bristle.logs.log import Log
+from bristle.models.friction import DEFAULT_MODELS, find
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"

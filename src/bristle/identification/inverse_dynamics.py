@@ -25,7 +25,7 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
-from bristle.friction.level import TRANSMITTED
+from bristle.engine.translation.scope import NotExportableError
 from bristle.identification import half_cycles as cycles
 from bristle.identification.dataset import Dataset, Segment, mechanical, transmitted_by
 from bristle.identification.parameters import ParameterSet
@@ -35,8 +35,8 @@ from bristle.identification.sensitivities import Transmitted, by_differences, fr
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
-from bristle.plants.terms import TURN
-from bristle.translation.scope import NotExportableError
+from bristle.models.friction.level import TRANSMITTED
+from bristle.models.plants.terms import TURN
 
 HOLD = 0.25  # samples, as a standard error: a held effort may act half a sample earlier or later
 DOUBT, UNSEEN = 0.8, 0.4  # of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter

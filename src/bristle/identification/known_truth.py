@@ -19,8 +19,6 @@ from bristle.core.axis import Axis
 from bristle.core.edge import Progress
 from bristle.core.errors import InputError
 from bristle.core.values import numbers_of
-from bristle.friction.level import TRANSMITTED
-from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Alignment, Dataset, effort_of
 from bristle.identification.estimate import Estimate
 from bristle.identification.half_cycles import Disturbance, disturbance_of
@@ -33,6 +31,8 @@ from bristle.identification.preprocessing import aligned, treat
 from bristle.identification.result import Fit, Identification
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
+from bristle.models.friction.level import TRANSMITTED
+from bristle.models.friction.slots import OFFSET
 
 SEED = 20_261_127
 DETERMINED, ROUGH = 10.0, 50.0  # percent: limits of the errors

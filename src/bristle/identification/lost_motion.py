@@ -30,9 +30,9 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import apart_from, non_negative
 from bristle.core.variable import Kind
 from bristle.engine.motion import along
-from bristle.friction import maxwell_slip
 from bristle.identification.two_encoders import DAMPING, FACTOR, M_1, Masses, Record
 from bristle.logs.filters import ahead, derivative, low_passed
+from bristle.models.friction import maxwell_slip
 
 CUTOFF, HIGHEST, ROWS_PER_PERIOD, EDGE = 0.12, 150.0, 2.5, 200  # of the sampling frequency; Hz; samples dropped at the ends
 DISTANCES, SMALLEST, STROKE = (1e-6, 3e-6, 1e-5, 3e-5, 1e-4), 1.5, 0.2  # m: of elements; encoder steps; m: to which angles are scaled

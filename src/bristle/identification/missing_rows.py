@@ -11,10 +11,10 @@ import numpy as np
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.variable import Kind
-from bristle.friction.next_model import CHANNELS
 from bristle.identification.dataset import PIECES, Dataset, spread
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.parameters import holds
+from bristle.models.friction.next_model import CHANNELS
 
 PARTS = 10  # parts of the half-cycles, each predicted from the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200

@@ -20,11 +20,11 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction import base_of, maxwell_slip
 from bristle.identification.fixed_shape import ARRAYS, CURVE, TOTAL, ListedModel, ShapedModel, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Role, names_of, stroke_of
+from bristle.models.friction import base_of, maxwell_slip
 
 PER_DECADE, DECADES = 3.5, 3.0  # thresholds, at least
 NEAR = 1.25  # times a threshold: nearer elements are merged with it

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.controllers import cascade
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic, Number
@@ -22,7 +21,6 @@ from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.engine import run_closed_loop
 from bristle.engine.motion import along
-from bristle.friction.slots import OFFSET, directional
 from bristle.identification.bootstrap import curve_of
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimate import Estimate
@@ -42,8 +40,10 @@ from bristle.identification.structure import about_delay
 from bristle.identification.uncertainty import IN_DOUBT, birge_ratio
 from bristle.logs.filters import low_passed, through_filter
 from bristle.logs.log import Log
-from bristle.plants.terms import effort_of_columns
-from bristle.sensors import encoder
+from bristle.models.controllers import cascade
+from bristle.models.friction.slots import OFFSET, directional
+from bristle.models.plants.terms import effort_of_columns
+from bristle.models.sensors import encoder
 
 STUDENT = 2.045 / NORMAL_95  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
 WORSE = 1.35  # times the prediction error of replicates: above, the model does not explain the motion

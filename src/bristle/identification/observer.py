@@ -31,7 +31,6 @@ from bristle.core.packing import pack
 from bristle.core.variable import Variable
 from bristle.engine.loop_derivatives import Sensitive
 from bristle.engine.observer import prediction_errors
-from bristle.friction.level import TRANSMITTED
 from bristle.identification.dataset import PIECES, Alignment, effort_of, spread
 from bristle.identification.estimation import Context
 from bristle.identification.fixed_shape import ShapedModel
@@ -44,6 +43,7 @@ from bristle.identification.parameters import Fixed, ParameterSet, Role, Scales,
 from bristle.identification.sensitivities import Perturbed
 from bristle.logs.filters import through_filter
 from bristle.logs.log import Log
+from bristle.models.friction.level import TRANSMITTED
 
 DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least

@@ -24,6 +24,7 @@ from bristle.core.edge import between
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
+from bristle.engine.translation.scope import NotExportableError
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
@@ -39,7 +40,6 @@ from bristle.identification.settings import Settings
 from bristle.logs.log import Log
 from bristle.logs.turns import half_cycle_numbers, turning_points
 from bristle.simulation.statistics import relative_error_percent
-from bristle.translation.scope import NotExportableError
 
 AWAY = 0.3  # standard deviation of the logarithm of further starts about the first
 FURTHER_STARTS = 2

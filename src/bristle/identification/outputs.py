@@ -14,13 +14,13 @@ from bristle.core.contracts import Model
 from bristle.core.packing import pack
 from bristle.engine import LoopTrace
 from bristle.engine.loop_derivatives import Sensitive
-from bristle.friction import with_presliding
 from bristle.identification.half_cycles import Disturbance
 from bristle.identification.parameters import offset_of
 from bristle.identification.sensitivities import Perturbed
 from bristle.logs.log import Log
-from bristle.plants.terms import effort_of_columns
-from bristle.sensors import encoder
+from bristle.models.friction import with_presliding
+from bristle.models.plants.terms import effort_of_columns
+from bristle.models.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 

@@ -19,8 +19,8 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet, Scales
+from bristle.models.friction.slots import by_direction
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")

@@ -21,10 +21,10 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, unit_of
-from bristle.friction.slots import OFFSET, directional, slot_needing
-from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.identification.dataset import Dataset
-from bristle.plants.inertia import MODEL as inertia
+from bristle.models.friction.slots import OFFSET, directional, slot_needing
+from bristle.models.friction.variation import HALF_RANGE, MIDDLE, PITCH
+from bristle.models.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
 STRIBECK_SHARE = 1.0 / 3.0  # of the largest speed: above, the log would not show the level after the fall

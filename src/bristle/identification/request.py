@@ -13,16 +13,16 @@ from bristle.core.edge import amount, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
-from bristle.friction import MODELS, base_of, find
-from bristle.friction.level import TRANSMITTED
-from bristle.friction.slots import OFFSET, SlottedModel, slotted
-from bristle.friction.variation import MIDDLE
 from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
-from bristle.plants import PLANTS, with_terms
-from bristle.plants.terms import TURNS
+from bristle.models.friction import MODELS, base_of, find
+from bristle.models.friction.level import TRANSMITTED
+from bristle.models.friction.slots import OFFSET, SlottedModel, slotted
+from bristle.models.friction.variation import MIDDLE
+from bristle.models.plants import PLANTS, with_terms
+from bristle.models.plants.terms import TURNS
 
 ALL = "all"
 METHODS = ("prediction_error", "inverse_dynamics", "output_error")

@@ -16,10 +16,10 @@ import numpy as np
 from bristle.core.contracts import FrictionModel
 from bristle.core.diagnostic import HeldOut
 from bristle.core.least_squares import unbounded
-from bristle.friction import maxwell_slip
 from bristle.identification.estimation import Context, sliding_problem
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.problem import Fold
+from bristle.models.friction import maxwell_slip
 from bristle.simulation.statistics import relative_error_percent
 
 FALLS = (0.01, 0.03, 0.1, 0.3)  # of the largest speed, over which friction may fall

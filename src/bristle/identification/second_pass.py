@@ -17,7 +17,7 @@ from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit
 from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
-from bristle.plants.inertia import MODEL as inertia
+from bristle.models.plants.inertia import MODEL as inertia
 
 INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
 OVER_PLACE = {"gravity", "spring"}  # keys of forces over the whole stroke

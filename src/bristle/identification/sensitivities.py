@@ -19,8 +19,8 @@ from bristle.engine.contact import state_at
 from bristle.engine.derivatives import TangentRun
 from bristle.engine.filtered_rows import Block
 from bristle.engine.instance import warn_of_lost
+from bristle.engine.translation.scope import NotExportableError
 from bristle.identification.dataset import Dataset, Segment
-from bristle.translation.scope import NotExportableError
 
 STEP = 1e-4  # of a parameter: packed numbers of a model are nearly linear in it
 NUDGE = 1e-4  # of the state of a contact, from -1 to 1, towards 0

@@ -37,13 +37,13 @@ from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.values import numbers_of
 from bristle.engine.motion import along
-from bristle.friction import with_presliding
 from bristle.identification.dataset import Dataset, mechanical, transmitted_by
 from bristle.identification.half_cycles import force_with_scatter, half_cycle_starts, least_way
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.identification.result import Fit
 from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
+from bristle.models.friction import with_presliding
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
 ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it

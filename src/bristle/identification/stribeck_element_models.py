@@ -16,14 +16,14 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
-from bristle.friction import find, gms, maxwell_slip
-from bristle.friction.slots import by_direction
 from bristle.identification.element_models import Elements, elements_of
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import ShapedModel, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report
 from bristle.identification.parameter_space import Solution
+from bristle.models.friction import find, gms, maxwell_slip
+from bristle.models.friction.slots import by_direction
 
 OF_THIS_SHAPE = Diagnostic("element_shape", severity="note")
 

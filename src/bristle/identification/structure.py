@@ -12,8 +12,6 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.least_squares import apart_from
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import KINDS
-from bristle.friction import is_static
-from bristle.friction.next_model import SLOT_OF, goes_by_name, model_with
 from bristle.identification.dataset import Dataset
 from bristle.identification.elasticity import Elastic
 from bristle.identification.estimate import Estimate
@@ -28,6 +26,8 @@ from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
 from bristle.identification.spring_in_friction import spring_share
+from bristle.models.friction import is_static
+from bristle.models.friction.next_model import SLOT_OF, goes_by_name, model_with
 
 CODES = {
     "speed": "missing_speed",

@@ -27,8 +27,6 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.tabular import plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
-from bristle.friction import find
-from bristle.friction.next_model import goes_by_name, model_with
 from bristle.identification.elasticity import Elastic
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.one_encoder import response_of
@@ -39,7 +37,9 @@ from bristle.identification.result import TWO_MASSES
 from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, records_of, rms, side_logs, without_sensor
 from bristle.identification.two_encoders import EXCITE, SPARE, TINY, UNKNOWN, Masses, Prior, Record, masses_of
 from bristle.logs.log import Log
-from bristle.plants import ball_screw
+from bristle.models.friction import find
+from bristle.models.friction.next_model import goes_by_name, model_with
+from bristle.models.plants import ball_screw
 
 if TYPE_CHECKING:
     from bristle.identification.estimate import Estimate

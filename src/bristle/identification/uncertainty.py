@@ -9,7 +9,6 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable
-from bristle.friction import is_static
 from bristle.identification.bootstrap import Bootstrap, bootstrap
 from bristle.identification.estimate import ROUGH, Estimate
 from bristle.identification.estimation import Estimation
@@ -20,6 +19,7 @@ from bristle.identification.refit import Refit
 from bristle.identification.result import Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import Bands, half_width
+from bristle.models.friction import is_static
 
 IN_DOUBT = 2.5  # times the scatter of replicates: measured factor for intervals with a doubtful treatment
 AT_REVERSALS = ("presliding", "stribeck")

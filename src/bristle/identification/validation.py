@@ -22,11 +22,11 @@ from dataclasses import replace
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic, HeldOut
-from bristle.friction.slots import variations_of
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import independent_rows
 from bristle.identification.result import Fit, Information
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.models.friction.slots import variations_of
 from bristle.simulation.statistics import relative_error_percent
 
 TOO_SHORT = Diagnostic("too_short")

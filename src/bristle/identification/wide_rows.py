@@ -18,7 +18,7 @@ from bristle.identification.preprocessing import segment_of, step_of
 from bristle.logs.filters import at_spline, butterworth, derivative, low_passed, through_filter
 from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
-from bristle.plants.terms import SPRINGS
+from bristle.models.plants.terms import SPRINGS
 
 WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz

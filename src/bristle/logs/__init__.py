@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from bristle.loading import loaded_from
+from bristle.core.loading import loaded_from
 from bristle.logs.passages import passages
 
 if TYPE_CHECKING:
@@ -17,5 +17,6 @@ if TYPE_CHECKING:
     from bristle.logs.passages import Passage, holds
     from bristle.logs.readers import read_log
     from bristle.logs.summary import summarize
+    from bristle.logs.turns import period_of
 
 __getattr__ = loaded_from(__name__)

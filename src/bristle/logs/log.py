@@ -262,7 +262,7 @@ class Log(LogData):
 
     def plot(self) -> Figure:
         """Return position [m or rad], velocity [m/s or rad/s] and effort [N or N*m] over time as a matplotlib figure."""
-        return of_upper_layer("bristle.figures", "log_over_time")(self)
+        return of_upper_layer("bristle.report.figures", "log_over_time")(self)
 
 
 def log_of(record: LogData) -> Log:

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from bristle.loading import loaded_from
+from bristle.core.loading import loaded_from
 from bristle.prediction.drive_table import drive_table
 from bristle.prediction.drive_units import drive_units
 from bristle.prediction.predict import predict

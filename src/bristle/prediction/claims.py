@@ -3,7 +3,7 @@ r"""What a feedforward of friction promises: the share that harms no move, and t
 At a reversal after a rest the integral of a controller still carries the friction of the last direction, and a compensator
 adds that of the next one. The axis jumps by about :math:`F/K`, the sliding friction over the stiffness of the position loop.
 Therefore the share of the contact force returns to its gain within a small part of this reach, and fades at rest
-(`bristle.controllers.feedforward`). Moves far longer than the reach improve; shorter moves may not.
+(`bristle.models.controllers.feedforward`). Moves far longer than the reach improve; shorter moves may not.
 
 If `K` is unknown, the share is constant, and bristle promises nothing.
 """
@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.feedforward import Rule
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number
 from bristle.engine.contact import level_of
-from bristle.friction.slots import whole_parts
 from bristle.identification.position_loop import stiffness_of
 from bristle.identification.simulated_bands import MEMBERS, Bands
+from bristle.models.controllers.feedforward import Rule
+from bristle.models.friction.slots import whole_parts
 
 GAIN = 0.9  # share with a known reach, which returns and fades
 CONSTANT_GAINS = (0.8, 0.7, 0.6)  # constant shares; the first without a known reach

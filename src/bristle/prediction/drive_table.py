@@ -15,12 +15,12 @@ from bristle.core.errors import InputError
 from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
-from bristle.friction import unvaried
 from bristle.identification.dataset import transmitted_by
 from bristle.identification.parameters import Role, name_of, offset_of
 from bristle.identification.result import Fit
 from bristle.logs.check import parted
 from bristle.logs.log import Log
+from bristle.models.friction import unvaried
 from bristle.prediction.predict import rows_as_fitted
 
 FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: for figures, before refinement, and at most

@@ -18,10 +18,10 @@ from bristle.core.dimensions import exponents_of
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Start, Variant
 from bristle.core.status import Status
-from bristle.friction import with_presliding
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.log import Log
-from bristle.plants.terms import effort_of_columns
+from bristle.models.friction import with_presliding
+from bristle.models.plants.terms import effort_of_columns
 from bristle.prediction.claims import compensation_of, in_samples, lateness_of
 from bristle.prediction.predict import TREATED, unexplained_force
 from bristle.simulation import simulate

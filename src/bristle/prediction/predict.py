@@ -17,7 +17,6 @@ from bristle.core.variable import unit_of
 from bristle.engine.checks import finite
 from bristle.files.arguments import AXIS, LOG, log_and_axis
 from bristle.files.model import TREATMENT
-from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.preprocessing import differentiated, treat_all
@@ -27,6 +26,7 @@ from bristle.identification.simulated_bands import Bands, half_width, simulated_
 from bristle.logs.check import RECORDED, checked, parted
 from bristle.logs.log import Channel, Log
 from bristle.logs.look import CheckThresholds
+from bristle.models.friction import is_static, with_presliding
 from bristle.simulation.recorded.closed_loop import LOOPS, START_SAMPLES, Course, Stretch
 from bristle.simulation.result import Prediction
 from bristle.simulation.statistics import relative_error_percent

@@ -4,10 +4,10 @@ from pkgutil import resolve_name
 from typing import Any
 
 PARTS = {
-    "living": "bristle.lab.living:living_part",  # the movable parameters of a report
-    "design": "bristle.loop.design:design",  # a loop before it is built
-    "runs": "bristle.study.store:Runs",  # the runs of a study
-    "widget": "bristle.lab.widget:Widget",  # the view of a model in a notebook
+    "living": "bristle.apps.lab.living:living_part",  # the movable parameters of a report
+    "design": "bristle.apps.design.analysis:design",  # a loop before it is built
+    "runs": "bristle.apps.study.store:Runs",  # the runs of a study
+    "widget": "bristle.apps.lab.widget:Widget",  # the view of a model in a notebook
 }
 
 

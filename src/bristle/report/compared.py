@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.comparison import Comparison, compare as sides_compared
 from bristle.core import SIZE_LIMIT, Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
 from bristle.files import axes_for, logs_and_axes, provenance
 from bristle.logs import Log
+from bristle.prediction.comparison import Comparison, compare as sides_compared
 from bristle.report.results import Result
 
 if TYPE_CHECKING:
-    from bristle.figures.report_figure import ReportFigure
+    from bristle.report.figures.report_figure import ReportFigure
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Compared(Result, Comparison):
 
     def plot(self) -> Any:
         """Return following error over a cycle and at reversals, friction, and the changes, as a figure."""
-        from bristle.figures.comparison import comparison
+        from bristle.report.figures.comparison import comparison
 
         return comparison(self)
 

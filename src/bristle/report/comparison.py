@@ -16,8 +16,8 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import Table, capital, fixed, length_text, percent_text
 
 if TYPE_CHECKING:
-    from bristle.comparison import Change, Comparison
     from bristle.logs import Log
+    from bristle.prediction.comparison import Change, Comparison
 
 RMS = "following_error.rms"
 WORDS = {

@@ -7,10 +7,10 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 from bristle.core import Content, number, scale_of, unit_of, with_unit
-from bristle.excitation import NARROWER, Excitation, excite
 from bristle.files import Results, origins_of_code, provenance
 from bristle.identification import OPEN, Estimate
 from bristle.logs import Log
+from bristle.prediction.excitation import NARROWER, Excitation, excite
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
 from bristle.report.model_tables import STATUS_WORDS

@@ -85,9 +85,9 @@ def export_model_file(
 
 def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict[str, Any]]:
     """Return plant, friction model or operator, and further facts of a model file."""
+    from bristle.contract import admit
     from bristle.files import holds_operator, read_model, read_operator
-    from bristle.hysteresis import with_constant
-    from bristle.testing import admit
+    from bristle.models.hysteresis import with_constant
 
     if holds_operator(file):
         operator, offset, _ = read_operator(file)

@@ -35,14 +35,14 @@ from bristle.report.table import Table, capital, fixed, percent_text
 from bristle.report.two_masses import SIMULATE_BOTH, elastic_cards, models_of, title_of, two_masses_table
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.core import Axis
-    from bristle.figures.report_figure import Facts
     from bristle.identification import Fit, Identification
     from bristle.prediction import Following
     from bristle.report.compensation import Gain
+    from bristle.report.figures.report_figure import Facts
     from bristle.report.living import Living
     from bristle.simulation import Prediction, SimulationResult
+    from bristle.simulation.certificates import Certificate
 
 ENTER = f"enter the values on the machine, record again, and measure the gain with {COMPARE}"
 PAIRS_SHOWN = 20

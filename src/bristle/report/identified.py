@@ -11,20 +11,20 @@ from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
 from bristle.core import Axis, InputError, Origin, Progress, cached_property
 from bristle.files import axis_text, logs_and_axes, origins_of_code, provenance
-from bristle.friction import DEFAULT_MODELS
 from bristle.identification import Identification, axis_with, identify as models_fitted, models_of
 from bristle.logs import Log
+from bristle.models.friction import DEFAULT_MODELS
 from bristle.prediction import drive_table, steady_curve
 from bristle.report.model_in_hand import ModelInHand
 from bristle.report.results import Result
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.core import Experiment
-    from bristle.figures import ReportFigure
     from bristle.files import NextExperiment, Results
     from bristle.prediction import Compensation, Following
+    from bristle.report.figures import ReportFigure
     from bristle.simulation import Prediction, SimulationResult
+    from bristle.simulation.certificates import Certificate
 
     Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
@@ -77,7 +77,7 @@ class Identified(Identification, ModelInHand, Result):
 
         A `loop` is the result of an earlier simulation, such as that of a simulated axis.
         """
-        from bristle.certificates import check
+        from bristle.simulation.certificates import check
 
         read = {"log": (self.log, *self.further_logs), "code": self.code} | dict(files or {})
         source = provenance(command or self.call, **read) | ({"unfinished": self.unfinished} if self.unfinished else {})

@@ -10,13 +10,12 @@ import numpy as np
 
 from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
 from bristle.files import Said, as_toml, key_of
-from bristle.loop.assessment import Assessment
 from bristle.prediction import Claim
 from bristle.report.compensation import helped_text, names_text
 from bristle.report.messages import message
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
-from bristle.simulation import SimulationResult, Statistics, VariantResult
+from bristle.simulation import Assessment, SimulationResult, Statistics, VariantResult
 
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # unit of a gain at the motor, by its unit on a carriage
 

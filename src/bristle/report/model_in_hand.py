@@ -143,7 +143,7 @@ class ModelInHand(WithCard):
 
     def plot(self) -> Figure:
         """Return measured and predicted effort as a matplotlib figure: over the whole log, and around the largest difference."""
-        from bristle.figures.fit import effort_over_time
+        from bristle.report.figures.fit import effort_over_time
 
         return effort_over_time(self.best)
 

@@ -11,9 +11,9 @@ from bristle.prediction import drive_units, level_values
 from bristle.report.table import Quantity, Table, interval_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.core import Axis
     from bristle.identification import Estimate, Fit, Identification, Settings
+    from bristle.simulation.certificates import Certificate
 
 STATUS_WORDS = {"identified": "", "held": "held constant", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, the limits for a half-width in percent

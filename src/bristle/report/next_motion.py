@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core import Axis, InputError, Progress, unit_of
-from bristle.excitation import NARROWER
 from bristle.identification import Estimate, Fit
 from bristle.logs import Log, holds
+from bristle.prediction.excitation import NARROWER
 from bristle.report.excitation import half_text
 from bristle.report.judgement import ADVICE
 
@@ -41,7 +41,7 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
     Each candidate motion is designed and rehearsed on the identified axis, as `bristle excite --model` does. Without
     limits in the axis file it stays within the velocity and the travel of the log.
     """
-    from bristle.excitation import excite
+    from bristle.prediction.excitation import excite
 
     variables = fit.plant.component.variables | fit.friction.component.variables
     unknown = {estimate.name: estimate for estimate in fit.estimates if is_open(estimate)}

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from bristle.core import Card, InputError, Model, scale_of
-from bristle.palette import notebook_style
+from bristle.core.palette import notebook_style
 from bristle.prediction import reversal_distance
 from bristle.report.apps import part
 from bristle.report.assets import joined
@@ -57,7 +57,7 @@ def _of_model(model: Model) -> list[str]:
     rows = [(name, _value(value, unit[name]), component.variables[name].description) for name, value in model.values.items()]
 
     def draw() -> Any:
-        from bristle.figures.small_multiples import loops_of
+        from bristle.report.figures.small_multiples import loops_of
 
         return loops_of(model, reversal_distance(model, 0.1))
 
@@ -79,7 +79,7 @@ def _value(value: Any, unit: str) -> str:
 def _picture(draw: Callable[[], Any], description: str) -> str:
     """Return a figure in the colours of the notebook; empty without matplotlib."""
     try:
-        from bristle.figures.files import notebook_svg
+        from bristle.report.figures.files import notebook_svg
 
         return f'<div class="picture">{notebook_svg(draw(), description)}</div>'
     except (ImportError, InputError):
@@ -107,7 +107,7 @@ def _of_identification(identified: Any) -> list[str]:
     cards = cards_of(fit, identified.axis, usable=ruling.level != "measure_again")
 
     def draw() -> Any:
-        from bristle.figures import gain_at_reversal
+        from bristle.report.figures import gain_at_reversal
 
         simulation = None if outcome is None else outcome.simulation
         gained = None if simulation is None else gain_of(simulation)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from bristle.core import Model, number, unit_of, with_unit
-from bristle.hysteresis.identification import OperatorFit, OperatorIdentification, OperatorPrediction
+from bristle.identification.hysteresis import OperatorFit, OperatorIdentification, OperatorPrediction
 from bristle.logs import Curves
 from bristle.report.cards import Card, Step
 from bristle.report.messages import picked

@@ -1,6 +1,6 @@
 """The skeleton of every report: a self-contained HTML page with a first screen, sections and figures.
 
-Each kind of report supplies facts, a first page and sections. Figures come from `bristle.figures.on_reports`. Text is escaped.
+Each kind of report supplies facts, a first page and sections. Figures come from `bristle.report.figures.on_reports`. Text is escaped.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core import InputWarning, error_text, place_in_own_code, symbolic, typeset
-from bristle.palette import colour_variables
+from bristle.core.palette import colour_variables
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from bristle.figures.report_figure import Facts, ReportFigure
     from bristle.report.cards import Card, Step
+    from bristle.report.figures.report_figure import Facts, ReportFigure
     from bristle.report.living import Living
 
 SHORT, LONGEST = 12, 40  # letters of a name without line breaks, and of a name that fits a line
@@ -106,13 +106,13 @@ class Block(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """A place for the figures of a section of `bristle.figures.on_reports`; the default place is the end of that section."""
+    """A place for the figures of a section of `bristle.report.figures.on_reports`; the default place is the end of that section."""
 
     section: str
 
 
 class Section(NamedTuple):
-    """A section of a page, with its name in `bristle.figures.on_reports`; empty sections are left out.
+    """A section of a page, with its name in `bristle.report.figures.on_reports`; empty sections are left out.
 
     Sections with the same `tab` share a tab; without a name, the heading is the name of the tab.
 
@@ -148,7 +148,7 @@ def picture(
     name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "", own: bool = False
 ) -> Picture:
     """Return a figure for a page."""
-    from bristle.figures import inline_svg
+    from bristle.report.figures import inline_svg
 
     figure = draw()
     svg = Markup(inline_svg(figure, name, alternative))
@@ -177,8 +177,8 @@ def page_of(
     living: Living | None = None,
 ) -> str:
     """Return the page of a first screen and sections."""
-    from bristle.figures.drawing import printable
     from bristle.report.assets import hash_of, joined
+    from bristle.report.figures.drawing import printable
 
     tabs: dict[str, list[Section]] = {}
     for section in (_filled(section, {}) for section in sections):
@@ -192,7 +192,7 @@ def page_of(
 
 def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[Markup]]:
     """Return the figures of a kind of report by section, and a remark on each figure that failed."""
-    from bristle.figures.on_reports import REPORTS
+    from bristle.report.figures.on_reports import REPORTS
 
     pictures: dict[str, list[Picture]] = {place.section: [] for place in REPORTS.get(kind, ())}
     remarks: list[Markup] = []
@@ -227,7 +227,7 @@ def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Sect
 
 def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
     """Return a figure of the user under its title; a failure gives a warning and a remark on the page."""
-    from bristle.figures.own import draw_own
+    from bristle.report.figures.own import draw_own
 
     place = ""
     try:

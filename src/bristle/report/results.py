@@ -16,7 +16,7 @@ from bristle.files import SUMMARY, Results, as_json, log_text, plain, results_fo
 from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
 if TYPE_CHECKING:
-    from bristle.figures.report_figure import ReportFigure
+    from bristle.report.figures.report_figure import ReportFigure
     from bristle.simulation import SimulationResult
 
 
@@ -65,7 +65,7 @@ class Result(WithCard):
         """
         named: tuple[ReportFigure, ...] = ()
         if figures:
-            from bristle.figures.own import figures_named
+            from bristle.report.figures.own import figures_named
 
             named = figures_named(figures, self.command)
         return write_whole(path, self._page(named))
@@ -161,7 +161,7 @@ def figure_files(folder: Any, formats: Iterable[str] | None) -> Iterator[None]:
 
 def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
     """Write a figure as files; return False if its code raises an error."""
-    from bristle.figures import as_csv, figure_file, numbers_of
+    from bristle.report.figures import as_csv, figure_file, numbers_of
 
     try:
         for ending in endings:

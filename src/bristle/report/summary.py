@@ -17,10 +17,10 @@ from bristle.report.simulation import variants_as_data
 from bristle.report.sweep import sweep_data
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.identification import Estimate, Fit, Identification
     from bristle.prediction import Following
     from bristle.simulation import Prediction, SimulationResult
+    from bristle.simulation.certificates import Certificate
 
 
 NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))

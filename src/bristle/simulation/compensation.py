@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers import open_loop
-from bristle.controllers.feedforward import WHOLE, Rule, Shape, feedforward_of
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, array, guarded, instance, model
@@ -20,12 +18,14 @@ from bristle.engine.motion import compensation_along
 from bristle.engine.path import effort_along
 from bristle.engine.wind_up import Lead
 from bristle.files.variant import at_rest
-from bristle.friction import without_presliding
-from bristle.friction.resting import with_rest
-from bristle.friction.slots import whole_parts
-from bristle.plants.terms import Termed, place_of, terms_of
-from bristle.references import recorded
-from bristle.sensors import encoder
+from bristle.models.controllers import open_loop
+from bristle.models.controllers.feedforward import WHOLE, Rule, Shape, feedforward_of
+from bristle.models.friction import without_presliding
+from bristle.models.friction.resting import with_rest
+from bristle.models.friction.slots import whole_parts
+from bristle.models.plants.terms import Termed, place_of, terms_of
+from bristle.models.references import recorded
+from bristle.models.sensors import encoder
 from bristle.simulation.two_masses import following, screw_of, wound_up
 
 
@@ -44,7 +44,7 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
     conditioning : float
         Amplitude of the decaying sweep before the motion, which sets its memory [m or rad]; 0 for a virgin memory.
     rest : {"held", "middle"}
-        Force of a memoryless model at zero velocity (`bristle.friction.resting`).
+        Force of a memoryless model at zero velocity (`bristle.models.friction.resting`).
 
     Returns
     -------

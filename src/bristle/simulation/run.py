@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.edge import Progress, guarded
@@ -17,7 +16,8 @@ from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
-from bristle.friction.level import rises_with_effort
+from bristle.models.controllers.limits import within_drive
+from bristle.models.friction.level import rises_with_effort
 from bristle.simulation.compensation import carried_effort, compensator_of, motor_feedforward
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result
 from bristle.simulation.statistics import statistics_of

@@ -23,16 +23,16 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape
-from bristle.controllers.wind_up import WindUp
 from bristle.core.contracts import Model, Reference, Screw
 from bristle.core.experiment import Feedforward
 from bristle.engine import conditioned
 from bristle.engine.motion import compensation_along
 from bristle.engine.wind_up import Lead, wind_up_along
-from bristle.friction import viscous
-from bristle.friction.resting import with_rest
-from bristle.friction.slots import whole_parts
+from bristle.models.controllers.feedforward import Shape
+from bristle.models.controllers.wind_up import WindUp
+from bristle.models.friction import viscous
+from bristle.models.friction.resting import with_rest
+from bristle.models.friction.slots import whole_parts
 
 SIDED = 0.02  # of the largest force of the screw: smaller forces do not change the flank
 

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.diagnostic import Diagnostic
@@ -20,8 +19,9 @@ from bristle.engine import LoopTrace, Trace, run_closed_loop, run_open_loop, set
 from bristle.engine.loop import begun
 from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives
 from bristle.logs.log import Log
-from bristle.plants.terms import effort_of_columns
-from bristle.sensors import encoder
+from bristle.models.controllers.limits import within_drive
+from bristle.models.plants.terms import effort_of_columns
+from bristle.models.sensors import encoder
 from bristle.simulation.recorded.open_loop import finer, open_loop_of
 
 START_SAMPLES = 20  # over which the initial velocity is estimated

@@ -1,0 +1,114 @@
+"""Former places of modules: until release 0.4 a former name gives the same module, with one warning for each package."""
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+PLACES = {
+    "arm": "apps.arm",
+    "bridges": "apps.targets",
+    "certificates": "simulation.certificates",
+    "comparison": "prediction.comparison",
+    "controllers": "models.controllers",
+    "demo": "cli.demonstration",
+    "excitation": "prediction.excitation",
+    "exports": "apps.targets",  # of the targets that left the package
+    "figures": "report.figures",
+    "figures.joints": "apps.arm.joints",
+    "figures.loop_design": "apps.design.loop_design",
+    "figures.many_runs": "apps.study.many_runs",
+    "figures.rig_layout": "apps.paper.rig_layout",
+    "fleet": "apps.study.fleet",
+    "friction": "models.friction",
+    "hysteresis": "models.hysteresis",
+    "hysteresis.identification": "identification.hysteresis",
+    "lab": "apps.lab",
+    "loading": "core.loading",
+    "loop": "apps.design",
+    "loop.design": "apps.design.analysis",
+    "loop.assessment": "simulation.assessment",
+    "loop.linear_system": "simulation.linear_system",
+    "loop.tuning": "simulation.tuning",
+    "palette": "core.palette",
+    "paper": "apps.paper",
+    "paper.reproduce": "apps.paper.reproduction",
+    "plants": "models.plants",
+    "references": "models.references",
+    "report.arm": "apps.arm.report",
+    "report.design": "apps.design.report",
+    "report.fleet": "apps.study.fleet.report",
+    "report.study": "apps.study.report",
+    "sensors": "models.sensors",
+    "server": "apps.lab.server",
+    "study": "apps.study",
+    "testing": "contract",
+    "testing.figures": "report.figures.contract",
+    "translation": "engine.translation",
+    "tune": "apps.tune",
+}
+
+
+def present_name(former: str) -> str:
+    """Return the present name of a module of bristle; empty if no module had the former one."""
+    parts = former.split(".")[1:]
+    for count in range(len(parts), 0, -1):
+        place = PLACES.get(".".join(parts[:count]))
+        if place is not None:
+            return ".".join(["bristle", place, *parts[count:]])
+    return ""
+
+
+class Former(MetaPathFinder, Loader):
+    """Finder and loader of former names. Python asks it last, for modules that it does not find."""
+
+    def __init__(self) -> None:
+        self._warned: set[str] = set()
+        self._specs: dict[str, ModuleSpec | None] = {}
+
+    def find_spec(self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """Return how to load a former name, None for any other."""
+        if not fullname.startswith("bristle."):
+            return None
+        present = present_name(fullname)
+        if not present or present == fullname:
+            return None
+        try:
+            import_module(present)
+        except ModuleNotFoundError as error:
+            if error.name == present:
+                return None
+            raise
+        return ModuleSpec(fullname, self)
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """Return the present module, and give its loaded children their former names: a child may be replaced by a function."""
+        present = present_name(spec.name)
+        module = sys.modules[present]
+        self._specs[spec.name] = module.__spec__
+        for name in [name for name in sys.modules if name.startswith(f"{present}.")]:
+            sys.modules.setdefault(spec.name + name.removeprefix(present), sys.modules[name])
+        self._warn(spec.name, present)
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Give the module its own specification back: importing it under another name replaced it."""
+        assert module.__spec__ is not None
+        module.__spec__ = self._specs.pop(module.__spec__.name)
+
+    def _warn(self, former: str, present: str) -> None:
+        package = ".".join(former.split(".")[:2])
+        if package in self._warned:
+            return
+        self._warned.add(package)
+        text = f"{former} is now {present}. The former name is removed in bristle 0.4"
+        warnings.warn(text, DeprecationWarning, stacklevel=3)
+
+
+def install() -> None:
+    """Let Python find the former names."""
+    if not any(isinstance(finder, Former) for finder in sys.meta_path):
+        sys.meta_path.append(Former())

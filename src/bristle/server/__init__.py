@@ -1,6 +1,0 @@
-"""The lab as a browser application: from a log dropped on the page to drive tables, without a terminal."""
-
-from bristle.server.limits import Limits
-from bristle.server.run import serve
-
-__all__ = ["Limits", "serve"]

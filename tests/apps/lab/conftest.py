@@ -1,0 +1,3 @@
+"""A page of the lab in a browser."""
+
+from tests.apps.lab.browser import shown  # noqa: F401

@@ -1,3 +1,0 @@
-"""A page of the lab in a browser."""
-
-from tests.lab.browser import shown  # noqa: F401
