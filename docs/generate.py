@@ -23,7 +23,7 @@ from typing import Any
 import typer
 
 import bristle
-from bristle.cli.application import app
+from bristle.cli.application import application
 from bristle.cli.options import Listing
 from bristle.core.contracts import Component
 from bristle.core.documented import Documented
@@ -257,7 +257,7 @@ def symbols() -> str:
 
 def command_line() -> str:
     """Return the page of all commands, from the same declarations that `--help` is made from."""
-    group: Any = typer.main.get_command(app)
+    group: Any = typer.main.get_command(application())
     rows = [(f"[`{name}`](#bristle-{name})", _paragraphs(command.help)[0]) for name, command in group.commands.items()]
     parts = [*_paragraphs(group.help), table(("Command", "Purpose"), rows)]
     for name, command in group.commands.items():

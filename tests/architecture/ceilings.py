@@ -219,9 +219,9 @@ def options() -> list[list[str]]:
     """Return the spellings of each option of each command."""
     import typer
 
-    from bristle.cli.application import app
+    from bristle.cli.application import application
 
-    command = typer.main.get_command(app)
+    command = typer.main.get_command(application())
     found = []
     for sub in [command, *command.commands.values()]:
         found += [[*entry.opts, *entry.secondary_opts] for entry in sub.params if entry.param_type_name == "option"]

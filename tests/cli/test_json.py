@@ -16,7 +16,7 @@ from tests.golden.skeleton import skeleton
 from tests.golden.yard import yard
 
 from bristle.apps.lab.page import MARK
-from bristle.cli.application import app
+from bristle.cli.application import application
 
 FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fast]
 
@@ -91,7 +91,10 @@ def test_frozen_json_has_exactly_the_documented_keys(command):
 
 
 def test_every_command_has_documented_json():
-    assert {line.split()[0] for line in COMMANDS.values()} == {"board", *(registered.name for registered in app.registered_commands)}
+    assert {line.split()[0] for line in COMMANDS.values()} == {
+        "board",
+        *(registered.name for registered in application().registered_commands),
+    }
 
 
 RESULT = {

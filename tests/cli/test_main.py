@@ -14,12 +14,11 @@ from pathlib import Path
 import pytest
 
 from bristle.cli import application, terminal
-from bristle.cli.application import app
 from bristle.cli.main import _own_the_compiler, main
 from bristle.cli.signals import SignalledError, ended_by_signals
 from bristle.core.former import FORMER
 
-COMMANDS = [registered_command.name for registered_command in app.registered_commands]
+COMMANDS = [registered_command.name for registered_command in application.application().registered_commands]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
 
 
@@ -304,3 +303,12 @@ def test_progress_is_shown_on_a_terminal_after_a_while(monkeypatch):
     with terminal.progress("working") as report:
         report(0.5, "quick")
     assert "quick" not in sys.stderr.getvalue()
+
+
+def test_a_command_loads_no_module_of_another():
+    code = "import sys; from bristle.cli.main import main; main(['models']); print(*sys.modules)"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(ended.stdout.splitlines()[-1].split())
+    assert "bristle.cli.models" in loaded
+    assert not {name for name in loaded if name.startswith("bristle.apps")} - {"bristle.apps"}
+    assert "bristle.cli.identify" not in loaded

@@ -13,7 +13,7 @@ from tests.cli.conftest import written_in
 from tests.exports.test_targets import EXAMPLE as EXPORTER, target_file
 from tests.files.own_slot import AXIS, SLOT, TRUTH, write_bench
 
-from bristle.cli.application import app
+from bristle.cli.application import application
 from bristle.core.content import content_of
 from bristle.files.permission import is_allowed
 from bristle.files.results import SUMMARY
@@ -327,7 +327,7 @@ def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
 # --- figures of every report as files --------------------------------------------------------------------------------
 
 
-COMMANDS = typer.main.get_command(app).commands
+COMMANDS = typer.main.get_command(application()).commands
 WITHOUT_FIGURES = {"export", "lab", "demo", "tune"}
 WITH_RESULTS = sorted(
     name for name, item in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)

@@ -14,7 +14,7 @@ from tests.docs.conftest import PAGES, ROOT, blocks
 from bristle.apps.arm.robot import read_robot
 from bristle.apps.study import read_study_file
 from bristle.apps.study.values import fitted_at
-from bristle.cli.application import app
+from bristle.cli.application import application
 from bristle.cli.main import main
 from bristle.core import Content
 from bristle.core.dimensions import NAMES
@@ -29,7 +29,7 @@ from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, RUN, SECTIONS
 from bristle.identification import Determined
 
-COMMANDS = typer.main.get_command(app).commands
+COMMANDS = typer.main.get_command(application()).commands
 LEAST_AXIS = {
     "schema": 1,
     "kind": "translational",

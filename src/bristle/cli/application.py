@@ -1,5 +1,6 @@
 """The command ``bristle``: its subcommands, and the function that runs them."""
 
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Annotated, cast
 
@@ -14,16 +15,23 @@ from bristle.core.loading import successor
 # Newer releases of typer contain their own copy of click: its errors are reached through public classes of typer.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
-app = typer.Typer(
-    rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]}
-)
-for command, place in COMMANDS.items():
-    module = import_module(place)
-    command_class = getattr(module, "COMMAND", None)
-    app.command(command, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, command)))
+
+def application(names: Iterable[str] = tuple(COMMANDS)) -> typer.Typer:
+    """Return the program with these commands, by default all."""
+    app = typer.Typer(
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        add_completion=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback(invoke_without_command=True)(bristle)
+    for name in names:
+        module = import_module(COMMANDS[name])
+        command_class = getattr(module, "COMMAND", None)
+        app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, name)))
+    return app
 
 
-@app.callback(invoke_without_command=True)
 def bristle(
     context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False
 ) -> None:
@@ -40,9 +48,16 @@ def bristle(
         typer.echo(context.get_help())
 
 
+def _named(arguments: list[str]) -> Iterable[str]:
+    """Return the command that a command line begins with; all, if it begins with none."""
+    if arguments and arguments[0] in COMMANDS:
+        return arguments[:1]
+    return COMMANDS
+
+
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code. Report a mistyped command line in one line."""
-    command = typer.main.get_command(app)
+    command = typer.main.get_command(application(_named(arguments)))
     try:
         with command.make_context("bristle", arguments, obj=command_text(arguments)) as context:
             return command.invoke(context) or 0

@@ -10,12 +10,12 @@ import typer
 from matplotlib.mathtext import MathTextParser
 
 from bristle.apps.paper import FIGURES, equations, reproduce, setting, write_experiments
-from bristle.cli.application import app
+from bristle.cli.application import application
 from bristle.cli.main import main
 from bristle.engine import interpreted
 
 ROOT = Path(__file__).parents[3]
-GROUP = typer.main.get_command(app)
+GROUP = typer.main.get_command(application())
 CHEAP = "bristle models"  # the others take seconds to minutes, and have their own tests
 each = pytest.mark.parametrize("one", equations.EQUATIONS, ids=lambda equation: str(equation.number))
 
