@@ -98,16 +98,8 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     # The movement for one radian of the motor is known if the axis is rotational or has a lead.
     is_turned = file.kind == "rotational" or drive.transmission.lead is not None
     rate = _positive(file.timing.sample_rate, Variable("frequency", "sample rate"), file.kind, "timing.sample_rate")
-    if rate is not None and file.timing.sample_time is not None:
-        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep only one")
     limit, held, hold = file.effort.limit, file.effort.held, file.effort.hold
-    if held is not None and hold is not None and held != (hold == "zero"):
-        raise InputError("contradicts the key `held`", path="effort.hold", value=hold, mend="Keep only one of `hold` and `held`")
-    if file.plant.gravity is not None and file.kind != "rotational":
-        mend = "Remove gravity: bristle identifies the weight on a vertical axis as the constant offset"
-        raise InputError(
-            "is the gravity of a rotating link, but this axis is translational", path="plant.gravity", value=file.plant.gravity, mend=mend
-        )
+    _refuse_contradictions(file)
     fields = raw | {
         "name": file.name,
         "kind": file.kind,
@@ -137,6 +129,25 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     except InputError as error:
         name, rest = re.fullmatch(r"(\w+)(.*)", error.path).groups()  # type: ignore[union-attr]
         raise error.at(path=places.get(name, name) + rest) from None
+    return _with_controller(axis, file)
+
+
+def _refuse_contradictions(file: AxisFile) -> None:
+    """Refuse two keys that contradict each other, and a gravity that the axis cannot have."""
+    if file.timing.sample_rate is not None and file.timing.sample_time is not None:
+        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep only one")
+    held, hold = file.effort.held, file.effort.hold
+    if held is not None and hold is not None and held != (hold == "zero"):
+        raise InputError("contradicts the key `held`", path="effort.hold", value=hold, mend="Keep only one of `hold` and `held`")
+    if file.plant.gravity is not None and file.kind != "rotational":
+        mend = "Remove gravity: bristle identifies the weight on a vertical axis as the constant offset"
+        raise InputError(
+            "is the gravity of a rotating link, but this axis is translational", path="plant.gravity", value=file.plant.gravity, mend=mend
+        )
+
+
+def _with_controller(axis: Axis, file: AxisFile) -> Axis:
+    """Return the axis with the controller of the file and its cycle."""
     if file.controller is None:
         return axis
     law = {key: value for key, value in file.controller.items() if key != CYCLE}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -212,15 +212,8 @@ def roles_of(table: Table) -> Roles:
     time = channels.get("time")
     moving = [column for column in columns if np.ptp(column.values) > 0.0 and (time is None or column.name != time.column)]
     position, rivals = _position(moving)
-    if position is None:  # velocity and effort by their names and units
-        fit = [column for column in moving if column.fits("velocity", SPEEDS) and not column.meaning.reference]
-        velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
-        way = None if velocity is None else replace(velocity, values=np.cumsum(velocity.values))
-        if velocity is not None and way is not None:
-            reason = _reason(velocity, "its unit")
-            channels["velocity"] = Role(velocity.name, velocity.unit, velocity.unit_source, reason, velocity.unknown)
-            channels |= _effort(table, [column for column in moving if column is not velocity and not column.is_apart_from(way)], way)
-        return Roles(channels)
+    if position is None:
+        return Roles(channels | _without_position(table, moving))
     stamps = _stamps(table, position.name, time)
     load = _load_position(moving, position)
     moving = [column for column in moving if column is not load]
@@ -243,18 +236,36 @@ def roles_of(table: Table) -> Roles:
     if velocity is not None and velocity.unit:
         channels["velocity"] = Role(velocity.name, velocity.unit, velocity.unit_source, _reason(velocity, "velocity"))
     elif velocity is not None and unit and stamps is not None and velocity.values.size == stamps.size:
-        factor = abs(slope(rate_of(position.values, stamps), velocity.values))
-        for per, size in (("s", 1.0), ("min", 60.0)):  # the unit of the position over time, or no unit
-            if abs(factor / size - 1.0) < WITHIN:
-                own = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
-                channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
-                break
+        own = _unit_of_velocity(velocity, position, unit, stamps)
+        if own:
+            channels["velocity"] = Role(velocity.name, own, "position", _reason(velocity, "velocity"))
     for name, column in ((LOAD_ENCODER, load), ("reference", reference), ("following_error", error)):
         if column is not None and (column.unit or column.unknown in ("", position.unknown)):
             own, unit_source = (column.unit, column.unit_source) if column.unit else (unit, "position" if unit else "")
             channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     channels |= _effort(table, [column for column in left if column is not error], position)
     return Roles(channels, rivals)
+
+
+def _without_position(table: Table, moving: Sequence[Candidate]) -> dict[str, Role]:
+    """Return velocity and effort by their names and units, of a table without a position."""
+    fit = [column for column in moving if column.fits("velocity", SPEEDS) and not column.meaning.reference]
+    velocity = max(fit, key=lambda candidate: candidate.meaning.sure + candidate.meaning.actual, default=None)
+    if velocity is None:
+        return {}
+    way = replace(velocity, values=np.cumsum(velocity.values))
+    role = Role(velocity.name, velocity.unit, velocity.unit_source, _reason(velocity, "its unit"), velocity.unknown)
+    others = [column for column in moving if column is not velocity and not column.is_apart_from(way)]
+    return {"velocity": role} | _effort(table, others, way)
+
+
+def _unit_of_velocity(velocity: Candidate, position: Candidate, unit: str, stamps: np.ndarray) -> str:
+    """Return the unit of the position over time that fits the numbers of the velocity; empty if none does."""
+    factor = abs(slope(rate_of(position.values, stamps), velocity.values))
+    for per, size in (("s", 1.0), ("min", 60.0)):
+        if abs(factor / size - 1.0) < WITHIN:
+            return "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
+    return ""
 
 
 def facts_of_speeds(table: Table, roles: Roles) -> dict[str, str | float]:

@@ -35,7 +35,7 @@ from bristle.report.table import Table, capital, fixed, percent_text
 from bristle.report.two_masses import SIMULATE_BOTH, elastic_cards, models_of, title_of, two_masses_table
 
 if TYPE_CHECKING:
-    from bristle.core import Axis
+    from bristle.core import Axis, Kind
     from bristle.identification import Fit, Identification
     from bristle.prediction import Following
     from bristle.report.compensation import Gain
@@ -103,33 +103,8 @@ def identification_report(
         "elastic": identification if elastic and not sides else None,
         "curves": [steady_curve(side.best) for side in sides.values()],
     }
-    tables = [] if simulation is None else [variant_table(simulation, following.measured if following else None)]
-    loop: list[object] = [*tables, *about_loop(None if simulation is None else gain, following, kind)]
-    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
-    heading = "in the log" if simulation is None else heading
-    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
-    thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
-    assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
-    warned = [*warnings_of(fit), *([message(following.contradiction)] if following is not None and following.contradiction else [])]
-    doubts = [why_only_similar(fit), Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."]
-    if measurements := next_measurements(fit):
-        motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
-        doubts += ["Measure next:", Block("items", motions)]
-    by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
-    quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
-    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
-    sections = [
-        Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
-        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", _parameters(identification, axis), "Drive table" if usable else ""),
-        Section("doubts", "Limits of this log", doubts, "Limits"),
-        Section("following", f"Following error {heading}", loop, "Loop"),
-        Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
-        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
-        Section("certificates", "Certificates", certified, "Models"),
-        Section("assumptions", "Assumptions", assumptions, "Limits"),
-        Section("log", "The log", _read(identification), "Log"),
-    ]
+    loop = _loop(simulation, gain, following, kind, contradicted=contradicted)
+    sections = _sections(identification, loop, prediction, table, axis, certificates, following, usable=usable)
     title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
     again = advice_to_record(fit)
     step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
@@ -148,6 +123,64 @@ def identification_report(
         front = _of_two_masses(front, identification, axis, gain if shows_gain else None, usable=usable, again=bool(again))
     # The movable parameters are those of one mass.
     return report_page("identification", facts, front, sections, living=None if sides else living, **options)
+
+
+def _loop(
+    simulation: SimulationResult | None, gain: Gain | None, following: Following | None, kind: Kind, *, contradicted: bool
+) -> Section:
+    """Return the section on the following error: of the log alone, or of the simulated loop beside it."""
+    if simulation is None:
+        return Section("following", "Following error in the log", about_loop(None, following, kind), "Loop")
+    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+    variants = variant_table(simulation, following.measured if following else None)
+    return Section("following", f"Following error {heading}", [variants, *about_loop(gain, following, kind)], "Loop")
+
+
+def _sections(
+    identification: Identification,
+    loop: Section,
+    prediction: Prediction | None,
+    table: Sequence[tuple[float, float]] | None,
+    axis: Axis | None,
+    certificates: Mapping[str, Certificate] | None,
+    following: Following | None,
+    *,
+    usable: bool,
+) -> list[Section]:
+    """Return the sections below the first screen."""
+    fit = identification.best
+    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
+    thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
+    assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
+    by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
+    quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
+    certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
+    return [
+        Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
+        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
+        Section("parameters", "Parameters", _parameters(identification, axis), "Drive table" if usable else ""),
+        Section("doubts", "Limits of this log", _doubts(fit, following), "Limits"),
+        loop,
+        Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
+        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
+        Section("certificates", "Certificates", certified, "Models"),
+        Section("assumptions", "Assumptions", assumptions, "Limits"),
+        Section("log", "The log", _read(identification), "Log"),
+    ]
+
+
+def _doubts(fit: Fit, following: Following | None) -> list[object]:
+    """Return what limits the result, and what to measure next."""
+    warned = [*warnings_of(fit)]
+    if following is not None and following.contradiction:
+        warned.append(message(following.contradiction))
+    doubts: list[object] = [why_only_similar(fit)]
+    doubts.append(Block("items", warned, ("warnings",)) if warned else "This log determines every parameter.")
+    measurements = next_measurements(fit)
+    if measurements:
+        motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
+        doubts += ["Measure next:", Block("items", motions)]
+    return doubts
 
 
 def _of_two_masses(

@@ -60,16 +60,9 @@ def why_not(friction: Model, plant: Model | None = None) -> str:
 def exchange_of(core: Core, builder: Builder) -> Exchange:
     """Return a model in continuous time, built together with its step: kernels that load and store the fields of the model."""
     subject, plant, state = core.subject, core.plant, core.subject.state
-    # Continuous state of a contact; data of the piece, constant between events, then the contact at the event.
-    contact, piece = (state, None) if subject.model.component.flow is None else piece_of(subject, builder)
-    body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
-    of_body = [] if body is None else [name for name, _ in body.fields]
-    varied = [*of_body, *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields)]
-    first, behind, held = len(of_body), 0, []
-    if piece is not None:
-        behind = len(piece.fields)
-        held = [capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in piece.fields]
-        held += [0] * len(contact.fields)
+    contact, piece, body, varied, held = _states_of(core, builder)
+    first = len(varied) - len(contact.fields)
+    behind = 0 if piece is None else len(piece.fields)
     distance, variables = _variables(subject, plant, contact)
 
     v, x = ("v", "x") if plant is None else ("body.v", "body.x")
@@ -129,6 +122,30 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         dict(zip(varied, variables, strict=True)),
         tuple(held),
     )
+
+
+class _States(NamedTuple):
+    """Structures of contact, piece and body; names of the continuous states; largest integers of what is held between events."""
+
+    contact: Struct
+    piece: Struct | None
+    body: Struct | None
+    varied: list[str]
+    held: list[int]
+
+
+def _states_of(core: Core, builder: Builder) -> _States:
+    """Return the continuous states, body before contact, and the data that an event sets: the piece, then the contact at the event."""
+    subject, plant = core.subject, core.plant
+    contact, piece = (subject.state, None) if subject.model.component.flow is None else piece_of(subject, builder)
+    body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
+    of_body = [] if body is None else [name for name, _ in body.fields]
+    varied = [*of_body, *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields)]
+    held = []
+    if piece is not None:
+        held = [capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in piece.fields]
+        held += [0] * len(contact.fields)
+    return _States(contact, piece, body, varied, held)
 
 
 def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[float, list[Variable]]:

@@ -4,6 +4,7 @@ A block contains its state and its parameters; its functions receive both by ref
 those of bristle, except for the sign of a zero, which the language cannot detect.
 """
 
+from collections.abc import Collection
 from typing import Any
 
 from bristle.apps.targets import st_project
@@ -88,10 +89,7 @@ def _block(subject: Subject, feed: Feed | None, request: Request, printer: Print
     if feed is not None:
         facts |= _feed_facts(feed, request, printer)
         of_feed = _feed_variables(feed, request, printer)
-    held: dict[str, tuple[str, Type]] = {"state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size))}
-    held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
-    own = [*(pair for key, pair in held.items() if key in needed), ("tried", tried)]
-    own += [("after", subject.state)] if subject.commits else []
+    own = _own_variables(subject, needed)
     meanings, unit_in, unit_out = variables_of(subject.motion.cls), facts["unit_in"], facts["unit_out"]
     meanings_of = ("position of the axis", "mean friction force of the last step")
     meanings_of = ("input of the operator", "output of the operator") if operator else meanings_of
@@ -111,6 +109,17 @@ def _block(subject: Subject, feed: Feed | None, request: Request, printer: Print
         *([Variable("place", "DINT")] if memory else []),
     ]
     return Pou("FUNCTION_BLOCK", request.name, "", tuple(variables), body_lines("st/block.st", facts))
+
+
+def _own_variables(subject: Subject, needed: Collection[str]) -> list[tuple[str, Type]]:
+    """Return the variables that a block keeps, with their types."""
+    held: dict[str, tuple[str, Type]] = {"state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size))}
+    held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
+    own = [pair for key, pair in held.items() if key in needed]
+    own.append(("tried", subject.trial.result))
+    if subject.commits:
+        own.append(("after", subject.state))
+    return own
 
 
 def _feed_facts(feed: Feed, request: Request, printer: Printer) -> dict[str, Any]:
