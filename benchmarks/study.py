@@ -67,7 +67,7 @@ seed = 7
 [vary]
 "friction.F_C" = {{ normal = ["{level} N", "{spread} N"] }}
 """
-OPEN_RUNS, LOOP_RUNS, SERIAL, ROWS = 20_000, 2_000, 300, 1_000_000
+OPEN_RUNS, LOOP_RUNS, SERIAL, ROWS = 20_000, 6_000, 300, 1_000_000
 
 
 def study() -> Iterator[Ratio]:
