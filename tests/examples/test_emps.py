@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from tests.cli.conftest import bristle, emps  # noqa: F401
+from tests.cli.conftest import bristle, emps
 from tests.examples.data import data_of
 
 from bristle import sensors
@@ -24,7 +24,7 @@ PULSE_VOLT = 5.0695
 
 
 @pytest.fixture
-def identified(bristle, tmp_path):  # noqa: F811
+def identified(bristle, tmp_path):
     """Identify a log into a folder, and return what is printed as JSON."""
 
     def run(log, model):
@@ -39,7 +39,7 @@ def identified(bristle, tmp_path):  # noqa: F811
 @pytest.mark.parametrize(
     ("model", "errors", "in_loop"), [("coulomb_viscous", (4.0, 4.2), 4.5), ("coulomb_viscous+asymmetry", (3.1, 3.25), 3.6)]
 )
-def test_friction_as_published_predicts_the_loop(bristle, emps, identified, tmp_path, model, errors, in_loop):  # noqa: F811
+def test_friction_as_published_predicts_the_loop(bristle, emps, identified, tmp_path, model, errors, in_loop):
     # What is published of the parameters is compared in tests/identification/test_emps.py.
     result = identified(emps, model)
     assert errors[0] < result["metrics"]["force_error_percent"] < errors[1]
@@ -49,7 +49,7 @@ def test_friction_as_published_predicts_the_loop(bristle, emps, identified, tmp_
 
 
 @pytest.mark.measured
-def test_a_reversed_effort_is_reported_even_with_a_known_mass(bristle, emps, tmp_path):  # noqa: F811
+def test_a_reversed_effort_is_reported_even_with_a_known_mass(bristle, emps, tmp_path):
     text = AXIS.read_text().replace('column = "vir", unit = "V"', 'column = "vir", unit = "V", sign = -1')
     (tmp_path / "axis.toml").write_text(text.replace("[plant]\n", '[plant]\nmass = "95 kg"\n'))
     message = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--draws", "0", "--json")
@@ -87,7 +87,7 @@ def pulse_record(tmp_path_factory) -> Path:
     return path
 
 
-def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, identified, pulse_record, tmp_path):  # noqa: F811
+def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, identified, pulse_record, tmp_path):
     vir = scipy.io.loadmat(pulse_record)["vir"].ravel()
     assert np.max(np.abs(np.diff(vir))) > 4.9  # the effort column holds the pulses, 5.07 V each
     model = tmp_path / "out" / "model.toml"
@@ -112,7 +112,7 @@ REFINED = AXIS.with_name("axis_refined.toml")
         ("stribeck_free+asymmetry", "--method output_error --draws 0", 2.6),
     ],
 )
-def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, options, percent):  # noqa: F811
+def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, options, percent):
     halves = []
     for name, span in (("first", '["0 s", "12.42 s"]'), ("second", '["12.42 s", "24.9 s"]')):
         halves.append(tmp_path / f"{name}.toml")
@@ -129,7 +129,7 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
     assert predicted.data["metrics"]["force_error_percent"] <= percent
 
 
-def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
+def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):
     out = tmp_path / "out"
     requested = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
     result = data_of(bristle("identify", pulse_record, *requested, "--out", out, "--json"))

@@ -124,7 +124,10 @@ def test_no_share_of_velocity_is_negative():
 @pytest.mark.parametrize("lost", [0.0, 1.0])
 def test_a_loop_that_diverges_at_an_end_has_no_share(lost):
     trial = _Trial.of(loop(), np.zeros(COUNT))
-    followed = lambda variant: None if variant.controller.values["k_ff"] == lost else np.zeros(COUNT)  # noqa: E731
+
+    def followed(variant):
+        return None if variant.controller.values["k_ff"] == lost else np.zeros(COUNT)
+
     half = SimpleNamespace(variant=loop(), error=trial.error, judged=trial.judged, followed=followed)
     assert _fed(half) == Suspect("k_ff", 1.0, np.inf)
 

@@ -26,7 +26,16 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.documented import Documented, Redundancy, Relation, WithParameters  # noqa: F401
 from bristle.core.errors import InputError
-from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, NOTHING_TRANSMITTED, STILL, Motion, Reference, Screw  # noqa: F401
+from bristle.core.motion import (
+    NOMINAL_LOAD as NOMINAL_LOAD,
+    NOMINAL_TEMPERATURE as NOMINAL_TEMPERATURE,
+    NOT_KNOWN as NOT_KNOWN,
+    NOTHING_TRANSMITTED as NOTHING_TRANSMITTED,
+    STILL as STILL,
+    Motion as Motion,
+    Reference as Reference,
+    Screw as Screw,
+)
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
 from bristle.core.tabular import of_upper_layer

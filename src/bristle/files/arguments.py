@@ -18,10 +18,19 @@ from bristle.logs.log import Log, is_table
 
 A = TypeVar("A")
 
+
 # The readers import the checks of files, so they are imported only when a file is given.
-AXIS: Converter = instance(Axis, "an axis or an axis file", read=lambda source: files.read_axis(source))  # noqa: PLW0108
+def _read_axis(source: Any) -> Axis:
+    return files.read_axis(source)
+
+
+def _read_experiment(source: Any) -> Experiment:
+    return files.read_experiment(source)
+
+
+AXIS: Converter = instance(Axis, "an axis or an axis file", read=_read_axis)
 """Accepts an axis or its file."""
-EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=lambda source: files.read_experiment(source))  # noqa: PLW0108
+EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=_read_experiment)
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 

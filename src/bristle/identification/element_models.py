@@ -41,7 +41,8 @@ from bristle.models.friction.slots import variations_of
 from bristle.models.friction.variation import HALF_RANGE, is_factor, varied
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
-STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
+STEPS_LEAST = 2.0  # smallest threshold [steps of the encoder]
+NOISE_LEAST = 5.0  # smallest threshold [standard deviations of the noise of the position]
 DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over a large part of each stroke
 NO_FRICTION = 1e-9  # of the effort: force of an element on an axis without friction
