@@ -23,7 +23,8 @@ from bristle.core.variable import Kind
 from bristle.simulation import linear_system as linear
 from bristle.simulation.linear_system import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
 
-FINER, GAINS = 0.98, 400  # ratio of successive trial gains, and their count
+FINER = 0.98  # ratio of successive trial gains
+GAINS = 400  # trial gains at most
 
 
 class Motions(StrEnum):
@@ -109,7 +110,9 @@ class Assessment:
         large = [point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL]
         if large and all(large):
             return Verdict.DIVERGES
-        return Verdict.OSCILLATES if any(point.loop.is_unstable for point in self.points) else Verdict.STABLE
+        if any(point.loop.is_unstable for point in self.points):
+            return Verdict.OSCILLATES
+        return Verdict.STABLE
 
     @property
     def is_stable(self) -> bool:
@@ -124,7 +127,9 @@ class Assessment:
     @property
     def worst(self) -> WorkingPoint:
         """Working point with the largest pole: among those without friction if one of them is unstable, else among all."""
-        among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
+        among = self.points
+        if any(point.loop.is_unstable for point in self.bare):
+            among = self.bare
         return max(among, key=lambda point: point.loop.spectral_radius)
 
     @property
@@ -140,13 +145,17 @@ class Assessment:
         if self.is_stable:
             return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=self.kind)
         numbers |= {"motions": worst.motions.value, "delay": worst.loop.delay, **_cause_of(self)}
-        code = "loop_diverges" if self.verdict is Verdict.DIVERGES else "loop_oscillates"
+        code = "loop_oscillates"
+        if self.verdict is Verdict.DIVERGES:
+            code = "loop_diverges"
         return Diagnostic(code, severity="error", numbers=numbers, kind=self.kind)
 
     @property
     def doubts(self) -> tuple[Diagnostic, ...]:
         """Warnings about a stable loop: stiffness lost by compensation, small margins, a switching law."""
-        diagnostics = [Diagnostic("switching_law")] if self.switches else []
+        diagnostics = []
+        if self.switches:
+            diagnostics.append(Diagnostic("switching_law"))
         held = self.stiffness
         if held is not None and held.left < 0.5 * (held.law + held.friction):
             taken = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
@@ -156,7 +165,9 @@ class Assessment:
         phase, gain, motions = min(margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, ""))
         if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
             numbers: dict[str, Number] = {"motions": motions, "phase": phase, "enough": PHASE_ENOUGH}
-            diagnostics.append(Diagnostic("small_margin", numbers=numbers if gain is None else {**numbers, "gain": gain}))
+            if gain is not None:
+                numbers["gain"] = gain
+            diagnostics.append(Diagnostic("small_margin", numbers=numbers))
         return tuple(diagnostics)
 
 
@@ -178,7 +189,8 @@ def assess(variant: Variant) -> Assessment:
     run = variant.run
     laws, switches = _laws(variant)
     feedback = _feedback_of(variant.feedforward, run.sample_time)
-    points, stiffness = [], None
+    points = []
+    stiffness = None
     for motions, law in laws.items():
         amplitude = linear.SMALL if motions is Motions.SMALL else linear.LARGE
         for name, frictions in _frictions(variant, motions).items():
@@ -213,14 +225,16 @@ def _alike(first: linear.LinearSystem, second: linear.LinearSystem, tolerance: f
 def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[linear.LinearFriction, linear.LinearFriction]]:
     """Return the friction at the port of the plant and at its table, for each working point."""
     frictions = {Friction.NONE: (linear.NO_FRICTION, linear.NO_FRICTION)}
-    dt, screw = variant.run.sample_time, variant.plant.component.screw
+    dt = variant.run.sample_time
+    screw = variant.plant.component.screw
     stuck = linear.stiffness_at_rest(variant.friction, dt)
     behind = linear.NO_FRICTION if variant.table is None else linear.stiffness_at_rest(variant.table, dt)
     if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
         frictions[Friction.STUCK] = (stuck, behind)
     speed = top_speed(variant)
     if speed > 0.0:
-        sliding, behind = linear.slope_in_sliding(variant.friction, speed), linear.NO_FRICTION
+        sliding = linear.slope_in_sliding(variant.friction, speed)
+        behind = linear.NO_FRICTION
         if variant.table is not None and screw is not None:
             behind = linear.slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
         frictions[Friction.SLIDING] = (sliding, behind)
@@ -242,17 +256,21 @@ def top_speed(variant: Variant) -> float:
 def law_stiffness(law: linear.LinearSystem) -> float:
     """Return the effort of a law for a constant deviation [N/m or N*m/rad], infinite with an integral."""
     slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral has equal responses there
-    return float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0])
+    if slow[0] > 2.0 * slow[1]:
+        return float("inf")
+    return float(slow[0])
 
 
 def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSystem, float] | None:
     """Return the feedback by friction compensation along the measured motion, and its stiffness; None without it."""
-    friction = feedforward.friction if feedforward.along == "measured" else None
-    stuck = None if friction is None else linear.stiffness_at_rest(friction, dt)
+    if feedforward.friction is None or feedforward.along != "measured":
+        return None
+    stuck = linear.stiffness_at_rest(feedforward.friction, dt)
     if stuck is None:
         return None
     # Mean force over the last sample, from the previous position to the present one.
-    spring, damper = 0.5 * feedforward.gain * stuck.k, feedforward.gain * stuck.c / dt
+    spring = 0.5 * feedforward.gain * stuck.k
+    damper = feedforward.gain * stuck.c / dt
     return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
 
 
@@ -266,25 +284,35 @@ def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]
 
 def _cause_of(assessment: Assessment) -> dict[str, Number]:
     """Return the cause of the largest pole, and the largest delay and gain of a stable loop."""
-    worst, held = assessment.worst, assessment.stiffness
+    worst = assessment.worst
+    held = assessment.stiffness
     if worst.friction is Friction.SLIDING:
         return {"why": "falling_friction", "mend": "raise_gains"}
     no_time_left = held is not None and held.left <= 0.0
     if no_time_left and worst.friction is Friction.STUCK:
         return {"why": "stiffness_taken", "mend": "feed_desired"}
-    numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
+    numbers: dict[str, Number] = {}
+    if no_time_left:
+        numbers["mend"] = "feed_desired"
     loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
     # From the shortest delay up: each sample of delay adds a state, and poles of many states take long.
     delay = max(itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)), default=None)
     gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
-    numbers |= {"longest_delay": delay} if delay is not None else {}
-    numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}
+    if delay is not None:
+        numbers["longest_delay"] = delay
+    if gain is not None:
+        numbers["largest_gain_percent"] = 100.0 * gain
     if worst.friction is Friction.STUCK:
         return {"why": "stuck", **numbers}
-    return {"why": "delay" if delay is not None else "gains" if gain is not None else "none", **numbers}
+    if delay is not None:
+        return {"why": "delay", **numbers}
+    if gain is not None:
+        return {"why": "gains", **numbers}
+    return {"why": "none", **numbers}
 
 
 def _are_stable(loops: list[SampledLoop], *, delay: int | None = None, gain: float = 1.0) -> bool:
     """Return whether loops are stable with another delay [samples], or a law multiplied by `gain`."""
-    changed = (replace(loop, delay=loop.delay if delay is None else delay) for loop in loops)
-    return not any(loop.with_gain(gain).is_unstable for loop in changed)
+    if delay is not None:
+        loops = [replace(loop, delay=delay) for loop in loops]
+    return not any(loop.with_gain(gain).is_unstable for loop in loops)

@@ -115,16 +115,18 @@ def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, 
 
 def motor_feedforward(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
     """Return position and effort of the motor for a desired motion of the load, and the rate and acceleration of its lead."""
-    screw, still = screw_of(feedforward), np.zeros(position.size)
+    screw = screw_of(feedforward)
+    still = np.zeros(position.size)
     if screw is None:
         lead = Lead(position, still, still, _planned(feedforward, position, acceleration))
     else:
         lead = wound_up(feedforward, screw, position, acceleration, dt)
         lead = lead._replace(position=position + lead.position)
-    motor, effort = lead.position, lead.effort
+    motor = lead.position
+
     if feedforward.friction is None or feedforward.along == "measured":
         return lead
-    carried = effort if screw is not None else carried_effort(feedforward, position, acceleration, dt)
+    carried = lead.effort if screw is not None else carried_effort(feedforward, position, acceleration, dt)
     steps = np.diff(motor) / dt
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
@@ -138,25 +140,32 @@ def motor_feedforward(feedforward: Feedforward, position: np.ndarray, accelerati
         state=state,
         memory=memory,
     )
-    return lead._replace(effort=effort + fed)
+    return lead._replace(effort=lead.effort + fed)
 
 
 def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
     """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample."""
-    plant, screw = feedforward.carries, screw_of(feedforward)
+    plant = feedforward.carries
+    screw = screw_of(feedforward)
     if screw is not None:
         return wound_up(feedforward, screw, position, acceleration, dt).effort
     if plant is None:
         return _planned(feedforward, position, acceleration)
-    middle, steps = 0.5 * (position + following(position)), np.diff(position) / dt
-    inner, p = plant.component, plant.parameters
+    middle = 0.5 * (position + following(position))
+    steps = np.diff(position) / dt
+    inner = plant.component
+    p = plant.parameters
     if isinstance(p, Termed):
-        inner, p = inner.inner, p.inner
+        inner = inner.inner
+        p = p.inner
     if inner.inverse is None:
-        known, mend = "inertia, oscillator", "Remove carries, so that the transmitted effort is the effort of the feedforward"
+        known = "inertia, oscillator"
+        mend = "Remove carries, so that the transmitted effort is the effort of the feedforward"
         raise InputError("is a plant without inverse dynamics", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
     effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + following(acceleration)), p)
-    return effort if terms_of(plant) is None else effort + effort_along(middle, place_of(plant))
+    if terms_of(plant) is None:
+        return effort
+    return effort + effort_along(middle, place_of(plant))
 
 
 def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) -> Compensator | None:
@@ -278,9 +287,14 @@ def compensation_experiment(
         start=start,
     )
     # A law with an inertia parameter already contains inertia feedforward.
-    mass = 0.0 if "J" in controller.component.variables else plant.values["M"]
+    if "J" in controller.component.variables:
+        mass = 0.0
+    else:
+        mass = plant.values["M"]
     bent = plant if terms_of(plant) else None
-    follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
+    follows = controller
+    if "k_ff" in controller.component.variables:
+        follows = controller.with_values(k_ff=1.0)
     fed = replace(base, name=WITH_FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
     share = feedforward_of(rule)
     compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator, **share))

@@ -41,7 +41,8 @@ class LinearSystem(NamedTuple):
 
     def beside(self, system: LinearSystem) -> LinearSystem:
         """Return the parallel connection of two systems: a common input, the sum of the outputs."""
-        n, m = self.B.size, system.B.size
+        n = self.B.size
+        m = system.B.size
         A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), system.A]])
         return LinearSystem(A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D)
 
@@ -55,11 +56,13 @@ class LinearSystem(NamedTuple):
 
 def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
     """Return the linearised control law from the measured position to the effort, about rest."""
-    component, p = controller.component, controller.parameters
+    component = controller.component
+    p = controller.parameters
     if "limit" in p._fields:
         p = p._replace(limit=float("inf"))
     rest = component.start(0.0, 0.0, 0.0, dt, p)
-    load, still = unpacker(structure_of(rest)), Reference(0.0, 0.0, 0.0, 0.0)
+    load = unpacker(structure_of(rest))
+    still = Reference(0.0, 0.0, 0.0, 0.0)
 
     def sample(state: np.ndarray, measured: float) -> tuple[np.ndarray, float]:
         effort, after = component.step(load(state), still, measured, dt, p)
@@ -72,7 +75,10 @@ def varied_in(structure: Any) -> np.ndarray:
     """Return the numbers of a packed state that are states of a linear system, without counters and modes."""
     flags: list[bool] = []
     for part in structure[1]:
-        flags.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
+        if isinstance(part, tuple):
+            flags.extend(varied_in(part))
+        else:
+            flags.append(part == "number")
     return np.array(flags, dtype=bool)
 
 
@@ -82,9 +88,11 @@ def measured_on(
     """Return the linear system of a function of state and input that returns the next state and the output."""
     directions = [np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)]
     moves = [(direction, 0.0) for direction in directions] + [(np.zeros(rest.size), amplitude)]
-    columns, outputs = [], []
+    columns = []
+    outputs = []
     for move, push in moves:
-        (plus, out_plus), (minus, out_minus) = sample(rest + move, push), sample(rest - move, -push)
+        plus, out_plus = sample(rest + move, push)
+        minus, out_minus = sample(rest - move, -push)
         columns.append((plus - minus)[varied] / (2.0 * amplitude))
         outputs.append((out_plus - out_minus) / (2.0 * amplitude))
     matrix = np.array(columns).T.reshape(-1, len(moves))
@@ -109,15 +117,19 @@ def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
     # Over a move of length d in a time T the mean force is k d/2 + c d/T.
     c = (fast - slow) * dt / 9.0
     k = 2.0 * (slow - c / dt)
-    return LinearFriction(k if k > SAME * slow else 0.0, c)
+    if k > SAME * slow:
+        return LinearFriction(k, c)
+    return LinearFriction(0.0, c)
 
 
 def _slope(friction: Model, move: float, time: float) -> float:
     """Return the mean force of a first move divided by its length, mean of both directions."""
-    component, p = friction.component, friction.parameters
+    component = friction.component
+    p = friction.parameters
     forces = []
     for way in (move, -move):
-        state, memory = component.initial_state(p), component.new_memory(p)
+        state = component.initial_state(p)
+        memory = component.new_memory(p)
         force, _ = component.trial(state, memory, Motion(way / time, way), time, p)
         forces.append(force)
     finite(np.array(forces), friction)
@@ -126,7 +138,8 @@ def _slope(friction: Model, move: float, time: float) -> float:
 
 def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
     """Return the friction slope of an axis that slides at a constant `speed` [m/s or rad/s], mean of both directions."""
-    fast, slow = 1.05 * speed, 0.95 * speed
+    fast = 1.05 * speed
+    slow = 0.95 * speed
     return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
 
 
@@ -149,21 +162,30 @@ def linear_plant(
 
     A backlash counts as closed: at rest, the parts touch one flank.
     """
-    component, p, run = variant.plant.component, variant.plant.parameters, variant.run
+    component = variant.plant.component
+    p = variant.plant.parameters
+    run = variant.run
     rest = component.initial_state(p)
-    load, h = unpacker(structure_of(rest)), run.sample_time / run.substeps
+    load = unpacker(structure_of(rest))
+    h = run.sample_time / run.substeps
     screw = None if component.screw is None else component.screw(p)
     reads_table = screw is not None and variant.sensor_at == "load"
 
     def sample(state: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        body, (x, v, drive_effort) = load(state[:-3]), state[-3:]
-        position = x if reads_table else body.x
+        body = load(state[:-3])
+        x, v, drive_effort = state[-3:]
+        position = body.x
+        if reads_table:
+            position = x
         for _ in range(run.substeps):
-            effort, before, drive_effort = command, drive_effort, command
+            effort = command
+            before = drive_effort
+            drive_effort = command
             if run.current_lag > 0.0:
                 rate = h / run.current_lag
                 decay = math.expm1(-rate)
-                effort, drive_effort = command - (before - command) * decay / rate, before - (command - before) * decay
+                effort = command - (before - command) * decay / rate
+                drive_effort = before - (command - before) * decay
             if screw is None:
                 body = _moved(variant.plant, body, effort, friction, h)
             else:
@@ -176,10 +198,12 @@ def linear_plant(
 
 def with_two_masses(variant: Variant) -> Variant:
     """Return a loop on its motor with the load behind an elastic screw, if its coupling is known."""
-    coupling, mass = variant.coupling, variant.plant.values.get("M")
+    coupling = variant.coupling
+    mass = variant.plant.values.get("M")
     if coupling is None or mass is None or variant.plant.component.screw is not None:
         return variant
-    omega, motor = 2.0 * math.pi * coupling.antiresonance, mass / (1.0 + coupling.inertia_ratio)
+    omega = 2.0 * math.pi * coupling.antiresonance
+    motor = mass / (1.0 + coupling.inertia_ratio)
     load = mass - motor
     # A lead of 2 pi: one radian of the motor is one unit of travel.
     values = {"J": motor, "M": load, "lead": 2.0 * math.pi, "k": load * omega**2, "d": 2.0 * DAMPED * load * omega}
@@ -210,22 +234,30 @@ def _pulled(
 ) -> tuple[Any, float, float]:
     """Return the state of a motor, and position and velocity of its table referred to the motor."""
     square = screw.arm * screw.arm
-    (k_m, c_m), (k_t, c_t), k, half = friction, table, square * screw.k, 0.5 * h / (square * screw.M)
+    k_m, c_m = friction
+    k_t, c_t = table
+    k = square * screw.k
+    half = 0.5 * h / (square * screw.M)
     a, b = plant.component.port(body, effort, h, plant.parameters)
-    pulls, own, behind = 0.5 * k * h + square * screw.d, 0.5 * k_m * h + c_m, square * (0.5 * k_t * h + c_t)
+    pulls = 0.5 * k * h + square * screw.d
+    own = 0.5 * k_m * h + c_m
+    behind = square * (0.5 * k_t * h + c_t)
     twisted = k * (body.x - x)
     means = np.linalg.solve(
         [[1.0 - b * (own + pulls), b * pulls], [-half * pulls, 1.0 + half * (pulls + behind)]],
         [a + b * (k_m * body.x + twisted), v + half * (twisted - square * k_t * x)],
     )
-    v_m, v_t = float(means[0]), float(means[1])
+    v_m = float(means[0])
+    v_t = float(means[1])
     force = k_m * body.x + own * v_m + twisted + pulls * (v_m - v_t)
     body = plant.component.step(body, effort, force, h, plant.parameters)[1]
     return body, x + h * v_t, 2.0 * v_t - v
 
 
-PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # smallest usual margins: [deg], and a factor
-POINTS, HALVINGS = 2000, 50  # evaluated frequencies of the open loop, and bisections between two
+PHASE_ENOUGH = 30.0  # smallest usual phase margin [deg]
+GAIN_ENOUGH = 2.0  # smallest usual gain margin
+POINTS = 2000  # evaluated frequencies of the open loop
+HALVINGS = 50  # bisections between two of them
 
 
 @dataclass(frozen=True)
@@ -240,8 +272,11 @@ class SampledLoop:
     @property
     def matrix(self) -> np.ndarray:
         """Transition matrix of the states of plant, delay line and law over a sample, without states that have no effect."""
-        plant, law = self.plant, self.law
-        n, m, d = plant.B.size, law.B.size, self.delay
+        plant = self.plant
+        law = self.law
+        n = plant.B.size
+        m = law.B.size
+        d = self.delay
         full = np.zeros((n + d + m, n + d + m))
         full[:n, :n] = plant.A
         full[n + d :, n + d :] = law.A
@@ -319,24 +354,45 @@ def margins_of(loop: SampledLoop) -> Margins:
     nyquist = math.pi / loop.sample_time
     omega = np.geomspace(1e-6 * nyquist, nyquist, POINTS)
     response = loop.response(omega)
-    unstable = loop.is_unstable
     crossovers = [
         (math.degrees(np.angle(-loop.response(np.array([w]))[0])), w)
         for w in _crossings(loop, omega, response, lambda response: np.abs(response) - 1.0)
     ]
-    # A spring gives two crossovers; count the distance from -180 degrees on both sides in a stable loop.
-    phase, crossover = min(crossovers, key=lambda crossing: crossing[0] if unstable else abs(crossing[0]), default=(None, None))
     turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, np.imag)]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
-    # Delay that brings a crossover of a stable loop to -180 degrees, from above.
-    delays = [math.radians(phase if unstable else phase % 360.0) / (w * loop.sample_time) for phase, w in crossovers]
+    sensitivity = float(np.max(1.0 / np.abs(1.0 + response)))
+    if loop.is_unstable:
+        return _margins_of_unstable(crossovers, gains, sensitivity, loop.sample_time)
+    return _margins_of_stable(crossovers, gains, sensitivity, loop.sample_time)
+
+
+def _margins_of_stable(crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float) -> Margins:
+    """Return the margins of a stable loop, from phases [deg] at crossovers [rad/s], and gains at which a pole is on the unit circle."""
+    # A spring gives two crossovers; count the distance from -180 degrees on both sides.
+    phase, crossover = min(crossovers, key=lambda crossing: abs(crossing[0]), default=(None, None))
+    if phase is not None:
+        phase = abs(phase)
     return Margins(
-        phase=phase if phase is None or unstable else abs(phase),
-        # A stable loop becomes unstable at a larger gain, an unstable loop becomes stable at a smaller gain.
-        gain=max((g for g in gains if g < 1.0), default=None) if unstable else min((g for g in gains if g > 1.0), default=None),
+        phase=phase,
+        # A stable loop becomes unstable at a larger gain.
+        gain=min((g for g in gains if g > 1.0), default=None),
         crossover=crossover,
-        delay=min(delays, default=None),
-        sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),
+        # Delay that brings a crossover to -180 degrees, from above.
+        delay=min((math.radians(phase % 360.0) / (w * dt) for phase, w in crossovers), default=None),
+        sensitivity=sensitivity,
+    )
+
+
+def _margins_of_unstable(crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float) -> Margins:
+    """Return the margins of an unstable loop, from phases [deg] at crossovers [rad/s], and gains at which a pole is on the unit circle."""
+    phase, crossover = min(crossovers, key=lambda crossing: crossing[0], default=(None, None))
+    return Margins(
+        phase=phase,
+        # An unstable loop becomes stable at a smaller gain.
+        gain=max((g for g in gains if g < 1.0), default=None),
+        crossover=crossover,
+        delay=min((math.radians(phase) / (w * dt) for phase, w in crossovers), default=None),
+        sensitivity=sensitivity,
     )
 
 
@@ -344,9 +400,14 @@ def _crossings(loop: SampledLoop, omega: np.ndarray, response: np.ndarray, of: C
     """Return the frequencies [rad/s] at which a quantity of the open loop changes sign, by parallel bisection."""
     values = of(response)
     at = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
-    low, high, side = omega[at], omega[at + 1], np.sign(values[at])
+    if not at.size:
+        return []
+    low = omega[at]
+    high = omega[at + 1]
+    side = np.sign(values[at])
     for _ in range(HALVINGS):
         middle = np.sqrt(low * high)
-        same_side = np.sign(of(loop.response(middle))) == side if middle.size else np.zeros(0, dtype=bool)
-        low, high = np.where(same_side, middle, low), np.where(same_side, high, middle)
+        same_side = np.sign(of(loop.response(middle))) == side
+        low = np.where(same_side, middle, low)
+        high = np.where(same_side, high, middle)
     return np.sqrt(low * high).tolist()

@@ -102,29 +102,39 @@ class VariantResult(Tabular):
     @property
     def compared(self) -> str:
         """Name of the error that reports compare."""
-        return "true_error" if self.at_load else "following_error"
+        if self.at_load:
+            return "true_error"
+        return "following_error"
 
     @property
     def compared_error(self) -> Statistics:
         """Statistics of this error."""
-        return self.true_error if self.at_load else self.following_error
+        if self.at_load:
+            return self.true_error
+        return self.following_error
 
     @property
     def error_word(self) -> str:
         """The error that reports compare, in words."""
-        return "Error of the load" if self.at_load else "Following error"
+        if self.at_load:
+            return "Error of the load"
+        return "Following error"
 
     @property
     def error(self) -> np.ndarray:
         """The error that reports compare, at each sample [m or rad]."""
         if not self.at_load:
             return self.reference - self.measured
-        return (self.reference if self.load_reference is None else self.load_reference) - self.position
+        if self.load_reference is None:
+            return self.reference - self.position
+        return self.load_reference - self.position
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers without the arrays; for several runs each mean has a ``..._spread``."""
         record = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
-        return record | ({"trials": list(self.trials)} if self.trials else {})
+        if self.trials:
+            record["trials"] = list(self.trials)
+        return record
 
     def _facts(self) -> dict[str, Any]:
         return {"name": self.name, "kind": self.kind} | plain(self.as_dict())
@@ -143,7 +153,8 @@ class VariantResult(Tabular):
 
     def _row(self) -> tuple[str, ...]:
         """Return its numbers as a row of the card of an experiment."""
-        length, force = unit_of("length", self.kind), unit_of("force", self.kind)
+        length = unit_of("length", self.kind)
+        force = unit_of("force", self.kind)
         errors = (self.following_error.peak_to_peak, self.following_error.rms, self.true_error.rms)
         if self.is_open:
             errors = (self.motion.peak_to_peak, self.motion.min, self.motion.max)
@@ -183,8 +194,10 @@ def _spread(numbers: Sequence[Any]) -> Any:
 def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
     """Return runs of a variant as one, with mean numbers and the signals of the first run; a diverged run as it is."""
     diverged = next((run for run in runs if run.status is Status.NOT_FINITE), None)
-    if diverged is not None or len(runs) == 1:
-        return replace(diverged or runs[0], runs=len(runs))
+    if diverged is not None:
+        return replace(diverged, runs=len(runs))
+    if len(runs) == 1:
+        return replace(runs[0], runs=1)
     return replace(
         runs[0],
         following_error=mean_statistics([run.following_error for run in runs]),
@@ -276,7 +289,10 @@ class SimulationResult(WithCard):
 
     def _card(self) -> Card:
         rows = tuple((name, *variant._row()) for name, variant in self.variants.items())
-        title = f"{self.experiment.name}: {len(rows)} {'variant' if len(rows) == 1 else 'variants'} simulated"
+        noun = "variants"
+        if len(rows) == 1:
+            noun = "variant"
+        title = f"{self.experiment.name}: {len(rows)} {noun} simulated"
         heads = OPEN_HEADS if rows and all(variant.is_open for variant in self.variants.values()) else HEADS
         return Card(title, heads, rows, tuple(f"{name} was not simulated: {reason}" for name, reason in self.refused.items()))
 
@@ -333,7 +349,9 @@ class Prediction(Tabular):
     @property
     def kind(self) -> Kind:
         """Kind of axis, from the unit of the position."""
-        return KINDS[1] if self.metrics.get("position_unit") == unit_of("length", KINDS[1]) else KINDS[0]
+        if self.metrics.get("position_unit") == unit_of("length", KINDS[1]):
+            return KINDS[1]
+        return KINDS[0]
 
     @property
     def inside_percent(self) -> float | None:

@@ -46,11 +46,13 @@ def simulate(experiment: Any, progress: Progress | None = None) -> SimulationRes
         Each variant with its errors and efforts, as means over its runs if there are several. The signals of a diverged loop
         end early, and its status reports the divergence.
     """
-    total, finished = sum(variant.run.seeds for variant in experiment.variants), 0
+    total = sum(variant.run.seeds for variant in experiment.variants)
+    finished = 0
     at_load = any(leads(variant) for variant in experiment.variants)
     results = {}
     for variant in experiment.variants:
-        runs, coming = [], _runs_of(variant)
+        runs = []
+        coming = _runs_of(variant)
         while len(runs) < variant.run.seeds:
             if progress is not None:
                 progress((finished + len(runs)) / total, variant.name)
@@ -79,12 +81,16 @@ def _runs_of(variant: Variant) -> Iterator[VariantResult]:
 
 def _run_of(variant: Variant) -> Callable[[np.ndarray, int], VariantResult]:
     """Return a function that simulates one run of a variant along a desired motion, with learning if configured."""
-    return partial(_simulate_once if variant.learning is None else learn, variant)
+    if variant.learning is None:
+        return partial(_simulate_once, variant)
+    return partial(learn, variant)
 
 
 def seeded(model: Model, run: int) -> Model:
     """Return a component with the random numbers of this run."""
-    return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
+    if run and "seed" in model.values:
+        return model.with_values(seed=model.values["seed"] + run)
+    return model
 
 
 def planned_motion(variant: Variant) -> Motions:
@@ -103,14 +109,17 @@ def planned_motion(variant: Variant) -> Motions:
 def _desired(variant: Variant) -> np.ndarray:
     """Return the desired motion and its feedforward, shape (4, sample)."""
     # Feedforward acts `delay` samples after the controller receives it: shift it ahead by that much.
-    motion, delay = planned_motion(variant), variant.run.delay
+    motion = planned_motion(variant)
+    delay = variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:
         motor = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
         effort = motor.effort
         if leads(variant):
             motion = motor.position, motion[1] + motor.rate, motion[2] + motor.acceleration
-        screw, plant, dt = screw_of(variant.feedforward), variant.feedforward.plant, variant.run.sample_time
+        screw = screw_of(variant.feedforward)
+        plant = variant.feedforward.plant
+        dt = variant.run.sample_time
         if plant is not None and screw is not None and feeds_inertia(variant.controller, dt):
             # The law multiplies the acceleration of its reference by the whole inertia.
             effort = effort - whole_inertia(plant, screw, dt) * motion[2]
@@ -129,16 +138,30 @@ def leads(variant: Variant) -> bool:
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     """Return one run of a variant; `number` shifts the seeds of its sensor and its friction."""
-    run, dt = variant.run, variant.run.sample_time
+    run = variant.run
+    dt = variant.run.sample_time
     position, velocity, _, effort = desired
-    trace = (_by_tolerance if run.tolerance else _by_steps)(variant, desired, number)
-    compensation = trace.compensation if isinstance(trace, LoopTrace) else 0.0
+    if run.tolerance:
+        trace = _by_tolerance(variant, desired, number)
+    else:
+        trace = _by_steps(variant, desired, number)
+    compensation = 0.0
+    controller = None
+    if isinstance(trace, LoopTrace):
+        compensation = trace.compensation
+        if variant.effort is None:
+            controller = trace.controller
     if variant.effort is not None:  # an open loop has no following error
         position = np.full_like(position, np.nan)
     count = trace.time.size
     judged = slice(min(round(run.settle / dt), count), count)
-    wanted = planned_motion(variant)[0][:count] if leads(variant) else None
-    following, true = position[:count] - trace.measured, (position[:count] if wanted is None else wanted) - trace.position
+
+    following = position[:count] - trace.measured
+    wanted = None
+    true = position[:count] - trace.position
+    if leads(variant):
+        wanted = planned_motion(variant)[0][:count]
+        true = wanted - trace.position
     moving = velocity[:count][judged]
     return VariantResult(
         name=variant.name,
@@ -151,25 +174,34 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         feedforward=effort[:count] + compensation,
         motion=statistics_of(trace.position[judged]),
         load_reference=wanted,
-        controller=trace.controller if isinstance(trace, LoopTrace) and variant.effort is None else None,
+        controller=controller,
         **{name: getattr(trace, name) for name in RECORDED},
     )
 
 
 def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     """Return a run with constant steps, of a loop or of an open loop."""
-    run, (position, velocity, acceleration, _) = variant.run, desired
+    run = variant.run
     friction = seeded(variant.friction, number)
-    feedforward, carried = variant.feedforward, None
+    feedforward = variant.feedforward
+    carried = None
     if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
         # Effort transmitted by the desired motion, as far ahead as the feedforward. It excludes the learned effort, which stands for
         # unknown forces.
         planned, _, planned_acceleration = planned_motion(variant)
         carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
-    first = [float(signal[0]) for signal in (planned_motion(variant) if leads(variant) else (position, velocity, acceleration))]
-    begun = variant.start or Start(*first)
-    # For a motion in progress, friction starts in the steady state at its velocity.
-    state, memory = settled(friction, begun.velocity) if variant.start is not None and begun.velocity else (None, None)
+    begun = variant.start
+    if begun is None:
+        motion = planned_motion(variant) if leads(variant) else desired[:-1]
+        begun = Start(*(float(signal[0]) for signal in motion))
+    state = None
+    memory = None
+    if variant.start is not None and begun.velocity:
+        # For a motion in progress, friction starts in the steady state at its velocity.
+        state, memory = settled(friction, begun.velocity)
+    table = variant.table
+    if table is not None:
+        table = seeded(table, number)
     return run_closed_loop(
         variant.plant,
         friction,
@@ -177,7 +209,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         seeded(variant.sensor, number),
         desired,
         run.sample_time,
-        table=seeded(variant.table, number) if variant.table is not None else None,
+        table=table,
         sensor_at=variant.sensor_at,
         steps=run.substeps,
         compensator=compensator_of(feedforward, carried),
@@ -223,7 +255,8 @@ def learn(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     """
     from scipy.signal import butter, sosfiltfilt
 
-    learning, dt = variant.learning, variant.run.sample_time
+    learning = variant.learning
+    dt = variant.run.sample_time
     if learning is None:
         raise TypeError("the variant has no learning")
     if not learning.cutoff < 0.5 / dt:

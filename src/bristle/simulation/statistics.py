@@ -37,7 +37,8 @@ def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
         return NO_STATISTICS
-    low, high = float(signal.min()), float(signal.max())
+    low = float(signal.min())
+    high = float(signal.max())
     with np.errstate(over="ignore", invalid="ignore"):
         rms = float(np.sqrt(np.mean(signal * signal)))
         return Statistics(peak_to_peak=high - low, mean=float(signal.mean()), std=float(signal.std()), rms=rms, min=low, max=high)
@@ -46,7 +47,9 @@ def statistics_of(signal: Any) -> Statistics:
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
     """Return 100 ||signal - predicted|| / ||signal|| [%]; NaN for a signal of zeros."""
     total = float(np.linalg.norm(signal))
-    return 100.0 * float(np.linalg.norm(signal - predicted)) / total if total > 0.0 else float("nan")
+    if total > 0.0:
+        return 100.0 * float(np.linalg.norm(signal - predicted)) / total
+    return float("nan")
 
 
 def mean_statistics(statistics: Sequence[Statistics]) -> Statistics:
@@ -69,4 +72,6 @@ def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:
 def swing_at_worst_reversal(reference: np.ndarray, error: np.ndarray) -> float | None:
     """Return the peak-to-peak swing of the error at the worst reversal [m or rad]; None without a reversal."""
     at = worst_reversal(reference, error)
-    return None if at is None else float(np.ptp(error[at]))
+    if at is None:
+        return None
+    return float(np.ptp(error[at]))

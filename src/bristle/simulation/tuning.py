@@ -50,9 +50,12 @@ from bristle.simulation.two_masses import feeds_inertia
 
 PHASE = 40.0  # required phase margin [deg]
 UNSTATED = (2e-4, 1e-3)  # assumed lags of an unspecified current loop: smallest and largest [s]
-WIDEST, NARROWEST = 3.0, 1e-4  # range of trial bandwidths, in 1/sample time
+WIDEST = 3.0  # largest trial bandwidth, in 1/sample time
+NARROWEST = 1e-4  # smallest trial bandwidth, in 1/sample time
 RUNS_MAX = 2  # simulations of each loop
-AS_IT_IS, TUNED, OBSERVER = "as it is", "tuned", "with an observer"
+AS_IT_IS = "as it is"
+TUNED = "tuned"
+OBSERVER = "with an observer"
 ALONG_DESIRED = "along the desired motion"
 POINTS = 40  # of the fit of a lag
 
@@ -74,14 +77,18 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     def law(omega: float) -> Model:
         component = CONTROLLERS[name]
         own = {key: value for key, value in variant.controller.values.items() if key in component.variables}
-        fixed = {"J": inertia_of(variant)} | own if "J" in component.variables else own
+        fixed = own
+        if "J" in component.variables:
+            fixed = {"J": inertia_of(variant)} | own
         return make_model(component, fixed | GAINS[name](omega, fixed, variant), kind=variant.plant.kind, validate=True)
 
     run = variant.run
     # Every current loop has a lag: each lag [s] with the required phase margin [deg].
+    lags = [(lag, PHASE) for lag in UNSTATED]
     stated = run.current_lag
-    # Additional lag with which the usual phase margin must remain [s].
-    lags = ((stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)) if stated > 0.0 else tuple((lag, PHASE) for lag in UNSTATED)
+    if stated > 0.0:
+        # Additional lag with which the usual phase margin must remain [s].
+        lags = [(stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)]
     elastic = with_two_masses(variant)
     plants = [(amplitude, phase, linear_plant(lagging(elastic, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
 
@@ -101,7 +108,9 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     if bandwidth is not None and keeps_margins(bandwidth):
         return Tuned(law(bandwidth), bandwidth)
     widest = _widest(keeps_margins, 1.0 / run.sample_time, bandwidth)
-    return None if widest is None else Tuned(law(widest), widest)
+    if widest is None:
+        return None
+    return Tuned(law(widest), widest)
 
 
 def lagging(variant: Variant, lag: float) -> Variant:
@@ -111,7 +120,9 @@ def lagging(variant: Variant, lag: float) -> Variant:
 
 def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> float | None:
     """Return the largest bandwidth that keeps the margins, searched from above, to two digits."""
-    high = WIDEST * rate if most is None else min(WIDEST * rate, most)
+    high = WIDEST * rate
+    if most is not None:
+        high = min(high, most)
     while not keeps(high / 1.25):
         high /= 1.25
         if high < NARROWEST * rate:
@@ -121,7 +132,10 @@ def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> 
         if _rounded_down(low) == _rounded_down(high):
             break
         middle = math.sqrt(low * high)
-        low, high = (middle, high) if keeps(middle) else (low, middle)
+        if keeps(middle):
+            low = middle
+        else:
+            high = middle
     return _rounded_down(low)
 
 
@@ -133,14 +147,17 @@ def _rounded_down(value: float) -> float:
 
 def _cascade(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
     k_v = inertia_of(variant) * bandwidth
-    integral = fixed.get("k_i", 0.0) > 0.0
-    return {"k_v": k_v, "k_p": 0.25 * bandwidth, "k_i": 0.1 * k_v * bandwidth if integral else 0.0}
+    gains = {"k_v": k_v, "k_p": 0.25 * bandwidth, "k_i": 0.0}
+    if fixed.get("k_i", 0.0) > 0.0:
+        gains["k_i"] = 0.1 * k_v * bandwidth
+    return gains
 
 
 def _sliding_mode(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
     if fixed.get("K_2", 0.0) == 0.0:
         return {"lambda_": bandwidth, "K_1": bandwidth}
-    count, dt = variant.sensor.values.get("resolution", 0.0), variant.run.sample_time
+    count = variant.sensor.values.get("resolution", 0.0)
+    dt = variant.run.sample_time
     # With these gains the effort of the law equals its estimate of the velocity.
     estimate = dict(fixed, J=1.0, lambda_=0.0, K_1=1.0, K_2=0.0)
     bare = make_model(CONTROLLERS["sliding_mode"], estimate, kind=variant.plant.kind, validate=True)
@@ -173,7 +190,8 @@ def count_response(variant: Variant) -> float:
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
     """Return the effort of a law after a unit step of the position, shape (50,)."""
     law = linear_law(controller, dt, amplitude)
-    state, outputs = np.zeros(law.B.size), []
+    state = np.zeros(law.B.size)
+    outputs = []
     for _ in range(50):
         outputs.append(law.C @ state + law.D)
         state = law.A @ state + law.B
@@ -211,15 +229,20 @@ def delays_of(variant: Variant) -> Delays:
     # With e^{-sT} = 1 - sT, the real part contains k_d T times the square of the frequency.
     _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
     _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
-    return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, float(lagging / k_d) if k_d > 0.0 else 0.0)
+    velocity = 0.0
+    if k_d > 0.0:
+        velocity = float(lagging / k_d)
+    return Delays(0.5 * dt, variant.run.delay * dt, variant.run.current_lag, velocity)
 
 
 def with_known_motion(variant: Variant) -> Variant:
     """Return the loop with velocity and inertia of the desired motion fed forward."""
-    controller, feedforward = variant.controller, variant.feedforward
+    controller = variant.controller
+    feedforward = variant.feedforward
     if controller.values.get("k_ff", 1.0) != 1.0:
         controller = controller.with_values(k_ff=1.0)
-    fed, mass = feedforward.plant, 0.0
+    fed = feedforward.plant
+    mass = 0.0
     # A plant with a screw feeds both of its masses forward.
     if (fed is None or fed.component.screw is None) and not feeds_inertia(controller, variant.run.sample_time):
         mass = inertia_of(variant)
@@ -267,7 +290,9 @@ class Proposal:
     @property
     def peak_to_peak(self) -> float:
         """Simulated following error, peak to peak [m or rad]; infinite without a simulation."""
-        return math.inf if self.following_error is None else self.following_error.peak_to_peak
+        if self.following_error is None:
+            return math.inf
+        return self.following_error.peak_to_peak
 
 
 @guarded(bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)))
@@ -288,10 +313,13 @@ def proposals_for(
         Called with the share done and the name of the next step.
     """
     loops, bandwidths = _loops(variant, bandwidth)
-    # Propose gains for the largest lag of an unspecified current loop.
-    judged = {
-        name: assess(loop if loop.run.current_lag or name not in bandwidths else lagging(loop, UNSTATED[1])) for name, loop in loops.items()
-    }
+    judged = {}
+    for name, loop in loops.items():
+        if name in bandwidths and not loop.run.current_lag:
+            # Propose gains for the largest lag of an unspecified current loop.
+            judged[name] = assess(lagging(loop, UNSTATED[1]))
+        else:
+            judged[name] = assess(loop)
     runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
         replace(loop, run=replace(loop.run, seeds=runs))
@@ -301,17 +329,18 @@ def proposals_for(
     outcomes = simulate(Experiment(variant.name, variant.plant.kind, able), progress).variants
     proposals = []
     for name, loop in loops.items():
-        outcome = outcomes.get(name)
-        completed = None if outcome is None or outcome.status is Status.NOT_FINITE else outcome
         proposal = Proposal(
             loop,
             judged[name],
             bandwidths.get(name),
             law_stiffness(linear_law(loop.controller, loop.run.sample_time, LARGE)),
             count_response(loop),
-            completed and completed.following_error,
-            completed and completed.effort_rms,
+            following_error=None,
+            effort_rms=None,
         )
+        outcome = outcomes.get(name)
+        if outcome is not None and outcome.status is not Status.NOT_FINITE:
+            proposal = replace(proposal, following_error=outcome.following_error, effort_rms=outcome.effort_rms)
         proposals.append(proposal)
     return tuple(proposals)
 
@@ -319,12 +348,16 @@ def proposals_for(
 def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant], dict[str, float]]:
     """Return the present loop and the proposals by name, and the bandwidths of the proposals."""
     desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
-    loops, bandwidths = {AS_IT_IS: variant}, {}
+    loops = {AS_IT_IS: variant}
+    bandwidths = {}
     if variant.feedforward.along != "desired":
         loops[ALONG_DESIRED] = desired
     laws = {TUNED: variant.controller.name, OBSERVER: "disturbance_observer"}
     for name, law in laws.items():
-        tuning = None if name == OBSERVER and law == laws[TUNED] else tuned(variant, law, bandwidth)
+        if name == OBSERVER and law == laws[TUNED]:
+            continue
+        tuning = tuned(variant, law, bandwidth)
         if tuning is not None and tuning.law != variant.controller:
-            loops[name], bandwidths[name] = with_known_motion(replace(desired, controller=tuning.law)), tuning.bandwidth
+            loops[name] = with_known_motion(replace(desired, controller=tuning.law))
+            bandwidths[name] = tuning.bandwidth
     return {name: replace(loop, name=name) for name, loop in loops.items()}, bandwidths

@@ -40,12 +40,15 @@ SIDED = 0.02  # of the largest force of the screw: smaller forces do not change 
 def screw_of(feedforward: Feedforward) -> Screw | None:
     """Return the screw between motor and table; None for one mass."""
     plant = feedforward.plant
-    return None if plant is None or plant.component.screw is None else plant.component.screw(plant.parameters)
+    if plant is None or plant.component.screw is None:
+        return None
+    return plant.component.screw(plant.parameters)
 
 
 def feeds_inertia(controller: Model, dt: float) -> bool:
     """Return whether a control law already responds to the acceleration of its reference."""
-    component, p = controller.component, controller.parameters
+    component = controller.component
+    p = controller.parameters
     efforts = []
     for acceleration in (1e-6, 0.0):
         rest = component.start(0.0, 0.0, 0.0, dt, p)
@@ -109,7 +112,8 @@ def table_shape(feedforward: Feedforward) -> Shape:
 
 def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, passed: np.ndarray, dt: float) -> np.ndarray:
     """Return the friction of the table along a desired motion [N], in the step after each sample."""
-    friction, travel = table_of(feedforward), screw.arm * position
+    friction = table_of(feedforward)
+    travel = screw.arm * position
     state, memory = conditioned(friction, feedforward.conditioning * screw.arm)
     steps = np.diff(travel) / dt
     return compensation_along(
@@ -126,7 +130,9 @@ def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray
 
 def _time_for(jump: float, effort: float) -> float:
     """Return the time of the smoothing [s] in which a jump of inertia times angle [N*m*s^2] needs no more than an effort."""
-    return math.sqrt(2.0 * math.pi * jump / effort) if effort > 0.0 else 0.0
+    if effort > 0.0:
+        return math.sqrt(2.0 * math.pi * jump / effort)
+    return 0.0
 
 
 def _weights(time: float, dt: float, count: int) -> np.ndarray:

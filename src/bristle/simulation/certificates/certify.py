@@ -33,7 +33,8 @@ from bristle.simulation.certificates.passive import passive
 from bristle.simulation.certificates.quasi_static import CREEP, Holding, Path, holding_of
 
 SEED = 20260
-CYCLES, SAMPLES = 200, 400
+CYCLES = 200
+SAMPLES = 400
 ROUNDS = 4
 ROUNDING = 1e-9
 REACHES = np.geomspace(1e-9, 1e3, 49)  # m or rad
@@ -62,7 +63,9 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
     """Return the least share of work that the contact keeps, over random closed cycles."""
     generator = np.random.default_rng(SEED)
     scale = holding.distance or loop.reach
-    sense = -1.0 if loop.is_magnetic else 1.0
+    sense = 1.0
+    if loop.is_magnetic:
+        sense = -1.0
     least = min(_share_of_random_cycle(model, generator, scale, sense) for _ in range(CYCLES))
     passed = least >= -ROUNDING
     advice = f"No cycle of {CYCLES} returns energy"
@@ -74,8 +77,10 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
 def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: float, sense: float) -> float:
     """Return the share of work kept over a closed path of three harmonics, 0.1 to 100 times as wide."""
     orders = generator.choice(np.arange(1, 9), 3, replace=False)
-    heights, phases = generator.normal(size=3) / orders, generator.uniform(0.0, 2.0 * np.pi, 3)
-    width, speed = scale * 10.0 ** generator.uniform(-1.0, 2.0), 10.0 ** generator.uniform(-6.0, 2.0)
+    heights = generator.normal(size=3) / orders
+    phases = generator.uniform(0.0, 2.0 * np.pi, 3)
+    width = scale * 10.0 ** generator.uniform(-1.0, 2.0)
+    speed = 10.0 ** generator.uniform(-6.0, 2.0)
 
     def share(samples: int) -> float:
         turn = 2.0 * np.pi * np.arange(samples + 1) / samples
@@ -86,7 +91,9 @@ def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: 
     if coarse >= -ROUNDING:
         return coarse
     fine = share(8 * SAMPLES)
-    return fine if fine < 0.5 * coarse else 0.0
+    if fine < 0.5 * coarse:
+        return fine
+    return 0.0
 
 
 def _share_kept(model: Model, x: np.ndarray, duration: float) -> float:
@@ -96,7 +103,9 @@ def _share_kept(model: Model, x: np.ndarray, duration: float) -> float:
     force = force_along(model, step / dt, dt, np.tile(x[1:], ROUNDS))
     work = (force * step)[1 - x.size :]
     total = float(np.sum(np.abs(work)))
-    return float(np.sum(work)) / total if total > 0.0 else 0.0
+    if total > 0.0:
+        return float(np.sum(work)) / total
+    return 0.0
 
 
 LEAST_RATIO = 1.05  # of f_p to F_S, and of a growing deflection to its value at half the distance
@@ -110,10 +119,14 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
     # Read the deflection z if there is one, else the first state, else the force.
     states = variables_of(model.component.State)
     name = "z" if "z" in states else next(iter(states), "")
-    unit = unit_of(states[name].quantity if name else "force", model.kind)
+    unit = unit_of("force", model.kind)
+    if name:
+        unit = unit_of(states[name].quantity, model.kind)
 
     def read(contact: Contact, side: float) -> float:
-        return abs(float(contact.state[list(states).index(name)])) if name else abs(contact.force(side * 0.0))
+        if name:
+            return abs(float(contact.state[list(states).index(name)]))
+        return abs(contact.force(side * 0.0))
 
     if not holding.has_presliding:
         return not_applicable(unit, "The model has no deflection that could grow")
@@ -122,11 +135,9 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
     static_force = max((value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")), default=None)
     saturation = model.values.get("f_p")
     if saturation is None or static_force is None:
-        advice = (
-            "The deflection is bounded for all parameters"
-            if math.isfinite(bound)
-            else "The deflection grows as long as the body slides: add a saturation"
-        )
+        advice = "The deflection grows as long as the body slides: add a saturation"
+        if math.isfinite(bound):
+            advice = "The deflection is bounded for all parameters"
         return Certificate(True, bound, unit, math.inf, math.isfinite(bound), advice)
     least = LEAST_RATIO * static_force
     at_least = model.component(kind=model.kind, validate=False, **(model.values | {"f_p": least}))
@@ -180,7 +191,8 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     threshold = 1e-6 * abs(path.x)  # more in a cycle is drift
     moved = 0.0
     for _ in range(100):
-        start, before = path.x, moved
+        start = path.x
+        before = moved
         path.to_force(low)
         path.to_force(high)
         moved = path.x - start
@@ -267,16 +279,17 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     >>> found["drift"].value, found["closure"].applies
     (0.0, False)
     """
-    force, length = Variable("force", "force of the ripple"), Variable("length", "reversal position of the loop")
+    force = Variable("force", "force of the ripple")
+    length = Variable("length", "reversal position of the loop")
     if isinstance(model.component, HysteresisOperator):
         force, length = (Variable(name, name) for name in (model.component.output, model.component.input))
         model = as_friction(model)
     else:
         model = unvaried(model)
-    pairs: dict[str, Any] = {}
+    pairs: dict[str, Any] = {"force_ripple": None, "loop": None}
     for path, raw, variable in (("force_ripple", force_ripple, force), ("loop", loop, length)):
-        ends = (quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw or ()))
-        pairs[path] = tuple(ends) or None
+        if raw:
+            pairs[path] = tuple(quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw))
     holding = holding_of(model)
     fattest = fattest_loop(model)
     return {

@@ -62,10 +62,7 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
         return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it is not friction")
-    p = model.parameters.operator if isinstance(model.parameters, OperatorParameters) else model.parameters
-    parameters = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
-    # A variation along the axis is a factor on the whole force, or a force whose work the return path gives back.
-    sides = [damping_of(side.inner if isinstance(side, Varied) else side) for side in parameters]
+    sides = [damping_of(p) for p in _in_each_direction(model)]
     dampings = [side for side in sides if side is not None]
     if len(dampings) < len(sides):
         return not_applicable(unit, "No condition is known for this model: see dissipation for a numerical search")
@@ -82,6 +79,18 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     else:
         advice = "Passive for any viscous coefficient"
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
+
+
+def _in_each_direction(model: Model) -> list[Any]:
+    """Return the parameters of a model forward and backward, or its only ones, without a variation along the axis."""
+    p = model.parameters
+    if isinstance(p, OperatorParameters):
+        p = p.operator
+    sides = [p]
+    if isinstance(p, Slotted):
+        sides = [p.forward, p.backward]
+    # A variation along the axis is a factor on the whole force, or a force whose work the return path gives back.
+    return [side.inner if isinstance(side, Varied) else side for side in sides]
 
 
 def needed_damping(
@@ -110,7 +119,8 @@ def needed_damping(
 
     if sigma_1(0.0) == 0.0:
         return 0.0
-    decades, forces = np.linspace(*DECADES, 91), np.linspace(-F_S, F_S, 41)
+    decades = np.linspace(*DECADES, 91)
+    forces = np.linspace(-F_S, F_S, 41)
     values = np.array([[needed(decade, q) for q in forces] for decade in decades])
     crests = np.pad(np.max(values, axis=1), 1, constant_values=-math.inf)
     peaks = np.flatnonzero((crests[1:-1] >= crests[:-2]) & (crests[1:-1] >= crests[2:]))
@@ -121,7 +131,8 @@ def needed_damping(
 
 def _summit(height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float) -> float:
     """Return the largest value around a point, by refined grids."""
-    (x, q), (dx, dq) = start, steps
+    x, q = start
+    dx, dq = steps
     for _ in range(20):
         nodes = [
             (min(max(x + i * dx / 4.0, DECADES[0]), DECADES[1]), min(max(q + j * dq / 4.0, -F_S), F_S))
@@ -129,7 +140,8 @@ def _summit(height: Callable[[float, float], float], start: tuple[float, float],
             for j in range(-4, 5)
         ]
         x, q = max(nodes, key=lambda node: height(*node))
-        dx, dq = 0.4 * dx, 0.4 * dq
+        dx = 0.4 * dx
+        dq = 0.4 * dq
     return height(x, q)
 
 

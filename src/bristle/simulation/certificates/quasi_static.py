@@ -71,7 +71,9 @@ def _slid_to_the_end(model: Model, side: float) -> float:
     before = contact.force(side * 0.0)
     contact.move(contact.x, CREEP)
     after = contact.force(side * 0.0)
-    return after if abs(after - before) <= 1e-3 * abs(after) else side * math.inf
+    if abs(after - before) <= 1e-3 * abs(after):
+        return after
+    return side * math.inf
 
 
 class Path:
@@ -136,7 +138,8 @@ class Path:
     def _climb(self, target: float, side: float) -> bool:
         self._side = side
         for _ in range(2000):
-            before, start = self._contact.copy(), self.x
+            before = self._contact.copy()
+            start = self.x
             force = self._contact.move(side * CHUNK * self._step, CREEP, CHUNK)
             beyond = np.flatnonzero(side * (force - target) >= 0.0)
             if beyond.size or side * (self.force - target) >= 0.0:

@@ -48,7 +48,8 @@ def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
     """Return the motion at a sample of a log."""
     # Velocity and acceleration come from a cubic through as few samples as move by a hundred counts of the encoder: a single
     # difference has an error of a count per sample, and many samples would smooth the start of a motion.
-    dt, x = log.sample_time, float(log.position.values[first])
+    dt = log.sample_time
+    x = float(log.position.values[first])
     for count in range(8, 2 * START_SAMPLES + 1):
         low = max(first - count // 2, 0)
         position = log.position.values[low : low + count]
@@ -94,19 +95,22 @@ class ClosedLoop:
         self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None, disturbance: np.ndarray | None = None
     ) -> LoopTrace:
         """Run the loop, by default with its encoder and the lag of its drive."""
-        own = encoder(kind=plant.kind, resolution=self.resolution) if sensor is None else sensor
+        if sensor is None:
+            sensor = encoder(kind=plant.kind, resolution=self.resolution)
+        if lag is None:
+            lag = self.lag
         return run_closed_loop(
             plant,
             friction,
             self.controller,
-            own,
+            sensor,
             self.desired,
             self.sample_time,
             steps=substeps_for(self.sample_time),
             injected=self.injected,
             disturbance=disturbance,
             limit=self.limit,
-            lag=self.lag if lag is None else lag,
+            lag=lag,
             effort_before=self.effort_before,
             resumed_effort=self.resumed_effort,
             acceleration=self.beginning.acceleration,
@@ -116,13 +120,16 @@ class ClosedLoop:
     def begun(self, friction: Model) -> tuple[np.ndarray, np.ndarray]:
         """Return the packed initial state and the memory of friction."""
         start = self.beginning.state(friction)
-        component, p = friction.component, friction.parameters
+        component = friction.component
+        p = friction.parameters
         return pack(start.get("state", component.initial_state(p))), start.get("memory", component.new_memory(p))
 
     def with_derivatives(
         self, plant: Sensitive, friction: Sensitive, lag: float | None, lag_tangents: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the effort of the controller with a perfect encoder, and its derivatives, shape (sample, direction)."""
+        if lag is None:
+            lag = self.lag
         start = self.beginning
         motion = start.x, start.v, start.acceleration
         law_state = begun(self.controller, Reference(*self.desired[:, 0]), *motion, self.resumed_effort, self.sample_time)
@@ -139,7 +146,7 @@ class ClosedLoop:
             steps=substeps_for(self.sample_time),
             limit=self.limit,
             effort_before=self.effort_before,
-            lag=self.lag if lag is None else lag,
+            lag=lag,
             lag_tangents=lag_tangents,
             x=start.x,
             v=start.v if start.moves else 0.0,
@@ -151,7 +158,9 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
     # It is the mean difference of the recorded effort and that of the law along the log with an empty integral.
     if log.effort is None:
         return None
-    component, p, dt = controller.component, controller.parameters, log.sample_time
+    component = controller.component
+    p = controller.parameters
+    dt = log.sample_time
     part = slice(first, first + min(START_SAMPLES, desired.shape[1]))
     law = component.start(beginning.x, beginning.v, beginning.acceleration, dt, p)
     if component.resume is not None:
@@ -183,9 +192,14 @@ def closed_loop_of(
             mend=f"Name the column of the reference under [columns] of the axis file, or {instead}",
         )
     desired = desired_of(log.reference.values[part], log.sample_time)
-    limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
+    limit = axis.effort_limit or math.inf
+    first = part.indices(len(log))[0]
+    injected = log.injected_effort[part]
     law = within_drive(axis.controller, limit, injected)
     beginning = beginning_of(log, first, axis.resolution)
+    effort_before = 0.0
+    if log.effort is not None:
+        effort_before = float(log.effort.values[first])
     return ClosedLoop(
         law,
         desired,
@@ -195,7 +209,7 @@ def closed_loop_of(
         limit,
         axis.resolution or 0.0,
         axis.lag,
-        0.0 if log.effort is None else float(log.effort.values[first]),
+        effort_before,
         resumed_effort_at(law, desired, log, first, beginning),
     )
 
@@ -237,7 +251,8 @@ class Stretch:
     def of(cls, log: Log, axis: Axis, loop: str, part: slice) -> Stretch:
         """Return the simulated part of a log: from the first known velocity or from rest."""
         first, last, _ = part.indices(len(log))
-        first += START_SAMPLES if loop == "open-loop" and not axis.at_rest else 0
+        if loop == "open-loop" and not axis.at_rest:
+            first += START_SAMPLES
         return cls(log, axis, loop, slice(first, last))
 
     @property
@@ -253,7 +268,8 @@ class Stretch:
     def run(self, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
         """Return the simulation with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
         beside = effort_of_columns(plant, [column.values[self.samples] for column in self.log.regressors])
-        unseen = unseen if beside is None else unseen + beside
+        if beside is not None:
+            unseen = unseen + beside
         if self.loop == "closed-loop":
             return Course.of(closed_loop_of(self.log, self.axis, self.samples).run(plant, friction, disturbance=unseen))
         assert self.log.effort is not None
@@ -263,7 +279,9 @@ class Stretch:
             position, status = loop.position(plant, friction, unseen)
             return Course(position[np.isfinite(position)], command, status, (loop.diagnostic,))
         start = beginning_of(self.log, self.samples.start, self.axis.resolution).state(friction)
-        effort, dt, steps = command - unseen, self.log.sample_time, substeps_for(self.log.sample_time)
+        effort = command - unseen
+        dt = self.log.sample_time
+        steps = substeps_for(self.log.sample_time)
         if self.axis.hold != "band_limited":
             return Course.of(run_open_loop(plant, friction, effort, dt, steps=steps, hold=self.axis.hold or "zero", **start))
         trace = run_open_loop(plant, friction, finer(effort, steps, periodic=False), dt / steps, hold="linear", **start)

@@ -42,7 +42,8 @@ class OpenLoop:
 
     def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
         """Return the position at each sample of the record [m or rad], NaN after divergence."""
-        effort, ended = self.effort, list[Status]()
+        effort = self.effort
+        ended = list[Status]()
         if unseen is not None:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
 
@@ -67,12 +68,14 @@ class OpenLoop:
         """Return the rows of a run, one for each sample of the record, the position first; run periodic records to a steady state."""
         if not self.periodic:
             return run(effort)
-        size, period = effort.size // self.steps, np.empty(0)
+        size = effort.size // self.steps
+        period = np.empty(0)
         for lead in LEADS:
             # One more sample, for the position at the end of the period.
             rows = run(np.concatenate([np.tile(effort, lead + 1), effort[:1]]))[lead * size :]
             if not np.isfinite(rows[size, 0]):
-                period = period if period.size else np.full_like(rows[:size], np.nan)
+                if not period.size:
+                    period = np.full_like(rows[:size], np.nan)
                 break
             period = rows[:size]
             if abs(rows[size, 0] - rows[0, 0]) <= SETTLED * np.ptp(period[:, 0]):
@@ -84,20 +87,25 @@ def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLo
     """Return the open loop of a stretch of a log that begins at rest or is periodic."""
     if log.effort is None:
         raise InputError("has no effort to apply", path="log", mend="Name the column of the effort in the axis file")
-    effort, position = log.effort.values[part], log.position.values[part]
+    effort = log.effort.values[part]
+    position = log.position.values[part]
     period = None if axis.periodic is False else period_of(effort)
     if period is None and (axis.periodic or (axis.periodic is None and closes(effort) and closes(position))):
         period = effort.size
-    period_of_effort = effort if period is None else effort[:period]
+    period_of_effort = effort
+    if period is not None:
+        period_of_effort = effort[:period]
     if axis.hold == "band_limited":
+        hold = "linear"
         fine = finer(period_of_effort, steps, periodic=period is not None)
     elif axis.hold == "linear":
+        hold = "linear"
         after = effort[0] if period is not None else period_of_effort[-1]
         at = np.arange(period_of_effort.size * steps) / steps
         fine = np.interp(at, np.arange(period_of_effort.size + 1), np.append(period_of_effort, after))
     else:
+        hold = "zero"
         fine = np.repeat(period_of_effort, steps)
-    hold = "linear" if axis.hold in ("band_limited", "linear") else "zero"
     return OpenLoop(fine, steps, log.sample_time, effort.size, period is not None, hold)
 
 
