@@ -28,7 +28,8 @@ from bristle.models.friction.slots import whole_parts
 GAIN = 0.9  # share with a known reach, which returns and fades
 CONSTANT_GAINS = (0.8, 0.7, 0.6)  # constant shares; the first without a known reach
 RETURN = 0.05  # travel constant of the return, over the reach
-FADE, SLOW_FADE = 0.5, 1.0  # time constant at rest [s]; the slow one suits moves that go on in the same direction after short rests
+FADE = 0.5  # time constant at rest [s]
+SLOW_FADE = 1.0  # time constant at rest [s] that suits moves that go on in the same direction after short rests
 LEAST = 3.0  # shortest promised move, over the reach
 LONGEST_REST = 0.3  # between promised moves [s]
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
@@ -51,7 +52,9 @@ class Claim(NamedTuple):
 
     def text(self, length: str) -> str:
         """Return the moves in words, with the least distance as text."""
-        pace = "quick moves" if self.slowest_move is None else f"moves of up to {self.slowest_move:g} s"
+        pace = "quick moves"
+        if self.slowest_move is not None:
+            pace = f"moves of up to {self.slowest_move:g} s"
         moves = f"{pace} of {length} or more with rests up to {self.longest_rest:g} s"
         if self.factor is None or self.factor < 1.1:
             return moves
@@ -63,20 +66,26 @@ def doubt_of(model: Model, draws: Mapping[str, np.ndarray]) -> float:
     """Return the half-width of the 95 % interval of the friction level, over the level, from draws of the parameters; 0 without draws."""
     drawn = Bands(draws, scatter=0.0, noise=0.0, unexplained=0.0).models(model, MEMBERS)
     levels = [level_of(member, FASTEST) for member in drawn]
-    return NORMAL_95 * float(np.std(levels)) / level_of(model, FASTEST) if levels else 0.0
+    if levels:
+        return NORMAL_95 * float(np.std(levels)) / level_of(model, FASTEST)
+    return 0.0
 
 
 def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, Any], fastest: float = FASTEST) -> float | None:
     """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
+    stiffness = treatment.get("stiffness")
     of_law = None if controller is None else stiffness_of(controller)
-    stiffness = treatment.get("stiffness") if of_law is None else of_law.value
+    if of_law is not None:
+        stiffness = of_law.value
     if not stiffness:
         return None
     try:
         level = level_of(friction, fastest)
     except InputError:  # its output grows without bound
         return None
-    return level / stiffness if level > NO_FRICTION else None
+    if level > NO_FRICTION:
+        return level / stiffness
+    return None
 
 
 def rule_for(friction: Model, reach: float | None) -> Rule:
@@ -88,7 +97,9 @@ def rule_for(friction: Model, reach: float | None) -> Rule:
 
 def claims_for(reach: float | None) -> tuple[Claim, ...]:
     """Return the promise of the rule in a loop of this reach, without a simulation of the loop."""
-    return () if reach is None else (Claim(LEAST * reach, None, LONGEST_REST),)
+    if reach is None:
+        return ()
+    return (Claim(LEAST * reach, None, LONGEST_REST),)
 
 
 class Compensation(NamedTuple):

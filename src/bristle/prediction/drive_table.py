@@ -23,7 +23,9 @@ from bristle.logs.log import Log
 from bristle.models.friction import unvaried
 from bristle.prediction.predict import rows_as_fitted
 
-FINE, COARSE, FINEST = 300, 48, 800  # points of the steady curve on each side: for figures, before refinement, and at most
+FINE = 300  # points of the steady curve on each side, for figures
+COARSE = 48  # points on each side before refinement
+FINEST = 800  # points on each side at most
 SLOWEST = 1e-9  # of the largest speed: treated as rest
 DRAWS = 32  # for the band of the steady curve
 REMEMBERED = 16  # cached curves and distances: a report uses each several times
@@ -60,7 +62,7 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     """
     sides = [(way, without_fall(side)) for way, side, _ in _branches(fit)]
     rows = [(way, side[placed(side, entries // len(sides))]) for way, side in sides]
-    return [point for way, side in rows for point in (side if way > 0.0 else -side[::-1]).tolist()]
+    return [point for way, side in rows for point in _ascending(way, side).tolist()]
 
 
 class LevelValues(NamedTuple):
@@ -85,7 +87,9 @@ class LevelValues(NamedTuple):
 def level_values(fit: Fit) -> LevelValues | None:
     """Return the friction of a fit as one level and one viscous coefficient for each direction."""
     sides = {direction: along for direction, along, _ in _branches(fit)}
-    return levels_of(fit.plant, fit.friction, sides) if sides else None
+    if sides:
+        return levels_of(fit.plant, fit.friction, sides)
+    return None
 
 
 def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
@@ -94,8 +98,11 @@ def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.nda
     lines = {way: _line_below(side) for way, side in sides.items()}
     level = {way: line.level - way * constant for way, line in lines.items()}
     viscous = {way: line.slope for way, line in lines.items()}
-    inertia = None if plant is None else name_of(Role.INERTIA, plant.component.variables)
-    mass = plant.values[inertia] if plant is not None and inertia else 0.0
+    mass = 0.0
+    if plant is not None:
+        inertia = name_of(Role.INERTIA, plant.component.variables)
+        if inertia:
+            mass = plant.values[inertia]
     return LevelValues(
         mass,
         constant,
@@ -143,9 +150,13 @@ def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:
     """
     if not band:
         return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
-    models = [] if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
+    if fit.resampling is None:
+        return []
+    models = fit.resampling.bands.models(fit.friction, DRAWS)
+    if len(models) < 2:
+        return []
     halves: list[tuple[float, float]] = []
-    for direction, side, ascending in _branches(fit) if len(models) > 1 else ():
+    for direction, side, ascending in _branches(fit):
         speeds = side[-1, 0] * np.geomspace(1e-6, 1.0, COARSE // 2)
         own, *drawn = ([_or_infinite(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
         spread = NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
@@ -184,13 +195,25 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
     """Return each direction of the log, the steady friction along it, and the same over ascending velocity."""
     if fit.plant.values.get("k") or fit.never_slid:
         return []
-    lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
-    tops = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
+    lowest = float(np.min(fit.traces.velocity))
+    highest = float(np.max(fit.traces.velocity))
+    tops = []
+    if lowest < 0.0:
+        tops.append((-1.0, -lowest))
+    if highest > 0.0:
+        tops.append((1.0, highest))
     try:
         sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
     except InputError:  # the force hardens without bound
         return []
-    return [(direction, side, side if direction > 0.0 else -side[::-1]) for direction, side in sides]
+    return [(direction, side, _ascending(direction, side)) for direction, side in sides]
+
+
+def _ascending(direction: float, side: np.ndarray) -> np.ndarray:
+    """Return speeds and forces along a direction as velocities, ascending, and forces."""
+    if direction > 0.0:
+        return side
+    return -side[::-1]
 
 
 @lru_cache(maxsize=REMEMBERED)
@@ -228,7 +251,8 @@ def resolved_side(model: Model, direction: float, fastest: float) -> tuple[np.nd
 
 def placed(curve: np.ndarray, count: int) -> list[int]:
     """Return at most `count` points of a curve, both ends included, between which straight lines deviate least, by bisection."""
-    low, high = 1e-6 * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))  # a smaller deviation counts as zero
+    low = 1e-6 * float(np.max(np.abs(curve[:, 1])))  # a smaller deviation counts as zero
+    high = float(np.ptp(curve[:, 1]))
     best = _reached(curve, low, count)
     if best is not None:
         return best
@@ -236,7 +260,11 @@ def placed(curve: np.ndarray, count: int) -> list[int]:
     for _ in range(40):
         allowed = 0.5 * (low + high)
         corners = _reached(curve, allowed, count)
-        low, high, best = (allowed, high, best) if corners is None else (low, allowed, corners)
+        if corners is None:
+            low = allowed
+        else:
+            high = allowed
+            best = corners
     return best
 
 
@@ -258,14 +286,19 @@ def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
 @lru_cache(maxsize=REMEMBERED)
 def reversal_distance(model: Model, fastest: float) -> float:
     """Return the distance after a reversal over which the force makes 95 % of its change [m or rad]."""
-    component, p, speed = model.component, unvaried(model).parameters, 1e-3 * fastest
-    state, memory = component.initial_state(p), component.new_memory(p)
+    component = model.component
+    p = unvaried(model).parameters
+    speed = 1e-3 * fastest
+    state = component.initial_state(p)
+    memory = component.new_memory(p)
     way = np.diff(WAY, prepend=0.0).tolist()
-    x, before = 0.0, 0.0
+    x = 0.0
+    before = 0.0
     forces: list[float] = []
     with np.errstate(over="ignore", invalid="ignore"):  # a force that grows without bound has no such distance
         for direction in (-1.0, 1.0):
-            before = forces[-1] if forces else 0.0
+            if forces:
+                before = forces[-1]
             forces = []
             for pace in way:
                 x += direction * pace
@@ -275,7 +308,9 @@ def reversal_distance(model: Model, fastest: float) -> float:
         change = np.array(forces) - before
     enough = SETTLED_SHARE * change[-1]
     first = int(np.argmax(change >= enough))
-    return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1])) if first > 0 else 0.0
+    if first > 0:
+        return float(np.interp(enough, change[first - 1 : first + 1], WAY[first - 1 : first + 1]))
+    return 0.0
 
 
 def table_error(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bristle.core.axis import Axis
+from bristle.core.axis import Axis, Column
 from bristle.core.dimensions import exponents_of
 from bristle.core.units import factor
 from bristle.core.variable import Kind, unit_of
@@ -64,23 +64,34 @@ class DriveUnits(NamedTuple):
             (0.0, 1.0, 0.0): self.lengths,
         }
         units = simple.get((force, length, time))
-        return _of_other_sizes(_products(self, self.axis, force, length, time)) if units is None else units
+        if units is None:
+            return _of_other_sizes(_products(self, self.axis, force, length, time))
+        return units
 
 
 def log_units(axis: Axis | None, kind: Kind) -> LogUnits:
     """Return the units of the columns of the logs of an axis; SI without an axis file."""
-    length, effort = _column_unit(axis, "position", "length", kind), _column_unit(axis, "effort", "force", kind)
-    own = axis is not None and "velocity" in axis.columns
-    return LogUnits(_column_unit(axis, "velocity", "length/time", kind) if own else DriveUnit(f"{length.name}/s", length.si), effort)
+    length = _column_unit(axis, "position", "length", kind)
+    effort = _column_unit(axis, "effort", "force", kind)
+    if axis is not None and "velocity" in axis.columns:
+        velocity = _column_unit(axis, "velocity", "length/time", kind)
+    else:
+        velocity = DriveUnit(f"{length.name}/s", length.si)
+    return LogUnits(velocity, effort)
 
 
 def column_signs(axis: Axis | None) -> tuple[float, float]:
     """Return the signs of the columns of velocity and of effort relative to the axis; 1 without an axis file."""
-    columns = {} if axis is None else axis.columns
-    moving = columns.get("velocity") or columns.get("position")
-    scales = (1.0 if column is None else column.scale for column in (moving, columns.get("effort")))
-    first, second = (math.copysign(1.0, scale) for scale in scales)
-    return first, second
+    if axis is None:
+        return 1.0, 1.0
+    moving = axis.columns.get("velocity") or axis.columns.get("position")
+    return _sign_of(moving), _sign_of(axis.columns.get("effort"))
+
+
+def _sign_of(column: Column | None) -> float:
+    if column is None:
+        return 1.0
+    return math.copysign(1.0, column.scale)
 
 
 class CommandUnits(NamedTuple):
@@ -109,7 +120,8 @@ def command_units(axis: Axis | None, kind: Kind) -> CommandUnits | None:
 def signed_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, DriveUnit]:
     """Return the units of position and effort in the logs of an axis, with the signs of their columns."""
     moving, pushing = column_signs(axis)
-    position, effort = _column_unit(axis, "position", "length", kind), _column_unit(axis, "effort", "force", kind)
+    position = _column_unit(axis, "position", "length", kind)
+    effort = _column_unit(axis, "effort", "force", kind)
     return position._replace(si=moving * position.si), effort._replace(si=pushing * effort.si)
 
 
@@ -117,55 +129,73 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     """Return the possible units of the drive of this axis: those of its log, of its motor, percent of rated."""
     if axis is None:
         return DriveUnits(None, kind, (), (), (), ())
-    own, arm = log_units(axis, kind), axis.arm
+    own = log_units(axis, kind)
+    arm = axis.arm
     geared = arm is not None and (kind == "translational" or abs(arm - 1.0) > NEARLY)
-    motor = [DriveUnit("rpm of the motor", RPM * arm)] if arm is not None else []
-    torque = [DriveUnit("N*m at the motor", 1.0 / arm)] if arm is not None and geared else []
-    rated = [DriveUnit("% of rated", 0.01 * axis.rated)] if axis.rated else []
-    inertia = [DriveUnit("kg*m^2 at the motor", 1.0 / arm**2)] if arm is not None and geared else []
-    percent = bool(rated) and own.effort.name == "%"
-    return DriveUnits(
-        axis,
-        kind,
-        (*_besides_si([own.velocity], unit_of("length/time", kind)), *motor),
-        (*([] if percent else _besides_si([own.effort], unit_of("force", kind))), *torque, *rated),
-        tuple(inertia),
-        length_units(axis, kind),
-    )
+    velocities = _besides_si([own.velocity], unit_of("length/time", kind))
+    efforts = []
+    inertias = []
+    if not axis.rated or own.effort.name != "%":
+        efforts += _besides_si([own.effort], unit_of("force", kind))
+    if arm is not None:
+        velocities.append(DriveUnit("rpm of the motor", RPM * arm))
+    if arm is not None and geared:
+        efforts.append(DriveUnit("N*m at the motor", 1.0 / arm))
+        inertias.append(DriveUnit("kg*m^2 at the motor", 1.0 / arm**2))
+    if axis.rated:
+        efforts.append(DriveUnit("% of rated", 0.01 * axis.rated))
+    return DriveUnits(axis, kind, tuple(velocities), tuple(efforts), tuple(inertias), length_units(axis, kind))
 
 
 def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
     """Return the units of a file for the drive of an axis: those of its log, and other possible units."""
-    own, more = log_units(axis, kind), drive_units(axis, kind)
-    feed = [DriveUnit("mm/min", FEED)] if axis is not None and kind == "translational" else []
-    velocities = _of_other_sizes((own.velocity, *feed, *more.velocities))
+    own = log_units(axis, kind)
+    more = drive_units(axis, kind)
+    velocities = [own.velocity]
+    if axis is not None and kind == "translational":
+        velocities.append(DriveUnit("mm/min", FEED))
+    velocities = _of_other_sizes((*velocities, *more.velocities))
     efforts = _of_other_sizes((own.effort, *more.efforts))
     drive = LogUnits(velocities[-1], next((unit for unit in efforts if "%" in unit.name), efforts[-1]))
-    return TableUnits(own, None if drive == own else drive, efforts, (DriveUnit(unit_of("mass", kind), 1.0), *more.inertias))
+    if drive == own:
+        drive = None
+    return TableUnits(own, drive, efforts, (DriveUnit(unit_of("mass", kind), 1.0), *more.inertias))
 
 
 def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     """Return the units of a distance, besides SI: that of the position in the log, degrees of the motor."""
     if axis is None:
         return ()
-    own = [_column_unit(axis, "position", "length", kind)]
-    motor = [DriveUnit("deg of the motor", math.radians(1.0) * axis.arm)] if axis.arm is not None else []
-    return _of_other_sizes((*_besides_si(own, unit_of("length", kind)), *motor))
+    units = _besides_si([_column_unit(axis, "position", "length", kind)], unit_of("length", kind))
+    if axis.arm is not None:
+        units.append(DriveUnit("deg of the motor", math.radians(1.0) * axis.arm))
+    return _of_other_sizes(units)
 
 
 def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
     """Return the units of a product: effort and position of the log; percent of rated, or torque, and turns of the motor."""
-    # A product with length and time contains a speed, as viscous friction does: in rpm of the motor.
-    kind, distance = drive.kind, drive.lengths
+    kind = drive.kind
     own = log_units(axis, kind)
-    speeds = length == -time and length != 0.0
-    logged = own.velocity if speeds else (distance[0] if distance else DriveUnit(unit_of("length", kind), 1.0))
-    at_motor = None if axis.arm is None else (drive.velocities[-1] if speeds else distance[-1])
-    effort = drive.efforts[-1] if drive.efforts else own.effort
-    pairs = [(own.effort, logged), *([(effort, at_motor)] if at_motor is not None else [])]
-    rest = 0.0 if speeds else time
+    if length == -time and length != 0.0:
+        # A product with length and time contains a speed, as viscous friction does: in rpm of the motor.
+        motions = drive.velocities
+        logged = own.velocity
+        rest = 0.0
+        in_si = unit_of("force", kind), unit_of("length/time", kind)
+    else:
+        motions = drive.lengths
+        logged = DriveUnit(unit_of("length", kind), 1.0)
+        if motions:
+            logged = motions[0]
+        rest = time
+        in_si = unit_of("force", kind), unit_of("length", kind)
+    pairs = [(own.effort, logged)]
+    if axis.arm is not None:
+        effort = own.effort
+        if drive.efforts:
+            effort = drive.efforts[-1]
+        pairs.append((effort, motions[-1]))
     products = [_product(pair, (force, length, rest)) for pair in pairs]
-    in_si = unit_of("force", kind), unit_of("length/time" if speeds else "length", kind)
     return tuple(unit for unit, pair in zip(products, pairs, strict=True) if (pair[0].name, pair[1].name) != in_si)
 
 
@@ -173,11 +203,19 @@ def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, floa
     """Return a product of units, shortened: ``%/rpm`` is percent of rated per turn a minute of the motor."""
     short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor") for unit in pair]
     names = [f"({name})" if set(name) & set("/*") else name for name in short] + ["s"]
-    over, under = [], []
+    over = []
+    under = []
     for name, power in zip(names, powers, strict=True):
-        if power:
-            (over if power > 0.0 else under).append(name if abs(power) == 1.0 else f"{name}^{abs(power):g}")
-    alone = over[0].strip("()") if over == names[:1] else "*".join(over) or "1"
+        raised = name
+        if abs(power) != 1.0:
+            raised = f"{name}^{abs(power):g}"
+        if power > 0.0:
+            over.append(raised)
+        elif power < 0.0:
+            under.append(raised)
+    alone = "*".join(over) or "1"
+    if over == names[:1]:
+        alone = over[0].strip("()")
     return DriveUnit("/".join([alone, *under]), pair[0].si ** powers[0] * pair[1].si ** powers[1])
 
 

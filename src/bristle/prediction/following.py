@@ -47,8 +47,9 @@ class Following:
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON; an implausible gain is null."""
-        believed = None if self.contradiction is not None else self.compensated
-        sides = {"measured": self.measured, "simulated": self.simulated, "compensated": believed}
+        sides = {"measured": self.measured, "simulated": self.simulated, "compensated": self.compensated}
+        if self.contradiction is not None:
+            sides["compensated"] = None
         return {name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms} for name, error in sides.items()}
 
 
@@ -56,7 +57,8 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     """Return the following error of an axis in a log."""
     if log.reference is None:
         return None
-    everywhere, part = log.reference.values - log.position.values, longest_of(log)
+    everywhere = log.reference.values - log.position.values
+    part = longest_of(log)
     error = everywhere[part]
     time = log.sample_time * np.arange(error.size)
     simulable = statistics_of(error[_settled(error.size, log.sample_time)])
@@ -74,7 +76,9 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
         return Following(time, error, measured, simulated, compensated)
     # The difference between the loop and the log, and its possible explanations.
     suspects = explanations(recorded, error, settings.loop_differs)
-    sides = {"measured": simulable, "simulated": simulated} if simulated is not None else {"measured": simulable}
+    sides = {"measured": simulable}
+    if simulated is not None:
+        sides["simulated"] = simulated
     errors = {name: side.peak_to_peak for name, side in sides.items()}
     errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
     directions = {True: "reference_later", False: "reference_earlier"}
@@ -104,7 +108,8 @@ def loop_of(
     loop = closed_loop_of(log, axis, longest)
     left = unexplained_force(plant, friction, log, axis, **{name: treatment.get(name) for name in TREATED})
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
-    left = left if beside is None else left + beside
+    if beside is not None:
+        left = left + beside
     late = in_samples(lateness_of(axis, treatment), treatment.get("lag", loop.lag), log.sample_time)
     return compensation_experiment(
         plant,
@@ -149,11 +154,14 @@ def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[S
     # Position and effort of the log are in the identified model as well, so a wrong scale affects the numbers of the law
     # only. If all gains of a law contain the same ratio of the two, the scales are confounded.
     trial = _Trial.of(variant, error)
-    before, law = trial.difference(trial.variant), trial.variant.controller
+    before = trial.difference(trial.variant)
+    law = trial.variant.controller
     scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
     late = [_at(trial, "delay", float(samples)) for samples in range(1, 9)]
-    fed = [_fed(trial)] if "k_ff" in law.component.variables else []
-    suspects = [*(_best_factor(trial, name) for name in scales), *fed, min(late, key=BY_DIFFERENCE), _shifted(trial)]
+    suspects = [_best_factor(trial, name) for name in scales]
+    if "k_ff" in law.component.variables:
+        suspects.append(_fed(trial))
+    suspects += [min(late, key=BY_DIFFERENCE), _shifted(trial)]
     better = [suspect for suspect in suspects if suspect.difference <= 0.5 * before]
     agreeing = sorted((suspect for suspect in better if trial.agrees(suspect, allowed)), key=BY_DIFFERENCE)
     return tuple(suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference)
@@ -173,7 +181,8 @@ class _Trial(NamedTuple):
     @classmethod
     def of(cls, variant: Variant, error: np.ndarray) -> _Trial:
         """Return the first samples of a loop."""
-        run, count = variant.run, min(error.size, 30_000)  # samples of each simulation
+        run = variant.run
+        count = min(error.size, 30_000)  # samples of each simulation
         time = run.sample_time * np.arange(count)
         desired = variant.reference.component.sample(time, variant.reference.parameters)[0]
         return cls(variant.first(count), error[:count], time >= run.settle, desired)
@@ -181,12 +190,16 @@ class _Trial(NamedTuple):
     def followed(self, variant: Variant) -> np.ndarray | None:
         """Return the following error of a loop against the recorded reference; None if it diverges."""
         outcome = simulate(Experiment("trial", variant.plant.kind, (variant,))).variants[variant.name]
-        return None if outcome.status is Status.NOT_FINITE else self.desired - outcome.measured
+        if outcome.status is Status.NOT_FINITE:
+            return None
+        return self.desired - outcome.measured
 
     def difference(self, variant: Variant) -> float:
         """Return the difference between the simulated and the measured following error of a loop [m or rad]."""
         followed = self.followed(variant)
-        return np.inf if followed is None else statistics_of((followed - self.error)[self.judged]).rms
+        if followed is None:
+            return np.inf
+        return statistics_of((followed - self.error)[self.judged]).rms
 
     def agrees(self, suspect: Suspect, allowed: float) -> bool:
         """Return whether the loop follows as measured with the suspected number."""
@@ -206,7 +219,8 @@ def _at(trial: _Trial, name: str, value: float) -> Suspect:
 
 def _best_factor(trial: _Trial, name: str) -> Suspect:
     """Return the factor with the least difference, from a grid that is refined around the best."""
-    best, step = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE), 2.0**0.5
+    best = min((_at(trial, name, float(factor)) for factor in FACTORS), key=BY_DIFFERENCE)
+    step = 2.0**0.5
     for _ in range(5):
         step **= 0.5
         best = min((best, *(_at(trial, name, best.value * factor) for factor in (1.0 / step, step))), key=BY_DIFFERENCE)
@@ -218,15 +232,19 @@ def _fed(trial: _Trial) -> Suspect:
     ends = [trial.followed(_with_law(trial.variant, k_ff=share)) for share in (0.0, 1.0)]
     if ends[0] is None or ends[1] is None:
         return Suspect("k_ff", 1.0, np.inf)
-    along, left = (ends[1] - ends[0])[trial.judged], (trial.error - ends[0])[trial.judged]
+    along = (ends[1] - ends[0])[trial.judged]
+    left = (trial.error - ends[0])[trial.judged]
     power = float(along @ along)
-    return _at(trial, "k_ff", max(float(left @ along) / power, 0.0) if power > 0.0 else 0.0)
+    if power > 0.0:
+        return _at(trial, "k_ff", max(float(left @ along) / power, 0.0))
+    return _at(trial, "k_ff", 0.0)
 
 
 def _shifted(trial: _Trial) -> Suspect:
     """Return the time by which the reference acts later, from the part of the difference proportional to velocity."""
     velocity = np.gradient(trial.desired, trial.variant.run.sample_time)[trial.judged]
-    power, late = float(velocity @ velocity), 0.0
+    power = float(velocity @ velocity)
+    late = 0.0
     for _ in range(3):  # of Newton's method
         followed = trial.followed(_reference_later(trial.variant, late))
         if followed is None or power == 0.0:
@@ -247,7 +265,8 @@ def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
 
 
 def _reference_later(variant: Variant, time: float) -> Variant:
-    reference, dt = variant.reference, variant.run.sample_time
+    reference = variant.reference
+    dt = variant.run.sample_time
     position = np.asarray(reference.parameters.position)
     samples = np.arange(position.size)
     return replace(variant, reference=reference.with_values(position=np.interp(samples - time / dt, samples, position)))

@@ -34,7 +34,8 @@ def fit_of(
         Diagnostic(entry["code"], entry["parameter"], entry["severity"], own, friction.kind)
         for entry, own in zip(summary["diagnostics"], numbers, strict=True)
     )
-    metrics, correlation = summary["metrics"], summary["correlation"]
+    metrics = summary["metrics"]
+    correlation = summary["correlation"]
     errors = {name: metrics[name] for name in SIMULATED}
     errors |= {name: math.nan if metrics[name] is None else metrics[name] for name in ("condition_number", "force_error_percent")}
     return Fit(

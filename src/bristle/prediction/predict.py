@@ -123,17 +123,25 @@ def predict(
     log = parted(log, axis)
     if mode == "inverse":
         frequency, stride = treatment_of(cutoff, decimation, log.kind)
-        remarks, limit = (), frequency if frequency is not None else axis.cutoff if axis is not None else None
+        remarks = ()
+        limit = frequency
+        if limit is None and axis is not None:
+            limit = axis.cutoff
         if limit is not None and limit * log.sample_time >= 0.5:  # sampled too slowly for the filter of the identification
-            frequency, stride = 0.4 / log.sample_time, 1  # a cut-off that fits the sampling
+            frequency = 0.4 / log.sample_time  # a cut-off that fits the sampling
+            stride = 1
             remarks = (Diagnostic("filtered", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
         channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
         dataset = rows_as_fitted(log, axis, {"cutoff": frequency, **channels}, stride)
         refuse_unrecorded(friction.component, dataset)
-        width = None if bands is None else half_width(bands, plant, friction, dataset)
+        width = None
+        if bands is not None:
+            width = half_width(bands, plant, friction, dataset)
         return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
-    axis = axis or Axis(kind=log.kind)
-    axis = axis if lag is None else replace(axis, lag=lag)
+    if axis is None:
+        axis = Axis(kind=log.kind)
+    if lag is not None:
+        axis = replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 
@@ -143,7 +151,9 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
         friction = with_presliding(friction, axis.presliding)
         about.append(Diagnostic("presliding_distance", "", "note", {"distance": axis.presliding}, log.kind))
     segments = log.segments or (slice(0, len(log)),)
-    runs, used, widths = [], [], []
+    runs = []
+    used = []
+    widths = []
     for part in segments:
         stretch = Stretch.of(log, axis, mode, part)
         if stretch.count <= START_SAMPLES:
@@ -161,25 +171,31 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
     if not widths:
         return prediction
     position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
-    return replace(prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort)
+    if prediction.effort_predicted is None:
+        effort = None
+    return replace(prediction, position_half_width=position, half_width=effort)
 
 
 def _inverse(
     plant: Model, friction: Model, log: Log, dataset: Dataset, width: np.ndarray | None, remarks: tuple[Diagnostic, ...]
 ) -> Prediction:
+    notes = list(remarks)
     predicted = finite(dataset.rows_of(dataset.explained(plant, friction)), friction, "friction")
     # The initial state of the contact in each stretch, if it matters.
     percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
-    start = (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
-    filtered = Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation})
+    if percents:
+        notes.append(Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}))
+    notes.append(Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}))
     signals = (dataset.time, dataset.effort, predicted, dataset.rows_of([segment.position for segment in dataset.segments]), None)
-    return replace(_prediction("inverse", log, *signals), half_width=width, diagnostics=(*remarks, *start, filtered))
+    return replace(_prediction("inverse", log, *signals), half_width=width, diagnostics=tuple(notes))
 
 
 def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
     assert log.effort is not None
     time, effort, position = (np.concatenate([channel.values[part] for part in used]) for channel in (log.time, log.effort, log.position))
-    command = np.concatenate([run.command for run in runs]) if mode == "closed-loop" else None
+    command = None
+    if mode == "closed-loop":
+        command = np.concatenate([run.command for run in runs])
     reached = np.concatenate([run.position for run in runs])
     status = max((run.status for run in runs), key=int)
     return replace(_prediction(mode, log, time, effort, command, position, reached, status), diagnostics=about)
@@ -191,9 +207,11 @@ def _prediction(
     """Return measurement and prediction, with their errors; no errors for a simulation that diverged."""
     metrics: dict[str, float | str | None] = {}
     for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
-        compared = None if status == Status.NOT_FINITE else predicted
-        metrics[f"{name}_error_percent"] = None if compared is None else relative_error_percent(signal, compared)
-        metrics[f"{name}_rmse"] = None if compared is None else float(np.sqrt(np.mean((signal - compared) ** 2)))
+        metrics[f"{name}_error_percent"] = None
+        metrics[f"{name}_rmse"] = None
+        if predicted is not None and status != Status.NOT_FINITE:
+            metrics[f"{name}_error_percent"] = relative_error_percent(signal, predicted)
+            metrics[f"{name}_rmse"] = float(np.sqrt(np.mean((signal - predicted) ** 2)))
         metrics[f"{name}_unit"] = unit_of(quantity, log.kind)
     return Prediction(mode, time, effort, effort_hat, position, position_hat, metrics, status, log=log.source.name.strip("<>"))
 
@@ -205,7 +223,9 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
         if not abs(seconds) < log.duration:
             raise InputError("is longer than the log", path=name, value=seconds, allowed=f"< {log.duration:.3g} s")
     dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *times.values())
-    return differentiated(dataset) if treatment.get("slow") else dataset
+    if treatment.get("slow"):
+        return differentiated(dataset)
+    return dataset
 
 
 def effort_of_motion(
@@ -219,8 +239,11 @@ def effort_of_motion(
     dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
     # Without an effort the initial state of a contact in a segment is unknown.
     efforts = dataset.explained(plant, friction, contacts=(None,) * len(dataset.segments))
-    time, around = columns["time"], 0.5 * dataset.sample_time
-    lag = treatment.get("delay", 0.0) + (axis.delay if axis else 0.0)
+    time = columns["time"]
+    around = 0.5 * dataset.sample_time
+    lag = treatment.get("delay", 0.0)
+    if axis is not None:
+        lag += axis.delay
     predicted = np.full(time.size, np.nan)
     for segment, effort in zip(dataset.segments, efforts, strict=True):
         inside = (time >= segment.time[0] - around) & (time <= segment.time[-1] + around)

@@ -15,12 +15,16 @@ FIRST_GAIN = 0.25
 
 def proposals_of(fit: Fit, axis: Axis, tried: SecondPass | None = None) -> list[dict[str, Any]]:
     """Return the lines for the axis file: those of a second pass with its held-out errors [%], and those that bristle did not try."""
-    lines = () if tried is None else tried.lines
-    errors = {} if tried is None else {"error_without": tried.error_without, "error_with": tried.error_with}
+    lines = ()
+    errors = {}
+    if tried is not None:
+        lines = tried.lines
+        errors = {"error_without": tried.error_without, "error_with": tried.error_with}
     further = [line for line in proposed_lines(fit, axis) if (line.section, line.key) not in {line[:2] for line in lines}]
     if axis.presliding is None and not fit.plant.values.get("k"):
         distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
-        further += [ProposedLine("plant", "presliding", distance, "reversal_distance")] if distance else []
+        if distance:
+            further.append(ProposedLine("plant", "presliding", distance, "reversal_distance"))
     proposals = [line._asdict() | {"taken": tried is not None and tried.taken} | errors for line in lines]
     return proposals + [line._asdict() | {"taken": False, "error_without": None, "error_with": None} for line in further]
 
@@ -36,4 +40,6 @@ def first_gain(fit: Fit, compensation: Compensation | None = None) -> float:
     faulty = any(diagnostic.severity == "error" or diagnostic.code == "one_direction" for diagnostic in fit.diagnostics)
     if faulty or fit.friction_alone_error_percent >= SAFE_ERROR:
         return 0.0
-    return compensation.rule.gain if compensation and compensation.claims else FIRST_GAIN
+    if compensation and compensation.claims:
+        return compensation.rule.gain
+    return FIRST_GAIN

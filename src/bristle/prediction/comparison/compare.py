@@ -34,39 +34,50 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds, low.logs, high.logs)._replace(in_turn=_in_turn(logs))
     if not plan.before.size:
-        signals = "references" if follows else "positions (compared because a log has no reference)"
+        signals = "positions (compared because a log has no reference)"
+        if follows:
+            signals = "references"
         reason = f"no cycle of the {signals} is the same before and after the change"
         raise InputError(reason, path="after", mend="Record both logs with the same reference: the same positions at the same speed")
     sides = ((low, plan.before), (high, plan.after))
     used: Sides = tuple(replace(side, cycles=[side.cycles[number] for number in numbers]) for side, numbers in sides)  # type: ignore[assignment]
     kind = logs[0].kind
-    samples = _window_samples(used, window) if follows else None
-    rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
-    measures = [
-        *(level_measures("error", "following_error", "length") if follows else ()),
-        *(turn_measures(samples) if samples else ()),
-        *(level_measures("effort", "effort", "force") if tells_effort else ()),
-        *(rows.measures() if rows else ()),
-    ]
+    sample_time = used[0].cycles[0].recording.sample_time
+    reason = low.reason or high.reason
+    measures: list[Measure] = []
+    turns = ()
+    seconds = None
+    at_speeds = {}
+    if follows:
+        measures += level_measures("error", "following_error", "length")
+        samples = _window_samples(used, window)
+        if samples:
+            measures += turn_measures(samples)
+            turns = turn_courses(*used, samples)
+            seconds = samples * sample_time
+    if tells_effort:
+        measures += level_measures("effort", "effort", "force")
+    if tells_effort and reason is None:
+        rows = SlidingRows(*used)
+        measures += rows.measures()
+        at_speeds = {f"friction.at_speeds.{number}": speed for number, speed in enumerate(rows.speeds)}
     changes, as_one = _changes(measures, used, plan, kind)
     in_common = set(low.kinds) & set(high.kinds)
     counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in (low, high)]
     shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
     motions = np.unique(plan.kinds_before).size
     shared = Shared(shares[0], shares[1], plan.before.size, plan.after.size, motions, complete, plan.paired, float(np.median(as_one)))
-    sample_time = used[0].cycles[0].recording.sample_time
-    at_speeds = {f"friction.at_speeds.{number}": speed for number, speed in enumerate(rows.speeds if rows else ())}
     return Comparison(
         kind=kind,
         changes={name: change for name, change in changes.items() if name not in at_speeds},
         friction_curve=[(speed, changes[name]) for name, speed in at_speeds.items() if name in changes],
         shared=shared,
-        window=samples * sample_time if samples else None,
+        window=seconds,
         course=course_of(*used, follows=follows),
-        turns=turn_courses(*used, samples) if samples else (),
+        turns=turns,
         logs_before=tuple(log for log, _ in before),
         logs_after=tuple(log for log, _ in after),
-        diagnostics=_diagnostics(before, after, shared, changes, low.reason or high.reason),
+        diagnostics=_diagnostics(before, after, shared, changes, reason),
     )
 
 
@@ -84,7 +95,8 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
     if len(kinds) > 1:
         raise InputError("are of different kinds of axis", path="logs", value=" and ".join(sorted(kinds)), mend="Compare logs of one axis")
     for (first, _), (second, _) in product(before, after):
-        channels, further = dict(first.channels()), dict(second.channels())
+        channels = dict(first.channels())
+        further = dict(second.channels())
         is_alike = len(first) == len(second) and list(channels) == list(further)
         if is_alike and all(np.array_equal(channel.values, further[name].values) for name, channel in channels.items()):
             mend = "Name a log from before the change, and another log from after the change"
@@ -103,13 +115,16 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     between = np.concatenate([np.empty(0), *map(np.diff, turns)])
     if turns and not between.size:
         between = np.array([cycle.count for cycle in cycles])
-    return max(round(WINDOW * float(np.median(between))), 4) if between.size else None
+    if between.size:
+        return max(round(WINDOW * float(np.median(between))), 4)
+    return None
 
 
 def _changes(measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind) -> tuple[dict[str, Change], list[float]]:
     """Return each quantity that both sides have, and the number of correlated cycles for each."""
     changes: dict[str, Change] = {}
-    as_one, sums = [], {}
+    as_one = []
+    sums = {}
     for measure in measures:
         if measure.sums not in sums:  # several quantities share their sums
             sums[measure.sums] = [measure.sums(side) for side in sides]
@@ -133,7 +148,11 @@ def _diagnostics(
     }
     percents = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
     with_interval = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
-    fewest, fewest_logs = min(shared.cycles_before, shared.cycles_after), min(len(before), len(after))
+    cycles: dict[str, Number] = {}
+    fewest = min(shared.cycles_before, shared.cycles_after)
+    if with_interval:
+        cycles["cycles"] = fewest
+    fewest_logs = min(len(before), len(after))
     periods = [log.sample_time for log in logs]
     # Such a narrow interval means cycles without scatter.
     identical = any(0.5 * float(np.ptp(change.interval)) < ROUNDING * abs(change.before) for change in with_interval)  # type: ignore[arg-type]
@@ -142,7 +161,7 @@ def _diagnostics(
         *(("warning", code, bool(numbers["sides"]), {**numbers}) for code, numbers in lacking.items()),
         ("warning", "motions_differ", min(percents.values()) < 99.0, {**percents}),
         ("warning", "pieces_for_cycles", not shared.complete, {}),
-        ("warning", "few_cycles", not with_interval or (shared.complete and fewest < FEW), {"cycles": fewest} if with_interval else {}),
+        ("warning", "few_cycles", not with_interval or (shared.complete and fewest < FEW), cycles),
         ("warning", "cycles_identical", identical, {}),
         ("warning", "friction_not_told", not is_judged, {"why": str(reason or "")}),
         ("note", "cycles_alike", shared.as_one > 2.0, {"cycles": shared.as_one}),

@@ -109,11 +109,19 @@ def _recordings_of(
     log: Log, axis: Axis | None, sample_time: float, *, follows: bool, tells_effort: bool
 ) -> tuple[list[Recording], InputError | None]:
     """Return the stretches of a log with a sample about every `sample_time` [s], and the reason if its friction is unknown."""
-    sliding, reason = _sliding(log, axis, sample_time) if tells_effort else (None, None)
-    motion = log.reference if follows else log.position
-    assert motion is not None
-    error = motion.values - log.position.values if follows else None
-    effort = log.effort.values if tells_effort and log.effort is not None else None
+    motion = log.position
+    error = None
+    effort = None
+    sliding = None
+    reason = None
+    if follows:
+        assert log.reference is not None
+        motion = log.reference
+        error = motion.values - log.position.values
+    if tells_effort:
+        sliding, reason = _sliding(log, axis, sample_time)
+        if log.effort is not None:
+            effort = log.effort.values
     collected = []
     for part in log.segments:
         picked = np.arange(part.start, part.stop)
@@ -127,7 +135,9 @@ def _recordings_of(
 
 def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarray | None, InputError | None]:
     """Return velocity, acceleration and effort, treated as in identification; both logs with the same filter."""
-    cutoff = axis.cutoff if axis is not None and axis.cutoff is not None else CUTOFF_SHARE / sample_time
+    cutoff = CUTOFF_SHARE / sample_time
+    if axis is not None and axis.cutoff is not None:
+        cutoff = axis.cutoff
     try:
         dataset = treat(log, axis, cutoff)
     except InputError as error:  # too short for the filter, or without motion
@@ -144,9 +154,11 @@ def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarra
 def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
     collected = []
     for recording in recordings:
-        motion, moving = recording.motion, _moving(recording)
+        motion = recording.motion
+        moving = _moving(recording)
         near = TREMBLE[1] * float(np.ptp(motion))
-        low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
+        low = float(np.min(motion)) + near
+        high = float(np.max(motion)) - near
         # A motion may begin and end at a turn, at its extreme position. Such a turn is forward if the next turn is
         # further up; the last turn is forward if the previous turn is.
         ends = [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
@@ -160,7 +172,9 @@ def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
 def _moving(recording: Recording) -> slice:
     """Return the samples from the first to the last motion."""
     moved = np.flatnonzero(np.diff(recording.motion))
-    return slice(int(moved[0]), int(moved[-1]) + 2) if moved.size else slice(0, 0)
+    if moved.size:
+        return slice(int(moved[0]), int(moved[-1]) + 2)
+    return slice(0, 0)
 
 
 def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
@@ -181,7 +195,9 @@ def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, c
         numbered.append([])
         for cycle in cycles:
             recording = cycle.recording
-            origin = 0.0 if complete else float(recording.motion[_moving(recording).start])
+            origin = 0.0
+            if not complete:
+                origin = float(recording.motion[_moving(recording).start])
             motion = recording.motion[cycle.samples] - origin
             shape = np.interp(np.linspace(0.0, motion.size - 1.0, PHASES), np.arange(motion.size), motion)
             least = share * float(np.ptp(shape)) + float(np.max(np.abs(np.diff(motion)))) + grain
@@ -200,4 +216,6 @@ def _first_alike(shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], co
     away = np.max(np.abs(np.asarray(shapes) - shape), axis=1)
     lasting = np.abs(np.asarray(counts) - count) <= share * count + 2.0
     fits = np.flatnonzero((away <= least) & lasting)
-    return int(fits[0]) if fits.size else len(shapes)
+    if fits.size:
+        return int(fits[0])
+    return len(shapes)

@@ -59,7 +59,8 @@ def level_measures(signal: str, name: str, quantity: str) -> list[Measure]:
 
 def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
     """Return the samples of a cycle at which the motion turns into one direction, if the log contains their window."""
-    motion, places = cycle.recording.motion, cycle.recording.turns
+    motion = cycle.recording.motion
+    places = cycle.recording.turns
     inside = places[(places >= cycle.samples.start) & (places < cycle.samples.stop)]
     inside = inside[inside + window < motion.size]
     rises = motion[inside + window] > motion[inside]
@@ -85,7 +86,10 @@ def turn_measures(window: int) -> list[Measure]:
 
 def course_of(before: Side, after: Side, *, follows: bool) -> Course:
     """Return the mean of each motion, one after the other: following error, or effort without a reference."""
-    signal, parts = "error" if follows else "effort", []
+    signal = "effort"
+    if follows:
+        signal = "error"
+    parts = []
     for kind in dict.fromkeys(before.kinds):
         low, high = ([cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after))
         count = min(cycle.count for cycle in (*low, *high))
@@ -140,7 +144,9 @@ class SlidingRows:
     def _counts(self, sides: Sequence[Sequence[np.ndarray]]) -> list[np.ndarray]:
         """Sort speeds into ranges; return the number of rows in each, for each side, shape (cycle, direction, range)."""
         pooled = np.abs(np.concatenate([np.empty(0), *sides[0], *sides[1]]))
-        top = float(np.quantile(pooled, 0.95)) if pooled.size else 0.0
+        top = 0.0
+        if pooled.size:
+            top = float(np.quantile(pooled, 0.95))
         self._speeds = pooled[pooled > SLOWEST * top]
         fastest = float(np.max(self._speeds, initial=0.0)) * (1.0 + 1e-9)
         self.edges = np.linspace(SLOWEST * top, fastest, RANGES + 1)
@@ -173,14 +179,16 @@ class SlidingRows:
             place = np.searchsorted(self.edges, np.abs(v), side="right") - 1
             member = place == self.ranges[:, None]
             used = member.any(axis=0)
-            columns, effort = np.vstack([np.ones(v.size), np.sign(v) * member, a])[:, used], u[used]
+            columns = np.vstack([np.ones(v.size), np.sign(v) * member, a])[:, used]
+            effort = u[used]
             equations.append(np.concatenate([columns @ effort, (columns @ columns.T).ravel()]))
         return np.array(equations)
 
     def _friction(self, sums: Sums) -> np.ndarray:
         """Return friction in each range, shape (..., range); NaN if a range lacks a direction."""
         size = self.ranges.size + 2
-        right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
+        right = sums[..., :size]
+        matrix = sums[..., size:].reshape(*sums.shape[:-1], size, size)
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
         scaled = matrix / (scale[..., :, None] * scale[..., None, :])
         solved = np.linalg.solve(scaled + SMALL * np.eye(size), (right / scale)[..., None])
@@ -195,7 +203,9 @@ def _serving(counts: Sequence[np.ndarray], kinds: Sequence[np.ndarray]) -> np.nd
     paired = plan_of(*kinds).paired
     is_served = []
     for count, own in zip(counts, kinds, strict=True):
-        blocks = [count[own == kind].sum(axis=0) for kind in np.unique(own)] if paired else count
+        blocks = count
+        if paired:
+            blocks = [count[own == kind].sum(axis=0) for kind in np.unique(own)]
         blocks = np.reshape(blocks, (-1, *count.shape[1:]))
         # A result from a single block shows no scatter when blocks are drawn anew.
         is_served.append((blocks.sum(axis=0) >= FEWEST_ROWS) & (np.sum(blocks > 0, axis=0) >= 2))

@@ -39,7 +39,8 @@ from bristle.core.least_squares import unbounded
 DRAWS = 1000
 SEED = 20_261_121
 MANY = 4  # logs of a side: enough for a straight line through them
-PAIRS, OFTEN = 6, 4  # so many motions, each less often in a log than this, are drawn as pairs
+PAIRS = 6  # motions from which on they are drawn as pairs, if each is rare
+OFTEN = 4  # repetitions in a log from which on a motion is not rare
 LARGEST = 100.0  # logarithm of a reported ratio
 
 Value = Callable[[np.ndarray], np.ndarray]
@@ -87,11 +88,14 @@ def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike, logs_before: ArrayL
 
 def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed | None:
     """Return a quantity of both sides and the interval of its change, without cycles whose sums are zero; None if undetermined."""
-    low, high = before.any(axis=1), after.any(axis=1)
+    low = before.any(axis=1)
+    high = after.any(axis=1)
     own = plan_of(plan.kinds_before[low], plan.kinds_after[high], plan.logs_before[low], plan.logs_after[high])
     if not own.before.size:
         return None
-    before, after, plan = before[low][own.before], after[high][own.after], own._replace(in_turn=plan.in_turn)
+    before = before[low][own.before]
+    after = after[high][own.after]
+    plan = own._replace(in_turn=plan.in_turn)
     if plan.paired:
         return _pairs(value, before, after, plan)
     # Each motion has the weight of the side with fewer repetitions.
@@ -101,7 +105,9 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     first, second = (_drawn(value, *side, shares, drifts=plan.drift_cancels) for side in sides)
     variance = first.variance + second.variance
     spread = first.variance**2 / first.freedom + second.variance**2 / second.freedom
-    freedom = variance**2 / spread if spread > 0.0 else first.freedom + second.freedom
+    freedom = first.freedom + second.freedom
+    if spread > 0.0:
+        freedom = variance**2 / spread
     return Changed(first.value, second.value, _interval(second.value - first.value, variance, freedom), max(first.as_one, second.as_one))
 
 
@@ -147,10 +153,12 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
         np.stack([sums[own == kind].mean(axis=0) for kind in kinds])
         for sums, own in ((before, plan.kinds_before), (after, plan.kinds_after))
     )
-    first, second = float(value(low.sum(axis=0))), float(value(high.sum(axis=0)))
+    first = float(value(low.sum(axis=0)))
+    second = float(value(high.sum(axis=0)))
     if kinds.size < 2:
         return Changed(first, second, None, 1.0)
-    even, alike = np.ones(kinds.size), np.zeros(kinds.size, dtype=int)
+    even = np.ones(kinds.size)
+    alike = np.zeros(kinds.size, dtype=int)
     influences = _influence(value, low, even, alike), _influence(value, high, even, alike)
     as_one = _as_one(first * influences[1] - second * influences[0])  # that of the ratio
     drawn = _draws(kinds.size, np.random.default_rng(SEED))
@@ -173,10 +181,14 @@ def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.nd
 
 def _as_one(influence: np.ndarray) -> float:
     """Return the number of neighbours that count as one cycle, from 1 to half of them."""
-    count, square, as_one = influence.size, float(influence @ influence), 1.0
+    count = influence.size
+    square = float(influence @ influence)
+    as_one = 1.0
     for lag in range(1, max(count // 3, 2)):
         # Around their mean, uncorrelated numbers have a correlation of -1 / count.
-        correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count if square > 0.0 else 0.0
+        correlation = 0.0
+        if square > 0.0:
+            correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count
         if correlation * math.sqrt(count) <= 0.5:  # standard deviations
             break
         as_one += 2.0 * correlation
@@ -191,7 +203,9 @@ def _draws(count: int, rng: np.random.Generator) -> np.ndarray:
 def _spread(draws: np.ndarray, count: int, motions: int, as_one: float) -> tuple[float, float]:
     """Return the variance of draws, raised for few correlated cycles, and its degrees of freedom."""
     finite = draws[np.isfinite(draws)]
-    variance = float(np.var(finite)) if finite.size > 1 else math.nan
+    variance = math.nan
+    if finite.size > 1:
+        variance = float(np.var(finite))
     return as_one * variance * count / (count - motions), max(count / as_one - motions, 1.0)
 
 

@@ -53,7 +53,9 @@ class Change:
     @property
     def change_percent(self) -> float:
         """Change in percent of the value before."""
-        return 100.0 * self.change / abs(self.before) if self.before else math.nan
+        if self.before:
+            return 100.0 * self.change / abs(self.before)
+        return math.nan
 
     @property
     def interval_percent(self) -> tuple[float, float] | None:
@@ -70,7 +72,9 @@ class Change:
             return "unknown"
         if abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
             return "no_change"
-        return "lower" if self.change < 0.0 else "higher"
+        if self.change < 0.0:
+            return "lower"
+        return "higher"
 
     def as_data(self) -> dict[str, Any]:
         """Return the change as plain data."""
@@ -191,4 +195,6 @@ class Comparison:
     def helped(self) -> bool | None:
         """Whether the change reduced the rms following error; None if unknown."""
         change = self.changes.get("following_error.rms")
-        return None if change is None or change.verdict == "unknown" else change.verdict == "lower"
+        if change is None or change.verdict == "unknown":
+            return None
+        return change.verdict == "lower"

@@ -27,12 +27,15 @@ from bristle.prediction.excitation.purposes import PURPOSES, closing
 from bristle.prediction.excitation.rehearsal import Rehearsal, exceeded, lag_of, recorded, rehearse
 
 SHORTEST = 2.0  # [s]
-SAMPLES_LEAST, SAMPLES_MOST = 100, 1_500_000
+SAMPLES_LEAST = 100
+SAMPLES_MOST = 1_500_000
 SAMPLE_TIME = 1e-3  # default without an axis file entry
-ABOVE, HALVES = 1.02, 4.0  # smallest ratio of a recorded value to a limit below it; ratio of durations that halves intervals
+ABOVE = 1.02  # smallest ratio of a recorded value to a limit below it
+HALVES = 4.0  # ratio of durations that halves intervals
 DRAWS = 40  # simulated logs for the intervals of an earlier log
 NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is scatter of their draws
-SLOWER, SLOWER_MOST = 0.9, 5  # share of a limit that slower motion aims at, number of slower motions
+SLOWER = 0.9  # share of a limit that slower motion aims at
+SLOWER_MOST = 5  # slower motions
 LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
@@ -82,7 +85,9 @@ class Excitation:
         """Half-widths of the 95 % intervals by the earlier log and after this motion [%]; empty without a rehearsal and an earlier log."""
         if self.earlier is None or self.rehearsal is None:
             return {}
-        after = self.earlier if self.is_repeat else self.rehearsal.identification
+        after = self.rehearsal.identification
+        if self.is_repeat:
+            after = self.earlier
         then = {estimate.name: half_width(estimate) for estimate in after.best.estimates}
         return {
             estimate.name: (half_width(estimate), then[estimate.name])
@@ -176,13 +181,17 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    seconds = 60.0 if duration is None else duration
+    seconds = 60.0
+    if duration is not None:
+        seconds = duration
     earlier = None
-    if log is not None:
+    if log is None:
+        mechanism = _mechanism(model, axis, allow_code)
+    else:
         # By one method for log and motion: half-widths of different methods cannot be compared.
         axis = replace(axis, method="inverse_dynamics")
         earlier = _identified(log, model, axis, draws=rehearsed * DRAWS)
-    mechanism = _mechanism(model, axis, allow_code) if earlier is None else _of_log(earlier.best)
+        mechanism = _of_log(earlier.best)
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
@@ -193,14 +202,18 @@ def excite(
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
     if not SAMPLES_LEAST <= count <= SAMPLES_MOST:
-        allowed, longer = (
-            f"{SAMPLES_LEAST} to {SAMPLES_MOST} samples",
-            "Record the motion in parts" if count > SAMPLES_MOST else "Extend the duration",
-        )
+        allowed = f"{SAMPLES_LEAST} to {SAMPLES_MOST} samples"
+        longer = "Extend the duration"
+        if count > SAMPLES_MOST:
+            longer = "Record the motion in parts"
         mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
         raise InputError(f"contains {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
-    begin = None if start is None else quantity(start, START, axis.kind, path="start")
-    distance = None if travel is None else amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
+    begin = None
+    if start is not None:
+        begin = quantity(start, START, axis.kind, path="start")
+    distance = None
+    if travel is not None:
+        distance = amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
     plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, earlier=earlier)
     limits = limits_of(axis, prior, sample_time, distance, begin)
     excitation = plan(limits)
@@ -244,16 +257,23 @@ def _planned(
     """Return a motion for these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
     pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
-    middle = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
-    motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, middle if begin is None else begin)
+    if begin is not None:
+        start = begin
+    elif axis.stroke:
+        start = 0.5 * sum(axis.stroke)
+    else:
+        start = 0.0
+    motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, start)
     notes += left_out
     if axis.sample_time is None:
         notes.append(f"bristle assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry")
     place = with_unit(motion.start, unit_of("length", axis.kind))
-    if begin is None and not axis.stroke:
-        notes.append("the motion begins at position 0: add the present position of your axis, or state it with --start")
+    if begin is not None:
+        notes.append(f"the motion begins at {place}")
+    elif axis.stroke:
+        notes.append(f"the motion begins in the middle of the stroke, at {place}")
     else:
-        notes.append(f"the motion begins {'in the middle of the stroke, ' if begin is None else ''}at {place}")
+        notes.append("the motion begins at position 0: add the present position of your axis, or state it with --start")
     if prior.assumed:
         notes.append(f"the rehearsal assumes: {', '.join(prior.assumed)}")
     # Check the finished motion against the limits, to protect the axis.
@@ -270,8 +290,11 @@ def _planned(
 
 def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation], *, draws: int, progress: Progress | None) -> Excitation:
     """Return a motion with its rehearsal, planned again if the loop of the controller cannot run it."""
-    axis, prior, limits = excitation.axis, excitation.prior, excitation.limits
-    rehearsal, failed = None, ()
+    axis = excitation.axis
+    prior = excitation.prior
+    limits = excitation.limits
+    rehearsal = None
+    failed = ()
     try:
         excitation = _within_the_loop(excitation, plan)
         log, _, loop = recorded(excitation.motion, axis, prior)
@@ -286,16 +309,21 @@ def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation
 
 def _within_the_loop(excitation: Excitation, plan: Callable[[MotionLimits], Excitation]) -> Excitation:
     """Return a motion that keeps the limits of effort and following error in the simulated loop, slower if necessary."""
-    axis, slower = excitation.axis, excitation
+    axis = excitation.axis
+    slower = excitation
     if axis.controller is None or (axis.effort_limit is None and axis.following_error_limit is None):
         return excitation
     first = ratios = exceeded(excitation.motion, axis, excitation.prior)
     for _ in range(SLOWER_MOST):
         if not (ratios and (slower.limits.velocity or slower.limits.acceleration)):
             break
-        limits, share = slower.limits, SLOWER / max(ratios.values())
+        limits = slower.limits
+        share = SLOWER / max(ratios.values())
         velocity, acceleration = (share * float(np.max(np.abs(signal))) for signal in (slower.motion.velocity, slower.motion.acceleration))
-        limits = replace(limits, velocity=limits.velocity and velocity, acceleration=limits.acceleration and acceleration)
+        if limits.velocity:
+            limits = replace(limits, velocity=velocity)
+        if limits.acceleration:
+            limits = replace(limits, acceleration=acceleration)
         try:
             slower = plan(limits)
             ratios = exceeded(slower.motion, axis, slower.prior)
@@ -320,7 +348,9 @@ def _reductions(excitation: Excitation, limits: MotionLimits) -> list[str]:
     )
     reduced = [limits.in_unit(value, of) for value, before, of in pairs if value is not None and value != before]
     reason = "because faster motion exceeds the limit of effort or following error in the rehearsal"
-    return [f"bristle limited the motion to {' and '.join(reduced)}, {reason}"] if reduced else []
+    if reduced:
+        return [f"bristle limited the motion to {' and '.join(reduced)}, {reason}"]
+    return []
 
 
 def _for_the_loop(excitation: Excitation, lag: float, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
@@ -335,7 +365,9 @@ def _for_the_loop(excitation: Excitation, lag: float, plan: Callable[[MotionLimi
         return None
     length = limits.in_unit(lag, "length")
     note = f"the amplitude of pre-sliding loops is at least {length}, the tracking error of the controller in the rehearsal"
-    return replace(again, notes=(*again.notes, note)) if any(piece.purpose == "presliding" for piece in again.motion.pieces) else again
+    if any(piece.purpose == "presliding" for piece in again.motion.pieces):
+        return replace(again, notes=(*again.notes, note))
+    return again
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
@@ -371,19 +403,24 @@ def _identified(log: Any, model: Any, axis: Axis, *, draws: int) -> Identificati
 def _of_log(best: Fit) -> tuple[Model | None, Model]:
     """Return plant and friction of a log of the axis; no plant if the log does not determine its mass."""
     is_known = best.inertia is not None and best.inertia.status in ("identified", "held")
-    return best.plant if is_known else None, best.friction
+    if is_known:
+        return best.plant, best.friction
+    return None, best.friction
 
 
 def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
     """Return the possible purposes among the requested ones, and reasons against the others."""
     usual = [name for name, purpose in PURPOSES.items() if not purpose.on_request]
-    names = usual if purposes is None else list(purposes)
+    names = usual
+    if purposes is not None:
+        names = list(purposes)
     if not names:
         mend = "Name a purpose, or omit the option for all possible purposes"
         raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
     for name in names:
         if name not in PURPOSES:
-            allowed, mend = ", ".join(PURPOSES), did_you_mean(name, PURPOSES)
+            allowed = ", ".join(PURPOSES)
+            mend = did_you_mean(name, PURPOSES)
             raise InputError("is not a purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
@@ -397,9 +434,11 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
 
 def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
     """Return pieces within a time limit [s], and notes on purposes left out for it."""
-    notes, takes = list[str](), 0.0
+    notes = list[str]()
+    takes = 0.0
     while True:
-        target, pieces = seconds, _pieces(chosen, limits, seconds)
+        target = seconds
+        pieces = _pieces(chosen, limits, seconds)
         for _ in range(4):  # iterate down to the time limit
             takes = length_of(pieces)
             if takes <= seconds * 1.001:
@@ -418,7 +457,9 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
 
 def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the pieces of all purposes; later purposes get the unused time of earlier ones."""
-    left, share_left, pieces = seconds, sum(PURPOSES[name].share for name in chosen), []
+    left = seconds
+    share_left = sum(PURPOSES[name].share for name in chosen)
+    pieces = []
     # Pieces of fixed number come first; triangles, whose duration is free, use the rest.
     for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]

@@ -85,27 +85,36 @@ class MotionLimits:
 
     def corner(self, speed: float, leg: float) -> float:
         """Return the acceleration at the ends of a leg of this length [m or rad], if the ends take a tenth of the leg."""
-        return min(2.0 * speed * speed / (0.1 * leg), self.acceleration or math.inf)
+        return min(2.0 * speed * speed / (0.1 * leg), largest_acceleration(self))
 
     def in_unit(self, value: float, quantity: str) -> str:
         """Return a value with its unit on this axis."""
         return with_unit(value, unit_of(quantity, self.kind))
 
 
+def largest_acceleration(limits: MotionLimits) -> float:
+    """Return the largest acceleration [m/s^2 or rad/s^2], infinite if unknown."""
+    return limits.acceleration or math.inf
+
+
 def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None) -> MotionLimits:
     """Return the limits of a motion."""
+    stroke = None
+    if axis.stroke:
+        stroke = axis.stroke[1] - axis.stroke[0]
     for path, value in (
         ("travel", travel),
         ("limits.velocity", axis.velocity_limit),
         ("limits.acceleration", axis.acceleration_limit),
         ("limits.jerk", axis.jerk_limit),
-        ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
+        ("limits.stroke", stroke),
     ):
         if value is not None and value < LEAST:
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Check the unit")
-    stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
+
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        reason, mend = "is so far from zero that positions have too few digits", "Measure positions from a point near the stroke"
+        reason = "is so far from zero that positions have too few digits"
+        mend = "Measure positions from a point near the stroke"
         raise InputError(reason, path="limits.stroke", value=axis.stroke, mend=mend)
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
@@ -115,15 +124,18 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
     if travel is not None and stroke is not None and travel > stroke:
         allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
         raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)
-    acceleration, most = axis.acceleration_limit, effort_limit(axis)
+    if travel is None:
+        travel = _usable(stroke)
+    acceleration = axis.acceleration_limit
+    most = effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
         acceleration = 0.5 * most / prior.plant.values["M"]
     return MotionLimits(
         kind=axis.kind,
         sample_time=sample_time,
-        travel=travel if travel is not None else stroke and MARGIN * stroke,
-        velocity=axis.velocity_limit and MARGIN * axis.velocity_limit,
-        acceleration=acceleration and MARGIN * acceleration,
+        travel=travel,
+        velocity=_usable(axis.velocity_limit),
+        acceleration=_usable(acceleration),
         jerk=axis.jerk_limit or math.inf,
         count=axis.resolution or 0.0,
         presliding=prior.presliding,
@@ -131,6 +143,12 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         stribeck_velocity=prior.stribeck_velocity,
         integral=axis.controller is not None and axis.controller.values.get("k_i", 0.0) > 0.0,
     )
+
+
+def _usable(limit: float | None) -> float | None:
+    if limit is None:
+        return None
+    return MARGIN * limit
 
 
 @dataclass(frozen=True)
@@ -164,16 +182,29 @@ class Prior:
 
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
     """Return the prior of an axis: a given model, or a model from its limits and its pre-sliding distance."""
-    kind, most, distance = axis.kind, effort_limit(axis), axis.presliding
-    force = 1.0 if friction is not None or most is None else 0.1 * most
-    mass, assumed = axis.mass if plant is None else plant.values["M"], ()
+    kind = axis.kind
+    most = effort_limit(axis)
+    distance = axis.presliding
+    force = 1.0
+    if friction is None and most is not None:
+        force = 0.1 * most
+    mass = axis.mass if plant is None else plant.values["M"]
+    assumed = ()
     mass_known = mass is not None
     if mass is None:
-        mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
-        assumed = (f"{'mass' if kind == 'translational' else 'inertia'} of {with_unit(mass, unit_of('mass', kind))}",)
+        accelerating = force
+        if most is not None:
+            accelerating = 0.5 * most
+        mass = accelerating / (axis.acceleration_limit or 1.0)
+        noun = "inertia"
+        if kind == "translational":
+            noun = "mass"
+        assumed = (f"{noun} of {with_unit(mass, unit_of('mass', kind))}",)
     if friction is None:
-        static, length = 1.25 * force, (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
-        fastest, stiffness = axis.velocity_limit or 1e4 * length, static / length
+        static = 1.25 * force
+        length = (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
+        fastest = axis.velocity_limit or 1e4 * length
+        stiffness = static / length
         values = {
             "F_C": force,
             "F_S": static,
@@ -184,23 +215,30 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
         }
         simulated = make_model(find("lugre"), values, kind=kind, validate=True)
         assumed += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}", "lugre with the usual proportions")
-        stiffness, stribeck_velocity = stiffness if most is not None and distance else 0.0, None
+        if most is None or not distance:  # a guess
+            stiffness = 0.0
+        stribeck_velocity = None
     else:
-        simulated, stribeck_velocity = friction, friction.values.get("v_S")
+        simulated = friction
+        stribeck_velocity = friction.values.get("v_S")
         if is_static(friction) and distance:
             simulated = with_presliding(friction, distance / LENGTHS)
         else:
             distance = turning_distance(friction)
         stiffness = 0.0
         if distance:  # stiffness of the contact from the virgin state
-            step, dt = 1e-3 * distance, 1e9
+            step = 1e-3 * distance
+            dt = 1e9
             first, second = force_along(simulated, np.full(2, step / dt), dt)
             stiffness = float(second - first) / step
+    resonance = None
+    if stiffness and mass_known:
+        resonance = math.sqrt(stiffness / mass) / (2.0 * math.pi)
     return Prior(
         plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
         simulated,
         distance,
-        math.sqrt(stiffness / mass) / (2.0 * math.pi) if stiffness and mass_known else None,
+        resonance,
         stribeck_velocity,
         assumed,
         mass_known,
@@ -211,15 +249,20 @@ def effort_limit(axis: Axis) -> float | None:
     """Return the largest effort of an axis, or of its controller [N or N*m]; None if both are unknown."""
     if axis.effort_limit is not None:
         return axis.effort_limit
-    limit = axis.controller.values.get("limit", math.inf) if axis.controller is not None else math.inf
-    return limit if math.isfinite(limit) else None
+    if axis.controller is None:
+        return None
+    limit = axis.controller.values.get("limit", math.inf)
+    if math.isfinite(limit):
+        return limit
+    return None
 
 
 def turning_distance(friction: Model) -> float | None:
     """Return half the distance [m or rad] over which the force reverses after a slow reversal; None for a static map."""
     if is_static(friction):
         return None
-    path, dt = np.geomspace(1e-10, 1e-1, 1801), 1e9
+    path = np.geomspace(1e-10, 1e-1, 1801)
+    dt = 1e9
     velocity = -np.diff(path, prepend=0.0) / dt
     state, memory = settled(friction, float(path[-1]) / dt)
     force = force_along(friction, velocity, dt, state=state, memory=memory)

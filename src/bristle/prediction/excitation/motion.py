@@ -95,7 +95,9 @@ class ExcitationMotion:
 
     @cached_property
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        position, velocity, acceleration = np.full(self.time.size, self.start), *np.zeros((2, self.time.size))
+        position = np.full(self.time.size, self.start)
+        velocity = np.zeros(self.time.size)
+        acceleration = np.zeros(self.time.size)
         origin = self.start
         for piece, begin in zip(self.pieces, self.begins, strict=True):
             first, last = np.searchsorted(self.time, (begin, begin + piece.duration))

@@ -13,14 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.models.references import chirp, s_curve, triangle
-from bristle.prediction.excitation.limits import MARGIN, MotionLimits
+from bristle.prediction.excitation.limits import MARGIN, MotionLimits, largest_acceleration
 from bristle.prediction.excitation.motion import ExcitationPiece, in_time
 from bristle.prediction.excitation.swept_slide import swept_slide
 
 REST = 0.2  # before a piece [s]
 SLIDING = 5.0  # times the pre-sliding amplitude: smallest slide or reversal
 
-SMALLEST, LARGEST = 0.1, 0.97  # loops, of the pre-sliding amplitude
+SMALLEST = 0.1  # loop, of the pre-sliding amplitude
+LARGEST = 0.97  # loop, of the pre-sliding amplitude
 LOOP_COUNTS = 3.0  # of the encoder: smallest loop
 SLIDE = 4.0  # times the pre-sliding amplitude: friction saturates much earlier
 DECAYING_CYCLES = 5
@@ -34,8 +35,10 @@ CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
 SIZES = (5, 2.0, 8.0)  # chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
-LEGS, LONGEST_LEG = 4, 8.0  # fewest legs of a slide with a sine; longest leg [s]
-SWEPT, OF_RATE = (3.0, 400.0), 0.25  # frequencies [Hz]; the highest over the sampling frequency
+LEGS = 4  # fewest legs of a slide with a sine
+LONGEST_LEG = 8.0  # of a slide with a sine [s]
+SWEPT = (3.0, 400.0)  # frequencies of the sine [Hz]
+OF_RATE = 0.25  # highest frequency over the sampling frequency
 SHAKEN = 0.5  # of the speed of a slide: largest velocity of the sine
 
 RETURN = 1.0  # duration of the move back to the start [s]
@@ -63,10 +66,12 @@ def _no_presliding(limits: MotionLimits) -> str:
             "write its resolution under [encoder]"
         )
     if limits.followed > 0.5 * LARGEST * limits.presliding:
+        mend = "Raise the gains of the controller for this motion"
+        if not limits.integral:
+            mend += ", or add integral action"
         return (
             f"the tracking error of the controller is {limits.in_unit(limits.followed, 'length')}, which is not small "
-            f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}. Raise the gains of the "
-            f"controller for this motion{', or add integral action' * (not limits.integral)}"
+            f"against the pre-sliding amplitude of {limits.in_unit(limits.presliding, 'length')}. {mend}"
         )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
         return f"this motion needs a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}. Raise the stroke or the travel"
@@ -113,7 +118,8 @@ def _triangle(
     leg: float | None = None,
 ) -> ExcitationPiece:
     speed = min(speed, limits.fastest)
-    leg = leg or 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest leg
+    if not leg:
+        leg = 2.0 * amplitude * ratio ** (2 * cycles - 1)  # the shortest leg
     reference = triangle(
         kind=limits.kind,
         amplitude=amplitude,
@@ -174,7 +180,8 @@ def _unknown(limits: MotionLimits) -> str:
 
 def _no_stribeck(limits: MotionLimits) -> str:
     """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
-    if reason := _unknown(limits):
+    reason = _unknown(limits)
+    if reason:
         return reason
     if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
         return f"a travel of {limits.in_unit(limits.extent, 'length')} is too short for several velocities. Raise the stroke or the travel"
@@ -183,8 +190,10 @@ def _no_stribeck(limits: MotionLimits) -> str:
 
 def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, of about this duration [s]."""
-    acceleration, most = limits.acceleration or math.inf, 0.5 * limits.extent
-    fastest, least = _fastest(limits), _shortest(limits)
+    acceleration = largest_acceleration(limits)
+    most = 0.5 * limits.extent
+    fastest = _fastest(limits)
+    least = _shortest(limits)
 
     def make(rate: float) -> list[ExcitationPiece]:
         slowest = min(_slowest(limits, seconds, rate), fastest / SPREAD)
@@ -217,7 +226,8 @@ def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
 
 def _fastest(limits: MotionLimits) -> float:
     """Return the largest velocity at which half of a quarter of the loop remains for a steady slide [m/s or rad/s]."""
-    a, room_left = limits.acceleration or math.inf, 0.25 * limits.extent
+    a = largest_acceleration(limits)
+    room_left = 0.25 * limits.extent
     rise = a / limits.jerk
     return min(limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
 
@@ -253,7 +263,8 @@ def _damping(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 
 
 def _chirp(limits: MotionLimits, purpose: str, seconds: float, amplitude: float) -> ExcitationPiece:
-    low, high = CHIRPED[0] * (limits.resonance or 0.0), _highest_frequency(limits)
+    low = CHIRPED[0] * (limits.resonance or 0.0)
+    high = _highest_frequency(limits)
     duration = max(seconds - REST, 4.0 / low)
     ramp = min(2.0 / low, 0.2 * duration)
     reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
@@ -262,9 +273,11 @@ def _chirp(limits: MotionLimits, purpose: str, seconds: float, amplitude: float)
 
 def _no_stiffness(limits: MotionLimits) -> str:
     """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
-    if reason := _no_damping(limits):
+    reason = _no_damping(limits)
+    if reason:
         return reason
-    if (amplitude := _chirp_amplitude(limits)) < SIZES[1] * CHIRP_COUNTS * limits.count:
+    amplitude = _chirp_amplitude(limits)
+    if amplitude < SIZES[1] * CHIRP_COUNTS * limits.count:
         return (
             f"the encoder is too coarse for several amplitudes up to {limits.in_unit(amplitude, 'length')} "
             f"(its step is {limits.in_unit(limits.count, 'length')}). Record a finer encoder, and write its resolution under [encoder]"
@@ -286,7 +299,7 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
     # The ramps add little to the amplitude of the sine.
     # Small against the pre-sliding amplitude, so that stiffness and damping show instead of slip.
     amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
-    most = limits.fastest / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
+    most = limits.fastest / omega, largest_acceleration(limits) / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
 
 
@@ -309,7 +322,8 @@ def _highest_frequency(limits: MotionLimits) -> float:
 
 def _no_resonance(limits: MotionLimits) -> str:
     """Return the reason why an axis does not allow this motion, with advice; empty if it does."""
-    if reason := _unknown(limits):
+    reason = _unknown(limits)
+    if reason:
         return reason
     if _highest_swept(limits) < 4.0 * SWEPT[0]:
         return f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance. Record at a higher rate"
@@ -329,7 +343,7 @@ def _resonance(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
         kind=limits.kind,
         amplitude=amplitude,
         velocity=speed,
-        acceleration=MARGIN * (limits.acceleration or math.inf),
+        acceleration=MARGIN * largest_acceleration(limits),
         shaking=SHAKEN * speed,
         f_0=SWEPT[0],
         f_1=_highest_swept(limits),

@@ -72,7 +72,9 @@ def exceeded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> dict[str, fl
         "following error": (following_error_of(log), axis.following_error_limit),
     }
     ratios = {name: value / limit for name, (value, limit) in demands.items() if limit is not None and value > limit}
-    return ratios if loop else None
+    if loop:
+        return ratios
+    return None
 
 
 def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
@@ -82,7 +84,9 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     log, friction, loop = recorded(motion, axis, prior)
     # Fit the model of the prior, unless it has lists of elements.
     component = prior.friction.component
-    name = "lugre" if any(component.is_array(parameter) for parameter in component.variables) else component.name
+    name = component.name
+    if any(component.is_array(parameter) for parameter in component.variables):
+        name = "lugre"
     # The scatter of positions in a simulated loop is not needed here: no controller, and no search for a steady state.
     simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None, periodic=False)
     identification = identify(
@@ -93,8 +97,9 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
         draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
     ).finished
-    same_base = name.partition("+")[0] == prior.friction.name.partition("+")[0]
-    values = prior.plant.values | (prior.friction.values if same_base else {})
+    values = prior.plant.values
+    if name.partition("+")[0] == prior.friction.name.partition("+")[0]:
+        values = values | prior.friction.values
     truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}
     assert log.effort is not None
     return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), lag_of(motion, log), identification, truth, loop)
@@ -108,13 +113,16 @@ def lag_of(motion: ExcitationMotion, log: Log) -> float:
         for piece, begin in zip(motion.pieces, motion.begins, strict=True)
         if piece.name in ("triangles", "decaying loops")
     ]
-    return float(np.max(np.concatenate(slow))) if slow else 0.0
+    if slow:
+        return float(np.max(np.concatenate(slow)))
+    return 0.0
 
 
 def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
     """Return the log of a motion on the prior, the friction force [N or N*m], and whether the loop was simulated."""
     # The velocity at a sample is the mean over the surrounding step.
-    dt, v = motion.sample_time, motion.velocity
+    dt = motion.sample_time
+    v = motion.velocity
     expected = force_along(prior.friction, v, dt, motion.position + 0.5 * dt * v)
     # Friction changes its scale at each reversal.
     turns = reversals(v)
@@ -123,14 +131,21 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
     noise = NOISE * float(np.sqrt(np.mean(expected**2))) * np.random.default_rng(1).standard_normal(expected.size)
     trace = _in_loop(motion, axis, prior, disturbance)
     if trace is not None:
-        position, effort, friction = trace.measured, trace.command, trace.friction
+        position = trace.measured
+        effort = trace.command
+        friction = trace.friction
     else:
-        step = axis.resolution or 0.0
-        position = np.round(motion.position / step) * step if step else motion.position
+        position = motion.position
+        step = axis.resolution
+        if step:
+            position = np.round(position / step) * step
         friction = expected + disturbance
         effort = prior.plant.values["M"] * motion.acceleration + friction
-    offset = axis.offset if isinstance(axis.offset, float) else 0.0
-    length, force = unit_of("length", axis.kind), unit_of("force", axis.kind)
+    offset = 0.0
+    if isinstance(axis.offset, float):
+        offset = axis.offset
+    length = unit_of("length", axis.kind)
+    force = unit_of("force", axis.kind)
     log = Log(
         time=Channel(motion.time, "s", "time"),
         position=Channel(position, length, "position"),
@@ -148,7 +163,8 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     # The controller is tuned to the mass of its axis: with a guessed mass, its loop is meaningless.
     if axis.controller is None or not prior.mass_known:
         return None
-    controller, most = axis.controller, axis.effort_limit or math.inf
+    controller = axis.controller
+    most = axis.effort_limit or math.inf
     # Saturation would hide a demand beyond the limit.
     if controller.values.get("limit", 0.0) >= most:
         controller = controller.with_values(limit=math.inf)
@@ -166,4 +182,6 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
     if trace.status is Status.NOT_FINITE:
         return None
     astray = float(np.max(np.abs(trace.position - motion.position)))
-    return None if astray > 10.0 * float(np.ptp(motion.position)) else trace  # stable loops have smaller errors
+    if astray > 10.0 * float(np.ptp(motion.position)):  # stable loops have smaller errors
+        return None
+    return trace

@@ -60,7 +60,8 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
 def cruises_of(legs: Legs) -> list[tuple[float, float]]:
     """Return begin and duration [s] of constant speed on each leg, without the half legs at both ends of the motion."""
     steady = (legs.acceleration[:-1] == 0.0) & (legs.jerk[:-1] == 0.0)
-    begins, times = legs.time[:-1][steady], np.diff(legs.time)[steady]
+    begins = legs.time[:-1][steady]
+    times = np.diff(legs.time)[steady]
     return [(begin, time) for begin, time in zip(begins.tolist(), times.tolist(), strict=True) if time > 0.75 * np.max(times)]
 
 
@@ -68,17 +69,26 @@ def _sine(t: np.ndarray, time: float, p: Parameters) -> tuple[np.ndarray, np.nda
     """Return position, velocity and acceleration of the sine on a leg of some time [s]."""
     rate = math.log(p.f_1 / p.f_0) / time
     omega = 2.0 * np.pi * p.f_0 * np.exp(rate * t)
-    slow, fast = (omega * p.shaking / p.acceleration) ** 2, (omega**2 * p.shaking / p.jerk) ** 2
+    slow = (omega * p.shaking / p.acceleration) ** 2
+    fast = (omega**2 * p.shaking / p.jerk) ** 2
     size = p.shaking / (omega * np.sqrt(1.0 + slow + fast))
     # With u = 1 + slow + fast, the rates of slow and fast are 2 and 4 times that of the frequency.
-    u, first, second = 1.0 + slow + fast, slow + 2.0 * fast, 2.0 * slow + 8.0 * fast
+    u = 1.0 + slow + fast
+    first = slow + 2.0 * fast
+    second = 2.0 * slow + 8.0 * fast
     size_dot = -rate * size * (1.0 + first / u)
     size_ddot = -rate * (size_dot * (1.0 + first / u) + rate * size * (second / u - 2.0 * (first / u) ** 2))
-    (up, up_dot, up_ddot), (down, down_dot, down_ddot) = fade(t, FADED * time), fade(time - t, FADED * time)
-    w, w_dot, w_ddot = up * down, up_dot * down - up * down_dot, up_ddot * down - 2.0 * up_dot * down_dot + up * down_ddot
-    a, a_dot, a_ddot = size * w, size_dot * w + size * w_dot, size_ddot * w + 2.0 * size_dot * w_dot + size * w_ddot
+    up, up_dot, up_ddot = fade(t, FADED * time)
+    down, down_dot, down_ddot = fade(time - t, FADED * time)
+    w = up * down
+    w_dot = up_dot * down - up * down_dot
+    w_ddot = up_ddot * down - 2.0 * up_dot * down_dot + up * down_ddot
+    a = size * w
+    a_dot = size_dot * w + size * w_dot
+    a_ddot = size_ddot * w + 2.0 * size_dot * w_dot + size * w_ddot
     phase = (omega - 2.0 * np.pi * p.f_0) / rate
-    s, s_dot = np.sin(phase), omega * np.cos(phase)
+    s = np.sin(phase)
+    s_dot = omega * np.cos(phase)
     return a * s, a_dot * s + a * s_dot, a_ddot * s + 2.0 * a_dot * s_dot + a * (rate * s_dot - omega**2 * s)
 
 

@@ -81,7 +81,7 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     return Certificate(True, worst.present, unit, worst.needed, passed, advice)
 
 
-def _in_each_direction(model: Model) -> list[Any]:
+def _in_each_direction(model: Model) -> list:
     """Return the parameters of a model forward and backward, or its only ones, without a variation along the axis."""
     p = model.parameters
     if isinstance(p, OperatorParameters):
