@@ -52,11 +52,10 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
         unmet = [check for check in check_model(tried, checks=checks) if not check.passed]
     for check in unmet:
         if check.name in NAMES_OF_FORM:
-            raise InputError(
-                f'cannot be used, because it fails the test "{check.name}": {check.detail.rstrip(".")}',
-                path=file,
-                mend=f"{check.advice}. Try: bristle check {file}" if check.advice else f"Try: bristle check {file}",
-            )
+            mend = f"Try: bristle check {file}"
+            if check.advice:
+                mend = f"{check.advice}. {mend}"
+            raise InputError(f'cannot be used, because it fails the test "{check.name}": {check.detail.rstrip(".")}', path=file, mend=mend)
     if unmet:
         names = ", ".join(check.name for check in unmet)
         warnings.warn(f"{file}: fails the contract of a {word}: {names}. See: bristle check {file}", InputWarning, stacklevel=3)
@@ -71,4 +70,6 @@ def admit_friction_of(experiment: Experiment) -> None:
 
 def _file_of(function: Any, component: Any) -> str:
     code = getattr(function, "__code__", None)
-    return code.co_filename if code is not None else component.name
+    if code is not None:
+        return code.co_filename
+    return component.name

@@ -62,7 +62,8 @@ class UnmetError(Exception):
     """A demand is not met; carries the observation and the advice."""
 
     def __init__(self, fact: Fact | str, advice: str = "") -> None:
-        self.fact, self.advice = fact if isinstance(fact, Fact) else Fact(fact), advice
+        self.fact = fact if isinstance(fact, Fact) else Fact(fact)
+        self.advice = advice
         super().__init__(self.fact.detail)
 
 
@@ -86,7 +87,9 @@ def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], w
             raise
         except BaseException as error:  # noqa: BLE001  (user code may raise any error: it is the observation)
             place = place_in_own_code(error)
-            detail = f"stops with {type(error).__name__}: {error_text(error)}{f' ({place})' if place else ''}"
+            detail = f"stops with {type(error).__name__}: {error_text(error)}"
+            if place:
+                detail += f" ({place})"
             outcome = Check(name, False, detail, where_it_stops)
         results.append(outcome)
         if not outcome.passed and check in form:

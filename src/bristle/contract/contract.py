@@ -29,7 +29,9 @@ from bristle.models.friction import find
 from bristle.models.plants import inertia
 
 SEED = 20260
-BESIDE, NUDGE, LIKE_DIFFERENCES = 1.003, 1e-6, 1e-4  # times a parameter, of a parameter, of the largest derivative
+BESIDE = 1.003  # times a parameter: a point near the example
+NUDGE = 1e-6  # of a parameter: step of a difference
+LIKE_DIFFERENCES = 1e-4  # of the largest derivative: allowed deviation from differences
 
 
 def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
@@ -63,7 +65,9 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may have any content)
         return [Check("example", False, error_text(error), "Give the descriptor example={...} with typical values")]
-    return outcomes(demands if checks is None else checks, bound, FORM_OF_ALL)
+    if checks is None:
+        checks = demands
+    return outcomes(checks, bound, FORM_OF_ALL)
 
 
 # --- the form ---------------------------------------------------------------------------------------------------
@@ -121,7 +125,8 @@ def pure_trial(model: Model) -> Fact:
     """Change no state in a trial: the same call gives the same bits, and 1000 random trials leave the memory unchanged."""
     state, memory = _used(model)
     before = _bytes_of(memory)
-    p, trial = model.parameters, model.component.trial
+    p = model.parameters
+    trial = model.component.trial
     first = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     for motion, dt in _motions(1000):
         trial(state, memory, motion, dt, p)
@@ -156,9 +161,12 @@ def one_sided_limits(model: Model) -> Fact:
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     least = -1e-12 * abs(backward)
+    advice = "Use direction(v), which distinguishes +0 and -0, instead of a comparison with zero"
+    if forward == -backward:
+        advice = "Check signs"
     return judged(
         Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least),
-        "Check signs" if forward == -backward else "Use direction(v), which distinguishes +0 and -0, instead of a comparison with zero",
+        advice,
         unmet=forward - backward < least,
     )
 
@@ -176,7 +184,8 @@ def dissipates(model: Model) -> Fact:
     generator = np.random.default_rng(SEED)
     least = np.inf
     for _ in range(20):
-        amplitude, count = 10 ** generator.uniform(-7, -2), 400
+        amplitude = 10 ** generator.uniform(-7, -2)
+        count = 400
         x = amplitude * np.sin(2 * np.pi * np.arange(3 * count + 1) / count)
         v = np.diff(x) / 1e-3
         force = force_along(model, v, 1e-3, x[1:])[count:]
@@ -210,10 +219,12 @@ def refines(model: Model) -> Fact:
 
 def rate_agrees(model: Model) -> Fact:
     """If the model has a rate, small steps of trial and commit follow it."""
-    component, p = model.component, model.parameters
+    component = model.component
+    p = model.parameters
     if component.rate is None:
         return Fact("no rate", applies=False)
-    dt, worst = 1e-7, 0.0
+    dt = 1e-7
+    worst = 0.0
     for v in (1e-3, -2e-3, 5e-3):
         state, memory = _used(model)
         for _ in range(20):
@@ -232,7 +243,8 @@ def rate_agrees(model: Model) -> Fact:
 
 def flow_agrees(model: Model) -> Fact:
     """If the model has a flow, small steps of trial and commit follow it from event to event."""
-    component, p = model.component, model.parameters
+    component = model.component
+    p = model.parameters
     parts = component.piece, component.flow, component.arrival
     if not any(parts):
         return Fact("no flow", applies=False)
@@ -240,7 +252,8 @@ def flow_agrees(model: Model) -> Fact:
         raise UnmetError(
             "piece, flow and arrival are not all given", "These three functions work together: give all three, or omit all three"
         )
-    dt, worst = 1e-7, 0.0
+    dt = 1e-7
+    worst = 0.0
     for v in (1e-3, -2e-3, 5e-3, -1e-4):
         state, memory = _used(model)
         for _ in range(20):
@@ -272,9 +285,11 @@ def same_bits_compiled(model: Model) -> Fact:
 
 def derivatives_agree(model: Model) -> Fact:
     """Have finite derivatives along a motion that agree with one-sided differences."""
-    x, unpack = np.cumsum(np.random.default_rng(SEED).standard_normal(150)) * 1e-6, unpacker(structure_of(model.parameters))
+    x = np.cumsum(np.random.default_rng(SEED).standard_normal(150)) * 1e-6
+    unpack = unpacker(structure_of(model.parameters))
     # A little off the example: a law may have a special form for one value of an exponent.
-    numbers, reals = pack(model.parameters), np.array(_reals(model.parameters), dtype=bool)
+    numbers = pack(model.parameters)
+    reals = np.array(_reals(model.parameters), dtype=bool)
     numbers[reals] *= BESIDE
     directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[:, np.isfinite(numbers) & reals & (numbers != 0.0)]
 
@@ -288,7 +303,9 @@ def derivatives_agree(model: Model) -> Fact:
         for derivative, direction in zip(derivatives.T, directions.T, strict=True):
             differences = np.array([(force(numbers + nudge * direction) - here) / nudge for nudge in (NUDGE, -NUDGE)])
             error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
-            worst = max(worst, float(error) if np.all(np.isfinite(derivative)) else np.inf)
+            if not np.all(np.isfinite(derivative)):
+                error = np.inf
+            worst = max(worst, float(error))
     if not worst <= LIKE_DIFFERENCES:
         raise UnmetError(
             f"derivatives and differences differ by {worst:.2g} of the largest", "Report this failure: it is a fault of bristle"
@@ -314,7 +331,8 @@ def drives_a_mass(model: Model) -> Fact:
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
     if trace.status != Status.OK:
         raise UnmetError(trace.status.sentence)
-    travel, unit = float(np.ptp(trace.position)), unit_of("length", model.kind)
+    travel = float(np.ptp(trace.position))
+    unit = unit_of("length", model.kind)
     return Fact(f"travel {travel:.3g} {unit}", travel, unit)
 
 
@@ -382,11 +400,15 @@ def _steady(model: Model, v: float) -> float:
 
 
 def _bytes_of(memory: Any) -> bytes:
-    return memory.tobytes() if isinstance(memory, np.ndarray) else b""
+    if isinstance(memory, np.ndarray):
+        return memory.tobytes()
+    return b""
 
 
 def _reals(value: Any) -> list[bool]:
     """Return which packed numbers are reals, not integers or lengths of arrays."""
     if hasattr(value, "_fields"):
         return [real for part in value for real in _reals(part)]
-    return [False, *[True] * value.size] if isinstance(value, np.ndarray) else [isinstance(value, float)]
+    if isinstance(value, np.ndarray):
+        return [False, *[True] * value.size]
+    return [isinstance(value, float)]

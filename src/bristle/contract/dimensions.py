@@ -16,10 +16,13 @@ OTHER_UNIT = 16.0  # a power of two with an integer root: numbers of a consisten
 
 def one_dimension(model: Model) -> Fact:
     """Give the same force in other units of length, time or force: sums, comparisons and functions are consistent."""
-    expected, names = _walked(model, {}), ("force", *(f"state {name}" for name in model.component.State._fields))
+    expected = _walked(model, {})
+    names = ("force", *(f"state {name}" for name in model.component.State._fields))
     for unit in ("length", "time", "force"):
-        # Work has the units of force times length, also if the force depends on travel.
-        units = dict.fromkeys([unit] if unit == "time" else [unit, "force of travel"], OTHER_UNIT)
+        units = {unit: OTHER_UNIT}
+        if unit != "time":
+            # Work has the units of force times length, also if the force depends on travel.
+            units["force of travel"] = OTHER_UNIT
         for name, wanted, result in zip(names, expected, _walked(model, units), strict=True):
             if not np.allclose(result, wanted, rtol=1e-6, atol=1e-9 * np.max(np.abs(wanted))):
                 raise UnmetError(
@@ -35,11 +38,15 @@ def _walked(model: Model, units: Mapping[str, float]) -> list[np.ndarray]:
     def factor(quantity: str) -> float:
         return math.prod(units.get(name, 1.0) ** power for name, power in exponents_of(quantity).items())
 
-    component, states = model.component, variables_of(model.component.State)
+    component = model.component
+    states = variables_of(model.component.State)
     scaled = {name: factor(item.quantity) for name, item in component.variables.items() if factor(item.quantity) != 1.0}
     values = {name: np.multiply(model.values[name], by).tolist() for name, by in scaled.items()}
     p = component(**{**model.values, **values}, kind=model.kind, validate=False).parameters
-    memory, begun, x, rows = component.new_memory(p), component.initial_state(model.parameters), 0.0, []
+    memory = component.new_memory(p)
+    begun = component.initial_state(model.parameters)
+    x = 0.0
+    rows = []
     state = begun._replace(**{name: getattr(begun, name) * factor(item.quantity) for name, item in states.items()})
     for v in WALK:
         x += 1e-3 * v

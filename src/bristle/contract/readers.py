@@ -21,8 +21,10 @@ from bristle.logs.words import is_time
 SEED = 20260
 FILE = "example.log"
 ENDINGS = ("", ".log", ".csv", ".dat")
-CUTS, LAST = (0.1, 0.4, 0.7, 0.9), (1, 2, 4)  # of the bytes of a file, and bytes before its end
-FEWEST_COLUMNS, FEWEST_ROWS = 2, 4
+CUTS = (0.1, 0.4, 0.7, 0.9)  # of the bytes of a file
+LAST = (1, 2, 4)  # bytes before the end of a file
+FEWEST_COLUMNS = 2
+FEWEST_ROWS = 4
 RAISE = f"Raise InputError(message, path=str(request.source)) from bristle.core, or any error: the message names {FILE}"
 
 
@@ -49,7 +51,8 @@ class _Trial:
     """A format, and the result of reading its example."""
 
     def __init__(self, log_format: LogFormat, example: bytes) -> None:
-        self.format, self.example = log_format, example
+        self.format = log_format
+        self.example = example
 
     @cached_property
     def table(self) -> Table:
@@ -108,10 +111,13 @@ def columns_of_numbers(trial: _Trial) -> Fact:
     if not {*table.columns, *table.stamps.values()} <= set(table.names):
         raise UnmetError("the list names lacks existing columns", "Omit names, or list every column in it")
     plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
-    # Each column is as long as its time column, or as the first other column; tables of one file may differ.
-    pairs = [] if table.tables else [*table.stamps.items(), *((name, plain[0]) for name in plain)]
+    pairs = []
+    if not table.tables:
+        # Each column is as long as its time column, or as the first other column; tables of one file may differ.
+        pairs = [*table.stamps.items(), *((name, plain[0]) for name in plain)]
     for name, beside in pairs:
-        rows, expected = table.columns[name].size, table.columns[beside].size
+        rows = table.columns[name].size
+        expected = table.columns[beside].size
         if rows != expected:
             raise UnmetError(
                 f"column {name!r} has {rows} rows, and {beside!r} has {expected}",
@@ -155,7 +161,8 @@ def time_in_order(trial: _Trial) -> Fact:
 
 def same_log_twice(trial: _Trial) -> Fact:
     """Give the same numbers, units and notes for the same bytes."""
-    first, again = trial.table, trial.read(trial.example)
+    first = trial.table
+    again = trial.read(trial.example)
     facts = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
     if facts[0] != facts[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
         raise UnmetError("the second reading differs", "Use only the bytes: no clock, no counter, no unordered set")
@@ -184,7 +191,8 @@ def leaves_other_files(trial: _Trial) -> Fact:
 
 def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
     """Refuse a truncated file with its name, or give its whole rows and note that the last row may be cut."""
-    refused, short = 0, 0
+    refused = 0
+    short = 0
     ends = {*(round(share * len(trial.example)) for share in CUTS), *(len(trial.example) - last for last in LAST)}
     for part in [trial.example[:end] for end in sorted(ends) if trial.example[:end].strip()]:
         try:
@@ -223,7 +231,8 @@ READER_CHECKS = (*FORM, units_that_exist, time_in_order, same_log_twice, leaves_
 def other_files() -> Mapping[str, bytes]:
     """Return files of many kinds, by their usual names, each long enough to be recognized."""
     rows = [(0.001 * k, 1.5 * k, -3.25) for k in range(40)]
-    archive, array = io.BytesIO(), io.BytesIO()
+    archive = io.BytesIO()
+    array = io.BytesIO()
     np.savez(archive, t=np.arange(40.0), q=np.arange(40.0))
     np.save(array, np.arange(80.0).reshape(40, 2))
     return {

@@ -24,17 +24,24 @@ from bristle.models.friction.variation import SMALLEST_FACTOR
 from bristle.models.plants import inertia
 from bristle.models.sensors import encoder
 
-SEED, COUNT = 20260, 41
+SEED = 20260
+COUNT = 41
 WIDTH = 0.2  # of the usual value, if a channel has no range
 ROUNDING = 1e-12
 
 
 def range_of(slot: Slot) -> tuple[float, float]:
     """Return the range of a channel for tests: its own, or a range around its usual value."""
-    variable, usual = slot.channel.variable, slot.channel.usual
+    variable = slot.channel.variable
+    usual = slot.channel.usual
     beside = WIDTH * max(abs(usual), variable.nominal)
-    low, high = variable.min, variable.max
-    return low if math.isfinite(low) else usual - beside, high if math.isfinite(high) else usual + beside
+    low = variable.min
+    high = variable.max
+    if not math.isfinite(low):
+        low = usual - beside
+    if not math.isfinite(high):
+        high = usual + beside
+    return low, high
 
 
 def model_with(slot: Slot, base: Any = lugre) -> Model:
@@ -96,10 +103,13 @@ def on_a_model(check: Demand) -> Demand:
 
 def same_bits_along_its_channel(slot: Slot) -> Fact:
     """Plain Python and compiled code agree to the bit with a changing channel."""
-    model, generator = model_with(slot), np.random.default_rng(SEED)
+    model = model_with(slot)
+    generator = np.random.default_rng(SEED)
     x = np.cumsum(generator.standard_normal(400)) * 1e-6
-    v, name = np.diff(x) / 1e-3, slot.channel.name
-    signals = {} if slot.channel.field == "x" else {name: np.linspace(*range_of(slot), v.size)}
+    v = np.diff(x) / 1e-3
+    signals = {}
+    if slot.channel.field != "x":
+        signals[slot.channel.name] = np.linspace(*range_of(slot), v.size)
     return compiled_as_plain(lambda: force_along(model, v, 1e-3, x[1:], **signals), model.kind)
 
 
@@ -109,11 +119,18 @@ def same_bits_exported(slot: Slot) -> Fact:
     if command is None:
         return Fact("no C compiler here", applies=False)
     total = 0
-    for usual in (slot.channel.usual,) if slot.channel.field == "x" else range_of(slot):
-        # The self-test of an export runs with the usual value of the channel.
-        channel = replace(slot.channel, usual=usual) if slot.channel.is_own else slot.channel
-        # Equal slots share one model; a model made here would belong to no module.
-        tried = slot if channel == slot.channel else replace(slot, channel=channel)
+    values = range_of(slot)
+    if slot.channel.field == "x":
+        values = (slot.channel.usual,)
+    for usual in values:
+        channel = slot.channel
+        if channel.is_own:
+            # The self-test of an export runs with the usual value of the channel.
+            channel = replace(channel, usual=usual)
+        tried = slot
+        if channel != slot.channel:
+            # Equal slots share one model; a model made here would belong to no module.
+            tried = replace(slot, channel=channel)
         steps, message = proved(model_with(tried, coulomb_viscous), command)
         total += steps
         if message:
@@ -121,14 +138,17 @@ def same_bits_exported(slot: Slot) -> Fact:
     return Fact(f"{total} steps compiled by {command}")
 
 
-DT, SAMPLES = 1e-3, 400
-AMPLITUDE, FREQUENCY = 1e-3, 5.0  # [m] [Hz]
+DT = 1e-3
+SAMPLES = 400
+AMPLITUDE = 1e-3  # [m]
+FREQUENCY = 5.0  # [Hz]
 
 
 def law_kernels(model: Model) -> Fact:
     """Keep the functions of a law in the subset of Python that can be compiled and exported."""
     reference = struct_of(Reference, [REAL] * len(Reference._fields))
-    state, p = type_of(_begun(model)), type_of(model.parameters)
+    state = type_of(_begun(model))
+    p = type_of(model.parameters)
     built = [_built(model.component.start, [REAL, REAL, REAL, REAL, p]), _built(model.component.step, [state, reference, REAL, REAL, p])]
     if model.component.resume is not None:
         built.append(_built(model.component.resume, [state, reference, REAL, REAL, REAL, p]))
@@ -143,7 +163,8 @@ def sensor_kernels(model: Model) -> Fact:
 
 def law_results(model: Model) -> Fact:
     """Return a finite effort and a state from a step, and a state from a start; the same call gives the same result."""
-    reference, p = Reference(2e-6, 1e-3, 0.0, 0.5), model.parameters
+    reference = Reference(2e-6, 1e-3, 0.0, 0.5)
+    p = model.parameters
     state = _begun(model)
     if type(state) is not model.component.State:
         raise UnmetError(f"start returned a {type(state).__name__}", "Return a State from start")

@@ -104,7 +104,8 @@ def described_target(trial: _Trial) -> Fact:
 
 def writes_or_refuses(trial: _Trial) -> Fact:
     """Write each model or refuse it with an `InputError`; write at least one."""
-    written, refused = trial.first, trial.refused
+    written = trial.first
+    refused = trial.refused
     if not written:
         name, error = next(iter(refused.items()))
         raise UnmetError(f"it refuses every model: {name}, {error}", "Write at least one of the test models")
@@ -126,7 +127,8 @@ def results_of_export(trial: _Trial) -> Fact:
 
 def same_bytes_twice(trial: _Trial) -> Fact:
     """Write the same bytes again on a second call: results are compared by their checksums."""
-    written, again = trial.first, trial.written()
+    written = trial.first
+    again = trial.written()
     for model, product in written.items():
         for name, content in product.files.items():
             if model not in again or again[model].files.get(name) != content or again[model].notes != product.notes:
@@ -139,8 +141,7 @@ def same_bytes_twice(trial: _Trial) -> Fact:
 def names_no_folder(trial: _Trial) -> Fact:
     """Name no folder of this machine: exported files are mailed."""
     places = [str(place) for place in (Path.home(), Path.cwd()) if len(str(place)) >= FEWEST_LETTERS]
-    written = trial.first
-    for product in written.values():
+    for product in trial.first.values():
         for name, content in product.files.items():
             text = content if isinstance(content, str) else content.decode("latin-1")
             place = next((place for place in places if place in text), None)
@@ -151,8 +152,7 @@ def names_no_folder(trial: _Trial) -> Fact:
 
 def notes_in_words(trial: _Trial) -> Fact:
     """State every simplification in a note of one line, in words."""
-    written = trial.first
-    notes = [note for product in written.values() for note in product.notes]
+    notes = [note for product in trial.first.values() for note in product.notes]
     for note in notes:
         if not note.isprintable() or len(note.split()) < 2 or len(note) > LONGEST_NOTE:
             raise UnmetError(f"a note is {note!r:.60}", f"Write each in one line of {LONGEST_NOTE} letters at most, in words")
@@ -188,11 +188,15 @@ def _share_fed(request: Request, drive: Drive, target: Target) -> float:
     x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
     if target.of_cogging:
         terms = None if request.plant is None else terms_of(request.plant)
-        effort = np.zeros(x.size) if terms is None else effort_of_place(x, terms)
+        effort = np.zeros(x.size)
+        if terms is not None:
+            effort = effort_of_place(x, terms)
     else:
         effort = response(request.model, x, request.dt, rest=request.rest or "held")
     size = effort @ effort
-    return float(drive(x, request.dt) @ effort / size) if size else 1.0
+    if size:
+        return float(drive(x, request.dt) @ effort / size)
+    return 1.0
 
 
 FORM = (described_target, writes_or_refuses, results_of_export)
