@@ -98,13 +98,17 @@ class Design:
     @property
     def late(self) -> Assessment | None:
         """Assessment with the largest usual lag of a current loop; None if the experiment states the lag."""
-        return None if self.variant.run.current_lag else assess(lagging(self.variant, UNSTATED[1]))
+        if self.variant.run.current_lag:
+            return None
+        return assess(lagging(self.variant, UNSTATED[1]))
 
     @property
     def antiresonance(self) -> float | None:
         """Antiresonance of the load on its elastic coupling [Hz], which limits the proposed gains; None for one mass."""
         omega = antiresonance_of(with_two_masses(self.variant))
-        return None if math.isinf(omega) else omega / (2.0 * math.pi)
+        if math.isinf(omega):
+            return None
+        return omega / (2.0 * math.pi)
 
     @property
     def is_stable(self) -> bool:
@@ -120,17 +124,23 @@ class Design:
     @property
     def chosen(self) -> Proposal:
         """Loop to run: the present loop, unless it is unstable or a proposal has a clearly smaller error."""
-        present, best = self.proposals[0], self.best
+        present = self.proposals[0]
+        best = self.best
         # A smaller gain in error is not worth the lower margins.
-        return best if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak) else present
+        if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak):
+            return best
+        return present
 
 
 def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
     """Return a bandwidth as an angular frequency [rad/s]; text has the unit Hz or rad/s."""
     if not isinstance(raw, str):
         return amount(Variable("1", "bandwidth [rad/s]", min=0.0), exclusive=True)(raw, path, kind)
-    angular = compatible(split(raw, path)[1] or "1", "rad/s", path=path)
-    bandwidth = convert(raw, "rad/s") if angular else 2.0 * math.pi * convert(raw, "Hz", path=path)
+    unit = split(raw, path)[1] or "1"
+    if compatible(unit, "rad/s", path=path):
+        bandwidth = convert(raw, "rad/s")
+    else:
+        bandwidth = 2.0 * math.pi * convert(raw, "Hz", path=path)
     if not 0.0 < bandwidth < math.inf:
         raise InputError("must be positive", path=path, value=raw, allowed="> 0 Hz")
     return bandwidth
@@ -162,16 +172,7 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
     InputError
         If the variant does not exist, a variant is an open loop, or the bandwidth is not positive.
     """
-    by_name = {entry.name: entry for entry in experiment.variants}
-    if not by_name:
-        raise InputError("has no variants", path="experiment")
-    if variant is None:
-        chosen = next((entry for entry in experiment.variants if entry.feedforward.friction is not None), experiment.variants[0])
-    elif variant in by_name:
-        chosen = by_name[variant]
-    else:
-        mend = did_you_mean(variant, by_name)
-        raise InputError("there is no such variant", path="variant", value=variant, allowed=", ".join(by_name), mend=mend)
+    chosen = _chosen_variant(experiment, variant)
     if any(entry.effort is not None for entry in experiment.variants):
         raise InputError(
             "drives an open loop, which has no gains",
@@ -180,10 +181,25 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
         )
     assessments = tuple(assess(entry) for entry in experiment.variants)
     runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES
-    budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
+    budget = None
+    if runs:
+        budget = error_budget(chosen, _part(progress, 0.0, 0.6))
     proposals = proposals_for(chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85))
     circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))
     return Design(experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals, circles)
+
+
+def _chosen_variant(experiment: Experiment, name: str | None) -> Variant:
+    """Return the variant of this name; without a name the first with friction feedforward, else the first."""
+    by_name = {entry.name: entry for entry in experiment.variants}
+    if not by_name:
+        raise InputError("has no variants", path="experiment")
+    if name is None:
+        return next((entry for entry in experiment.variants if entry.feedforward.friction is not None), experiment.variants[0])
+    if name not in by_name:
+        mend = did_you_mean(name, by_name)
+        raise InputError("there is no such variant", path="variant", value=name, allowed=", ".join(by_name), mend=mend)
+    return by_name[name]
 
 
 def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
@@ -194,14 +210,17 @@ def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress 
     plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
     loops = {loop.name: loop for loop in (plain, *(proposal.variant for proposal in proposals))}
     stable = tuple(loop for loop in loops.values() if assess(loop).verdict is not Verdict.DIVERGES)
-    return run_circles(stable, radius, feed, progress) if stable else ()
+    if not stable:
+        return ()
+    return run_circles(stable, radius, feed, progress)
 
 
 def _friction_at(variant: Variant, speed: float) -> float:
     """Return the mean friction of both directions at a steady speed [m/s or rad/s], in [N or N*m]."""
     if speed <= 0.0:
         return 0.0
-    friction, screw = sliding_force(variant.friction, speed), variant.plant.component.screw
+    friction = sliding_force(variant.friction, speed)
+    screw = variant.plant.component.screw
     if variant.table is None or screw is None:
         return friction
     arm = screw(variant.plant.parameters).arm
@@ -296,14 +315,17 @@ def run_circles(
 
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
-    # The second axis has independent noise.
-    revolution, run = 2.0 * math.pi * radius / feed, int(axis == "y")
+    revolution = 2.0 * math.pi * radius / feed
+    run = int(axis == "y")  # the second axis has independent noise
+    table = variant.table
+    if table is not None:
+        table = seeded(table, run)
     return replace(
         variant,
         name=f"{variant.name}, {axis}",
         reference=circle(kind=variant.plant.kind, radius=radius, feed=feed, axis=axis),
         friction=seeded(variant.friction, run),
-        table=None if variant.table is None else seeded(variant.table, run),
+        table=table,
         sensor=seeded(variant.sensor, run),
         disturbance=None,
         injected=None,

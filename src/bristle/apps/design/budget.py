@@ -68,10 +68,10 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
     runs = min(variant.run.seeds, RUNS_MAX)
     named = tuple(replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items())
     outcomes = simulate(Experiment(variant.name, variant.plant.kind, named), progress).variants
-    errors = {
-        name: statistics_of(outcome.time[:0]) if outcome.status is Status.NOT_FINITE else outcome.following_error
-        for name, outcome in outcomes.items()
-    }
+    errors = {name: outcome.following_error for name, outcome in outcomes.items()}
+    for name, outcome in outcomes.items():
+        if outcome.status is Status.NOT_FINITE:
+            errors[name] = statistics_of(outcome.time[:0])
     entries = [Entry(cause.name, cause.description, errors[f"{cause.name} alone"], errors[f"without {cause.name}"]) for cause in causes]
     entries.sort(key=lambda entry: entry.without.peak_to_peak)
     return Budget(variant.name, errors["everything"], errors["nothing"], tuple(entries), runs)
@@ -104,7 +104,9 @@ def best_gain(variant: Variant) -> float:
     velocity = np.diff(motion_of(variant)[0]) / dt
     friction, compensation = (friction_along(nominal(model), velocity, dt) for model in (variant.friction, compensator))
     square = float(compensation @ compensation)
-    return float(compensation @ friction) / square if square > 0.0 else 1.0
+    if square <= 0.0:
+        return 1.0
+    return float(compensation @ friction) / square
 
 
 def _alike(friction: Model, **changed: float) -> Model:
@@ -120,7 +122,9 @@ def _alike(friction: Model, **changed: float) -> Model:
 def _with_known(friction: Model, **changed: float) -> Model:
     """Return a friction model with the given values changed if it has them."""
     own = {name: value for name, value in changed.items() if name in friction.values}
-    return friction.with_values(**own) if own else friction
+    if not own:
+        return friction
+    return friction.with_values(**own)
 
 
 def _with_fed(loop: Variant, **changed: Any) -> Variant:
@@ -130,16 +134,18 @@ def _with_fed(loop: Variant, **changed: Any) -> Variant:
 
 def _of_feedforward(variant: Variant) -> Iterator[Cause]:
     """Yield causes in the desired motion and the compensator."""
-    informed, feedforward, true = with_known_motion(variant), variant.feedforward, nominal(variant.friction)
+    informed = with_known_motion(variant)
+    feedforward = variant.feedforward
+    true = nominal(variant.friction)
     if (informed.controller, informed.feedforward) != (variant.controller, feedforward):
         text = "the feedforward lacks the desired velocity or the inertia, or has a wrong value of them"
-        mass, law = informed.feedforward.mass, informed.controller
+        mass = informed.feedforward.mass
+        law = informed.controller
         yield Cause("lag", text, lambda loop: _with_fed(replace(loop, controller=law), mass=mass))
     if variant.table is not None:
         return  # friction on both sides of a screw has no single model to feed forward
     if feedforward.friction is None or feedforward.gain == 0.0:
-        text = "the friction is not fed forward"
-        yield Cause("no compensation", text, lambda loop: _with_fed(loop, friction=true, gain=1.0))
+        yield Cause("no compensation", "the friction is not fed forward", lambda loop: _with_fed(loop, friction=true, gain=1.0))
         return
     best = best_gain(variant)
     if not math.isclose(feedforward.gain, best, rel_tol=ALIKE):
@@ -152,7 +158,9 @@ def _of_feedforward(variant: Variant) -> Iterator[Cause]:
 
 def _of_the_rest(variant: Variant) -> Iterator[Cause]:
     """Yield causes in friction, sensor, computer, drive and plant."""
-    fed, run, sensor = variant.feedforward, variant.run, variant.sensor
+    fed = variant.feedforward
+    run = variant.run
+    sensor = variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
     if fed.offset or fed.asymmetry or any(_alike(model, offset=0.0) != model for model in sides):
         yield Cause("asymmetry", "difference of friction between directions, and offset, as far as they are not fed forward", _symmetric)
@@ -172,16 +180,17 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
         text = "delay of computation and current control"
         yield Cause("delay", text, lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)))
     if variant.plant.values.get("backlash", 0.0) > 0.0:
-        text = "lost travel at a reversal"
-        yield Cause("backlash", text, lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)))
+        yield Cause("backlash", "lost travel at a reversal", lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)))
     if variant.disturbance is not None:
         yield Cause("unexplained", "force outside the friction model", lambda loop: replace(loop, disturbance=None))
 
 
 def _symmetric(loop: Variant) -> Variant:
     fed = loop.feedforward.friction
+    if fed is not None:
+        fed = _alike(fed, offset=0.0)
     even = _with_frictions(loop, lambda model: _alike(model, offset=0.0))
-    return _with_fed(even, friction=None if fed is None else _alike(fed, offset=0.0), offset=0.0, asymmetry=0.0)
+    return _with_fed(even, friction=fed, offset=0.0, asymmetry=0.0)
 
 
 def _with_frictions(loop: Variant, changed: Callable[[Model], Model]) -> Variant:

@@ -43,8 +43,10 @@ def design(
     from bristle.report.results import write_report
 
     further, code = own_figures(figure, "design", has_folder=output.out is not None)
-    hertz = Variable("frequency", "bandwidth")
-    angular = None if bandwidth is None else 2.0 * math.pi * quantity(bandwidth, hertz, path="--bandwidth")
+    angular = None
+    if bandwidth is not None:
+        hertz = Variable("frequency", "bandwidth")
+        angular = 2.0 * math.pi * quantity(bandwidth, hertz, path="--bandwidth")
     with output.opened("designing", [experiment]) as (folder, report):
         described = experiment_in(experiment, allow_code=allow_code, progress=report)
         admit_friction_of(described)
@@ -55,4 +57,6 @@ def design(
             write_report(folder, design_report(outcome, command=output.command, provenance=source, figures=further), summary)
 
     output.tell(summary, margin_table(outcome), budget_table(outcome), proposal_table(outcome), *design_sentences(outcome))
-    return 0 if outcome.is_stable else NO
+    if not outcome.is_stable:
+        return NO
+    return 0

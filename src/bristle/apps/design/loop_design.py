@@ -47,7 +47,8 @@ def margins(assessment: Assessment) -> Figure:
     poles.margins(0.06)
     for look, point in zip(style.SERIES[1:], assessment.bare, strict=False):
         line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
-        at, nyquist = point.loop.poles, math.pi / point.loop.sample_time
+        at = point.loop.poles
+        nyquist = math.pi / point.loop.sample_time
         poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
         omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
         response = point.loop.response(omega)
@@ -57,7 +58,8 @@ def margins(assessment: Assessment) -> Figure:
         turned = np.unwrap(np.angle(response))
         turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
         phase.semilogx(hertz, np.degrees(turned), label=f"_{NAMES[point.motions]}", **line)
-        margin, crossover = point.margins.phase, point.margins.crossover
+        margin = point.margins.phase
+        crossover = point.margins.crossover
         if margin is not None and crossover is not None:
             at = crossover / (2.0 * math.pi)
             phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
@@ -101,8 +103,9 @@ def loops_proposed(
     columns = [[np.nan if value is None else value for value in side] for side in (errors, efforts, phases)]
     units = (unit_of("length", kind), unit_of("force", kind), "")
     labels = ("Error, p-p", f"{style.effort_word(kind)}, rms", "Phase margin [°]")
+    colors = [LIGHT["without"], *[LIGHT["with"]] * (len(names) - 1)]
     for axes, values, unit, text in zip(row, columns, units, labels, strict=True):
-        draw_bars(axes, values, unit, text, [LIGHT["with" if place else "without"] for place in range(len(names))])
+        draw_bars(axes, values, unit, text, colors)
         axes.set_ylabel("Loop", visible=axes is row[0])  # column head of the numbers of each panel
     row[-1].axvline(enough, **style.DASHED)
     row[-1].set_title(f"dashed: usual least, {enough:g}°")
@@ -137,7 +140,9 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
         unrolled.plot(np.degrees(angle), deviation * scale.factor, label=label(circle.variant), **look)
     round_.set_ylim(low - span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
-    ticks = [-step, 0.0] if -low > high else [0.0, step]
+    ticks = [0.0, step]
+    if -low > high:
+        ticks = [-step, 0.0]
     round_.set_yticks(ticks, [""] * len(ticks))
     for tick in ticks:
         # Above the lines: the ticks of the axis would lie below them.

@@ -1,15 +1,15 @@
 """The report of a loop design: verdict, margins, errors, proposed gains and their cost."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from markupsafe import Markup
 
-from bristle.apps.design import Design
-from bristle.core import number, unit_of, with_unit
+from bristle.apps.design import Budget, Design, Proposal, WorkingPoint
+from bristle.core import Kind, number, unit_of, with_unit
 from bristle.exports import promise_of_law
 from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
@@ -24,18 +24,34 @@ def margin_table(design: Design) -> Table:
     heads = ("Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]", "Crossover [Hz]")
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
-        rows = []
-        for point in assessment.points:
-            margins, turns = point.margins, None if point.margins.crossover is None else point.margins.crossover / (2.0 * math.pi)
-            cells = (number(point.loop.spectral_radius), *map(_cell, (margins.phase, margins.gain, margins.delay, turns)))
-            rows.append((point.motions.value, point.friction.value, *cells))
-        loops.setdefault(tuple(rows), []).append(assessment.name)
+        rows = tuple(map(_margin_cells, assessment.points))
+        loops.setdefault(rows, []).append(assessment.name)
     table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
     return Table("Poles and margins of the sampled loop", ("Variant", *heads), table_rows)
 
 
-def _cell(value: float | None) -> str:
-    return "–" if value is None else short_text(value)
+def _margin_cells(point: WorkingPoint) -> tuple[str, ...]:
+    """Return the cells of a point of linearization, without the name of its variant."""
+    margins = point.margins
+    crossover = margins.crossover
+    if crossover is not None:
+        crossover = crossover / (2.0 * math.pi)
+    return (
+        point.motions.value,
+        point.friction.value,
+        number(point.loop.spectral_radius),
+        _cell(margins.phase),
+        _cell(margins.gain),
+        _cell(margins.delay),
+        _cell(crossover),
+    )
+
+
+def _cell(value: float | None, text: Callable[[float], str] = short_text) -> str:
+    """Return a value as text, or a dash if it is unknown."""
+    if value is None:
+        return "–"
+    return text(value)
 
 
 def delay_table(design: Design) -> Table:
@@ -57,7 +73,8 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
 
 def budget_table(design: Design) -> Table | None:
     """Return the error budget; None if the loop was not simulated."""
-    if (budget := design.budget) is None:
+    budget = design.budget
+    if budget is None:
         return None
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
     length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
@@ -66,18 +83,20 @@ def budget_table(design: Design) -> Table | None:
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
     ]
-    is_nothing = budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak
-    left = "error of the control law and its sampling, such as a delayed velocity"
+    left = ""
+    if budget.no_cause.peak_to_peak > NO_CHANGE * budget.all_causes.peak_to_peak:
+        left = "error of the control law and its sampling, such as a delayed velocity"
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
-        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", "" if is_nothing else left),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", left),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
 
 
 def proposal_table(design: Design) -> Table:
     """Return the present and the proposed loops: margins, stiffness, effort of a count, simulated error."""
-    kind, proposals = design.experiment.kind, design.proposals
+    kind = design.experiment.kind
+    proposals = design.proposals
     length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
     effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
     count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
@@ -89,10 +108,8 @@ def proposal_table(design: Design) -> Table:
             "Smallest phase margin [°]": _cell(proposal.assessment.least_phase),
             "Stiffness": "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.head("Effort of one count"): count.cell(proposal.count_effort),
-            length.head("Following error, peak to peak"): "–"
-            if proposal.following_error is None
-            else length.cell(proposal.following_error.peak_to_peak),
-            effort.head("Effort, rms"): "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
+            length.head("Following error, peak to peak"): "–" if proposal.following_error is None else length.cell(proposal.peak_to_peak),
+            effort.head("Effort, rms"): _cell(proposal.effort_rms, effort.cell),
         }
         for proposal in proposals
     ]
@@ -101,7 +118,9 @@ def proposal_table(design: Design) -> Table:
 
 def loop_name(name: str, design: Design) -> str:
     """Return the name of a loop: for the present loop the name in the experiment."""
-    return design.variant.name if name == design.proposals[0].name else name
+    if name == design.proposals[0].name:
+        return design.variant.name
+    return name
 
 
 def circle_table(design: Design) -> Table:
@@ -129,42 +148,27 @@ largest speed of the reference. The only resonances are those of the plant in th
 
 def design_report(design: Design, **options: Any) -> str:
     """Return the report of a loop design as an HTML page; options as in `report_page`."""
-    budget, causes = budget_table(design), None
-    if design.budget is not None and design.budget.entries:
-        errors = {f"no {entry.cause}": entry.without.peak_to_peak for entry in design.budget.entries}
-        causes = {"all causes": design.budget.all_causes.peak_to_peak} | errors
     laws = [
         block
         for proposal in design.proposals[1:]
         for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
     ]
-    runs = 1 if design.budget is None else design.budget.runs
-    basis = "bristle simulated the loop with each cause alone, and with all causes but one"
-    errs = [] if budget is None else [f"{basis}: {'one run' if runs == 1 else f'{runs} runs'} each.", budget]
     chosen = design.chosen.variant
     values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(chosen, promise_of_law(chosen)))]
-    circles: list[object] = []
-    if design.circles:
-        circle, kind = design.circles[0], design.experiment.kind
-        radius, feed = with_unit(circle.radius, unit_of("length", kind)), with_unit(circle.feed, unit_of("length/time", kind))
-        circles = [
-            f"Two axes with the same loop run a circle of radius {radius} at {feed}. The results are those of the second of two "
-            "revolutions. A glitch is the swing of the deviation within 30° of the reversal of an axis.",
-            circle_table(design),
-        ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *values, *laws]),
-        Section("budget", "Causes of the error", errs, "Causes"),
+        Section("budget", "Causes of the error", _blocks_of_budget(design), "Causes"),
         Section("results", "Results", design_sentences(design), "Causes"),
         Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], "Margins"),
-        Section("circle", "A circle", circles, "Circle"),
+        Section("circle", "A circle", _blocks_of_circle(design), "Circle"),
     ]
+    named_circles = tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles)
     facts = {
         "design": design,
         "kind": design.experiment.kind,
         "assessment": design.assessment,
-        "causes": causes,
-        "circles": tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles) or None,
+        "causes": _error_without_each_cause(design),
+        "circles": named_circles or None,
         "names": [loop_name(loop.name, design) for loop in design.proposals],
         "enough": design.usual_phase,
         "phases": [loop.assessment.least_phase for loop in design.proposals],
@@ -172,9 +176,47 @@ def design_report(design: Design, **options: Any) -> str:
     return report_page("design", facts, _front(design), sections, **options)
 
 
+def _error_without_each_cause(design: Design) -> dict[str, float] | None:
+    """Return the following error with all causes and without each cause, peak to peak; None without an error budget."""
+    if design.budget is None or not design.budget.entries:
+        return None
+    return {
+        "all causes": design.budget.all_causes.peak_to_peak,
+        **{f"no {entry.cause}": entry.without.peak_to_peak for entry in design.budget.entries},
+    }
+
+
+def _blocks_of_budget(design: Design) -> list[object]:
+    """Return the basis of the error budget, and its table."""
+    table = budget_table(design)
+    if design.budget is None or table is None:
+        return []
+    runs = f"{design.budget.runs} runs"
+    if design.budget.runs == 1:
+        runs = "one run"
+    return [f"bristle simulated the loop with each cause alone, and with all causes but one: {runs} each.", table]
+
+
+def _blocks_of_circle(design: Design) -> list[object]:
+    """Return the description of the simulated circle, and its table."""
+    if not design.circles:
+        return []
+    circle = design.circles[0]
+    kind = design.experiment.kind
+    radius = with_unit(circle.radius, unit_of("length", kind))
+    feed = with_unit(circle.feed, unit_of("length/time", kind))
+    return [
+        f"Two axes with the same loop run a circle of radius {radius} at {feed}. The results are those of the second of two "
+        "revolutions. A glitch is the swing of the deviation within 30° of the reversal of an axis.",
+        circle_table(design),
+    ]
+
+
 def design_sentences(design: Design) -> list[str]:
     """Return the main results of a design, in sentences."""
-    delay, kind, late = design.delays.total, design.experiment.kind, design.late
+    delay = design.delays.total
+    kind = design.experiment.kind
+    late = design.late
     lines = [f"{design.variant.name}: {message(design.assessment.finding)}."]
     lines += [whole_sentence(doubt) for doubt in design.assessment.doubts]
     lines.append(
@@ -182,7 +224,8 @@ def design_sentences(design: Design) -> list[str]:
         f"to {number(0.5 / delay, digits=2)} 1/s."
     )
     if late is not None:
-        (least, most), phase = (1e3 * lag for lag in design.unstated_lags), late.least_phase
+        least, most = (1e3 * lag for lag in design.unstated_lags)
+        phase = late.least_phase
         own = f"is unstable with a lag of {most:g} ms"
         if late.is_stable and phase is not None:
             own = f"has a phase margin of {short_text(phase)}° with a lag of {most:g} ms"
@@ -205,32 +248,44 @@ def design_sentences(design: Design) -> list[str]:
             f"times the friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
         )
     if design.budget is not None and design.budget.entries:
-        entries, error = design.budget.entries, design.budget.all_causes.peak_to_peak
-        first, largest = entries[0], max(entries, key=lambda entry: entry.alone.peak_to_peak)
-        without, alone = (length_text(peak, kind) for peak in (first.without.peak_to_peak, largest.alone.peak_to_peak))
-        about_causes = (
-            "Removing a single cause does not reduce this error, because causes cancel or several causes make the same error. The largest "
-            f"single cause is {largest.cause}: alone, it makes an error of {alone}."
-        )
-        if first.without.peak_to_peak < (1.0 - NO_CHANGE) * error:
-            about_causes = f"The main cause is {first.cause}: without it, the error is {without}."
-        lines.append(f"The following error is {length_text(error, kind)} peak to peak. {about_causes}")
-    return [*lines, *([f"{capital(_choice(design))}."] if design.best is not None else [])]
+        error = length_text(design.budget.all_causes.peak_to_peak, kind)
+        lines.append(f"The following error is {error} peak to peak. {_about_causes(design.budget, kind)}")
+    if design.best is not None:
+        lines.append(f"{capital(_choice(design))}.")
+    return lines
+
+
+def _about_causes(budget: Budget, kind: Kind) -> str:
+    """Return the main cause of the error, or the largest single cause if no removal reduces the error."""
+    first = budget.entries[0]
+    if first.without.peak_to_peak < (1.0 - NO_CHANGE) * budget.all_causes.peak_to_peak:
+        return f"The main cause is {first.cause}: without it, the error is {length_text(first.without.peak_to_peak, kind)}."
+    largest = max(budget.entries, key=lambda entry: entry.alone.peak_to_peak)
+    return (
+        "Removing a single cause does not reduce this error, because causes cancel or several causes make the same error. The largest "
+        f"single cause is {largest.cause}: alone, it makes an error of {length_text(largest.alone.peak_to_peak, kind)}."
+    )
 
 
 def _choice(design: Design) -> str:
     """Return the recommended loop and its following error, compared with the present loop."""
-    chosen, present, kind = design.chosen, design.proposals[0], design.experiment.kind
+    chosen = design.chosen
+    present = design.proposals[0]
+    kind = design.experiment.kind
     if chosen is present:
         return "no proposed loop reduces the following error by a fifth or more"
-    instead = "" if present.following_error is None else f" instead of {length_text(present.peak_to_peak, kind)}"
+    instead = ""
+    if present.following_error is not None:
+        instead = f" instead of {length_text(present.peak_to_peak, kind)}"
     error = length_text(chosen.peak_to_peak, kind)
     return f"the loop {chosen.name} has a following error of {error}{instead}, and keeps the margins"
 
 
 def design_ruling(design: Design) -> Ruling:
     """Return the verdict on a loop, with its reasons."""
-    chosen, present, doubts = design.chosen, design.proposals[0], tuple(message(doubt) for doubt in design.assessment.doubts)
+    chosen = design.chosen
+    present = design.proposals[0]
+    doubts = tuple(message(doubt) for doubt in design.assessment.doubts)
     if not design.is_stable:
         return Ruling("no", "Do not run it", (message(design.assessment.finding), *doubts))
     if chosen is not present:
@@ -241,40 +296,64 @@ def design_ruling(design: Design) -> Ruling:
 
 
 def _margin_text(phase: float | None) -> str:
-    return "no crossover, so no phase margin" if phase is None else f"phase margin {short_text(phase)}°"
+    if phase is None:
+        return "no crossover, so no phase margin"
+    return f"phase margin {short_text(phase)}°"
 
 
 def _front(design: Design) -> Front:
-    kind, chosen, present = design.experiment.kind, design.chosen, design.proposals[0]
-    force, rows, is_present = unit_of("force", kind), [], chosen is present
-    old, new = (loop.assessment.least_phase for loop in (present, chosen))
-    title = capital(_margin_text(old)) if design.is_stable else "The present loop is unstable"
-    if not is_present and chosen.following_error is not None and present.following_error is not None:
-        change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=kind), "peak to peak")
-        title = f"Gains {chosen.name}: {change}"
-    if chosen.following_error is not None:
-        rows.append(("Following error", length_text(chosen.peak_to_peak, kind), ""))
-    if design.budget is not None and design.budget.entries:
-        first = design.budget.entries[0]
-        rows.append(("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))
-    if new is not None:
-        rows.append(("Phase margin", f"{short_text(new)}°", f"usual least {design.usual_phase:g}°" if new == old else f"now {_cell(old)}°"))
-    if chosen.effort_rms is not None:
-        rows.append(("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
+    chosen = design.chosen
+    present = design.proposals[0]
+    ruling = design_ruling(design)
+    step = MEASURE
+    if chosen is not present:
+        ruling = ruling.beyond_title
+        step = COPY
     return Front(
         f"{design.experiment.name}: the loop",
         about(f"variant {design.variant.name}", f"law {design.variant.controller.name}"),
-        design_ruling(design) if is_present else design_ruling(design).beyond_title,
-        title=title,
+        ruling,
+        title=_title(design, chosen, present),
         basis="(simulated)",
-        cards=[Card(*row) for row in rows],
-        next=Step.of(MEASURE if is_present else COPY),
+        cards=_cards(design, chosen, present),
+        next=Step.of(step),
     )
+
+
+def _title(design: Design, chosen: Proposal, present: Proposal) -> str:
+    """Return the gain of the chosen loop if both loops were simulated, else the margin of the present loop."""
+    if chosen is not present and chosen.following_error is not None and present.following_error is not None:
+        change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=design.experiment.kind), "peak to peak")
+        return f"Gains {chosen.name}: {change}"
+    if not design.is_stable:
+        return "The present loop is unstable"
+    return capital(_margin_text(present.assessment.least_phase))
+
+
+def _cards(design: Design, chosen: Proposal, present: Proposal) -> list[Card]:
+    """Return error, main cause, phase margin and effort of the chosen loop, as far as they are known."""
+    kind = design.experiment.kind
+    force = unit_of("force", kind)
+    old, new = (loop.assessment.least_phase for loop in (present, chosen))
+    cards = []
+    if chosen.following_error is not None:
+        cards.append(Card("Following error", length_text(chosen.peak_to_peak, kind), ""))
+    if design.budget is not None and design.budget.entries:
+        first = design.budget.entries[0]
+        cards.append(Card("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))
+    if new is not None:
+        compared = f"now {_cell(old)}°"
+        if new == old:
+            compared = f"usual least {design.usual_phase:g}°"
+        cards.append(Card("Phase margin", f"{short_text(new)}°", compared))
+    if chosen.effort_rms is not None:
+        cards.append(Card("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
+    return cards
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return a design in numbers, in SI units of the axis."""
-    kind, budget = design.experiment.kind, design.budget
+    kind = design.experiment.kind
     return {
         "name": design.experiment.name,
         "kind": kind,
@@ -286,17 +365,7 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
         "sentences": design_sentences(design),
         "loops": {assessment.name: _loop(assessment) for assessment in design.assessments},
         "delay": design.delays._asdict() | {"total": design.delays.total},
-        "budget": None
-        if budget is None
-        else {
-            "everything": vars(budget.all_causes),
-            "nothing": vars(budget.no_cause),
-            "runs": budget.runs,
-            "causes": {
-                entry.cause: {"description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without)}
-                for entry in budget.entries
-            },
-        },
+        "budget": _budget(design.budget),
         "proposals": {
             loop.name: picked(loop, "bandwidth", "stiffness", "count_effort", "effort_rms")
             | {
@@ -313,8 +382,23 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
     }
 
 
+def _budget(budget: Budget | None) -> dict[str, object] | None:
+    if budget is None:
+        return None
+    return {
+        "everything": vars(budget.all_causes),
+        "nothing": vars(budget.no_cause),
+        "runs": budget.runs,
+        "causes": {
+            entry.cause: {"description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without)}
+            for entry in budget.entries
+        },
+    }
+
+
 def _loop(assessment: Any) -> dict[str, Any]:
-    verdict, doubts = assessment.finding, assessment.doubts
+    verdict = assessment.finding
+    doubts = assessment.doubts
     return {
         "verdict": assessment.verdict.value,
         "sentence": message(verdict),
