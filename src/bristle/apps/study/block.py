@@ -7,7 +7,7 @@ the last run of each study.
 
 import copy
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import reduce
 from typing import Any, TypeVar
@@ -55,8 +55,7 @@ class Varied:
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             changed = {
                 field: with_changes(getattr(variant, field), {name: values[path] for path, name in names.items()}, section)
-                for section, names in sections.items()
-                if (field := _FIELD.get(section, section)) in fields
+                for section, field, names in _within(fields, sections)
             }
             changes.append(_seeds(variant, changed, seed, fields))
         return changes
@@ -68,9 +67,8 @@ class Varied:
         changed: dict[int, list[dict[str, Model]]] = {place: [] for place in range(len(seeds))}
         for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
             models = {
-                field: with_columns(getattr(variant, field), {name: values[path] for path, name in sections[section].items()}, section)
-                for section in sections
-                if (field := _FIELD.get(section, section)) in fields
+                field: with_columns(getattr(variant, field), {name: values[path] for path, name in names.items()}, section)
+                for section, field, names in _within(fields, sections)
             }
             for place in list(changed):
                 own = {field: model for field, column in models.items() if (model := column[place]) is not None}
@@ -102,6 +100,14 @@ class Varied:
         return True
 
 
+def _within(fields: Sequence[str], sections: Mapping[str, dict[str, str]]) -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Yield the sections whose models belong to some fields of a variant: section, field and parameters by dotted key."""
+    for section, names in sections.items():
+        field = _FIELD.get(section, section)
+        if field in fields:
+            yield section, field, names
+
+
 def row_of(values: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
     """Return the values of one run as Python objects, from the arrays of several runs."""
     return {path: column[place].tolist() for path, column in values.items()}
@@ -123,13 +129,22 @@ def _placed(study: Study) -> tuple[dict[str, dict[str, str]], ...] | None:
                 keys = keys[2:]
             elif _overridden(own, keys):
                 continue
-            model = sections_of(variant).get(keys[0]) if len(keys) == 2 else None
-            name = None if model is None else next((n for n in model.component.variables if key_of(n) == keys[1]), None)
+            name = _parameter(variant, keys)
             if name is None:
                 return None
             sections.setdefault(keys[0], {})[path] = name
         places.append(sections)
     return tuple(places)
+
+
+def _parameter(variant: Variant, keys: Sequence[str]) -> str | None:
+    """Return the parameter of a model behind the key of a section; None for other values."""
+    if len(keys) != 2:
+        return None
+    model = sections_of(variant).get(keys[0])
+    if model is None:
+        return None
+    return next((name for name in model.component.variables if key_of(name) == keys[1]), None)
 
 
 def _overridden(override: Any, keys: Sequence[str]) -> bool:
@@ -148,7 +163,9 @@ def _overridden(override: Any, keys: Sequence[str]) -> bool:
 def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED) -> dict[str, Model]:
     """Return the changed models with the seeds of a run: the seed of the run is added to those of the file."""
     for name in SEEDED:
-        model = changed.get(name, getattr(variant, name)) if name in fields else None
+        if name not in fields:
+            continue
+        model = changed.get(name, getattr(variant, name))
         if model is not None and "seed" in model.component.variables:
             changed[name] = with_changes(model, {"seed": (int(model.values["seed"]) + seed) % SEED_MAX}, name)
     return changed
@@ -167,7 +184,8 @@ def _with(item: T, **changed: Any) -> T:
     return copied
 
 
-REFUSED, RAISED = "refused", "raised"
+REFUSED = "refused"  # bristle refused the values of the run
+RAISED = "raised"  # a model raised an exception
 FAILED = (Status.NOT_FINITE.name.lower(), REFUSED, RAISED)  # statuses of runs without numbers
 
 MODELS = ("plant", "friction")
@@ -178,7 +196,8 @@ class Simulator:
     """Simulator of the runs of a study, in this process."""
 
     def __init__(self, study: Study, *, batches: bool = True) -> None:
-        self.study, self.varied = study, Varied(study)
+        self.study = study
+        self.varied = Varied(study)
         self._in_lanes = steps_of(study.experiment) * study.count >= WORTH_LANES
         self.in_batches = batches and self.varied.is_direct and fits_a_batch(study.experiment)
 
@@ -191,11 +210,15 @@ class Simulator:
 
     def columns(self, block: Block) -> dict[str, Any]:
         """Return the stored columns of a block, each of shape (run,)."""
-        values, seeds = self.study.values(block), self.study.seeds(block)
-        status, reason = [OK] * block.count, [""] * block.count
+        values = self.study.values(block)
+        seeds = self.study.seeds(block)
+        status = [OK] * block.count
+        reason = [""] * block.count
         metrics = {metric.column: np.full(block.count, np.nan) for metric in self.study.metrics}
+        batched: set[int] = set()
         with warnings.catch_warnings(action="ignore"):
-            batched = self._batched(values, seeds, metrics) if self.in_batches else set()
+            if self.in_batches:
+                batched = self._batched(values, seeds, metrics)
             for place in (place for place in range(block.count) if place not in batched):
                 status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
         return {
@@ -230,7 +253,9 @@ class Simulator:
         if worst.status is Status.OK:
             return OK, ""
         sentence = worst.status.sentence
-        return worst.status.name.lower(), sentence if len(result.variants) == 1 else f"{worst.name}: {sentence}"
+        if len(result.variants) > 1:
+            sentence = f"{worst.name}: {sentence}"
+        return worst.status.name.lower(), sentence
 
     def _batched(self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]) -> set[int]:
         """Simulate several runs in batches; return the successful ones. The caller repeats the others one by one."""
@@ -239,7 +264,9 @@ class Simulator:
         well = np.ones(len(places), dtype=bool)
         for index, variant in enumerate(self.study.experiment.variants):
             own = [metric for metric in self.study.metrics if metric.variant == variant.name]
-            effort = np.zeros(0) if variant.effort is None else variant.effort.values
+            effort = np.zeros(0)
+            if variant.effort is not None:
+                effort = variant.effort.values
             size = max(1, 4_000_000 // max(effort.size, 1))  # records of some tens of megabytes
             for first in range(0, len(places), size):
                 part = slice(first, first + size)
@@ -271,10 +298,7 @@ def metrics_of_batch(
     run = variant.run
     effort = np.clip(effort, -run.effort_limit, run.effort_limit)
     x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)  # an open loop starts at rest
-    plant, friction = (
-        [changed[field] for changed in changes] if any(field in changed for changed in changes) else getattr(variant, field)
-        for field in MODELS
-    )
+    plant, friction = (_of_each_run(variant, changes, field) for field in MODELS)
     trace = run_batch(
         plant,
         friction,
@@ -290,3 +314,10 @@ def metrics_of_batch(
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
     position = np.ascontiguousarray(trace.position[:, judged])  # contiguous, so that sums match those of a single run
     return {metric.column: metric.along(position, applied) for metric in metrics}, list(trace.status)
+
+
+def _of_each_run(variant: Variant, changes: Sequence[Mapping[str, Model]], field: str) -> Model | list[Model]:
+    """Return the model of each run under a field; the model of the variant if it does not vary."""
+    if any(field in changed for changed in changes):
+        return [changed[field] for changed in changes]
+    return getattr(variant, field)

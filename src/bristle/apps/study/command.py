@@ -74,7 +74,10 @@ def study(
         of_this_machine = {"--workers": workers is not None, "--run": run is not None}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
         refuse(of_this_machine, "simulates on this machine, --scheduler on a cluster", f"Leave {option} or --scheduler out")
-    own = own_figures(figure, "study" if run is None else "run", has_folder=out is not None)
+    page = "study"
+    if run is not None:
+        page = "run"
+    own = own_figures(figure, page, has_folder=out is not None)
     described = read_study_file(study, allow_code=allow_code, size_limit=size_limit())
     admit_friction_of(described.experiment)
     output = Output(context, out, formats, as_json=as_json)
@@ -96,7 +99,9 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
     with output.opened(f"run {number}") as (folder, _):
         result = repeat_run(study, number)
         source = provenance(output.command, **study.origins, figure=own.origins)
-        files = write_logs(folder, result) if folder else {}
+        files = {}
+        if folder:
+            files = write_logs(folder, result)
         values = values_of(study, number)
         drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
         facts = {"provenance": source, "claims": promised_in(result)}
@@ -106,7 +111,9 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
             write_report(folder, page, summary)
 
     output.tell(summary, f"Run {number}: {_in_words(values, study.units)}.", variant_table(result))
-    return 0 if all(variant["completed"] for variant in summary["variants"].values()) else NO
+    if not all(variant["completed"] for variant in summary["variants"].values()):
+        return NO
+    return 0
 
 
 def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
@@ -114,10 +121,12 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
 
     cells = []
     for path, value in values.items():
+        text = str(value)
         if isinstance(value, float):
-            cells.append(f"{path} = {with_unit(value, units[path] or '1', 4)}")
-        else:
-            cells.append(f"{path} = {f'{len(value)} numbers' if isinstance(value, list) else value}")
+            text = with_unit(value, units[path] or "1", 4)
+        elif isinstance(value, list):
+            text = f"{len(value)} numbers"
+        cells.append(f"{path} = {text}")
     return ", ".join(cells) or "only the seed varies"
 
 
@@ -138,7 +147,8 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
             if name.startswith("figures/"):
                 store.grown.remove(name)  # figures of an earlier report with other numbers
         with figure_files(store.grown, output.formats):
-            runs, repeat = runs_in(store.folder), command_text(["study", str(file)])
+            runs = runs_in(store.folder)
+            repeat = command_text(["study", str(file)])
             figures = {key: text for key, text in provenance(command, figure=own.origins).items() if key.startswith("figure")}
             source = runs.described["provenance"] | figures
             summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
@@ -167,4 +177,6 @@ def exit_code(ran: Ran, summary: Mapping[str, Any]) -> int:
             f"runs {block.first} to {block.last - 1} are missing: every process that simulated them crashed. "
             "Check the free memory, then give the same command again"
         )
-    return 0 if ran.is_whole and OK in summary["statuses"] else NO
+    if ran.is_whole and OK in summary["statuses"]:
+        return 0
+    return NO

@@ -18,11 +18,15 @@ LEVELS = (2.5, 97.5)  # [%]
 def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any]:
     """Return 5 and 95 % quantiles of a metric over runs without NaN, and 95 % intervals by standard error or ranks."""
     usable = np.sort(numbers[np.isfinite(numbers)])
-    count, intervals = len(usable), [(math.nan, math.nan)] * 3
+    count = len(usable)
+    intervals = [(math.nan, math.nan)] * 3
     names = ("count", "mean", "std", "median", "low", "high", "mean_interval", "median_interval", "high_interval")
     if not count:
         return dict(zip(names, (0, *[math.nan] * 5, *intervals), strict=True))
-    mean, std = float(usable.mean()), float(usable.std(ddof=1)) if count > 1 else np.nan
+    mean = float(usable.mean())
+    std = math.nan
+    if count > 1:
+        std = float(usable.std(ddof=1))
     low, median, high = (float(np.quantile(usable, share)) for share in (0.05, 0.5, 0.95))
     if independent:
         half = 1.96 * std / math.sqrt(count)
@@ -32,12 +36,17 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any
 
 def _by_ranks(ordered: np.ndarray, share: float) -> tuple[float, float]:
     """Return the 95 % interval of a quantile: the count of values below it has a binomial distribution."""
-    # NaN at an end if there are too few values.
     from scipy.stats import binom
 
     count = len(ordered)
-    low, high = int(binom.ppf(0.025, count, share)) - 1, int(binom.ppf(0.975, count, share))
-    return (float(ordered[low]) if low >= 0 else np.nan, float(ordered[high]) if high < count else np.nan)
+    low = int(binom.ppf(0.025, count, share)) - 1
+    high = int(binom.ppf(0.975, count, share))
+    lower = upper = math.nan  # with too few values
+    if low >= 0:
+        lower = float(ordered[low])
+    if high < count:
+        upper = float(ordered[high])
+    return lower, upper
 
 
 def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
@@ -46,7 +55,8 @@ def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
     Resampling takes whole draws with all their grid points: runs of a draw are not independent. Drawn values are ranked
     within each grid point, so that the grid does not hide their effect.
     """
-    columns, described = runs.columns, runs.described
+    columns = runs.columns
+    described = runs.described
     causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
     points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
     entries = []
@@ -56,8 +66,9 @@ def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
             continue
         draws, at = np.divmod(columns["run"][usable].astype(int), points)
         for cause in causes:
-            of_grid = described["columns"][cause]["role"] == "grid"
-            within = np.zeros_like(at) if of_grid else at
+            within = at
+            if described["columns"][cause]["role"] == "grid":
+                within = np.zeros_like(at)
             values = columns[cause]
             if values.dtype.kind == "U":  # names in alphabetical order
                 values = np.unique(values, return_inverse=True)[1].astype(float)
@@ -84,17 +95,19 @@ def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float
     """Return the correlation of ranks, and its interval over draws."""
     value = float(np.corrcoef(a, b)[0, 1])
     _, member = np.unique(draws, return_inverse=True)
-    groups, generator = int(member[-1]) + 1, np.random.default_rng(SEED)
+    groups = int(member[-1]) + 1
+    generator = np.random.default_rng(SEED)
     share = min(groups, 2000)  # the interval is scaled to the count of all groups
     # Correlations of resamples follow from sums over each draw, weighted by its count in the resample.
     products = (np.ones_like(a), a, b, a * a, b * b, a * b)
     sums = np.stack([np.bincount(member, weights=part, minlength=groups) for part in products])
-    resampled = np.empty(RESAMPLES)
+    resampled = np.full(RESAMPLES, np.nan)
     for place in range(RESAMPLES):
         resample = generator.integers(0, groups, share)
         n, x, y, xx, yy, xy = sums[:, resample].sum(axis=1)
         spread = (xx - x * x / n) * (yy - y * y / n)
-        resampled[place] = (xy - x * y / n) / np.sqrt(spread) if spread > 0.0 else np.nan
+        if spread > 0.0:
+            resampled[place] = (xy - x * y / n) / np.sqrt(spread)
     # Fisher's transformation: intervals near 1 stay below it.
     transformed = np.arctanh(np.clip(resampled[np.isfinite(resampled)], -1.0 + 1e-12, 1.0 - 1e-12))
     centre = np.arctanh(np.clip(value, -1.0 + 1e-12, 1.0 - 1e-12))
@@ -110,7 +123,8 @@ def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
     if not runs.described["sobol_indices"]:
         return []
     causes: Mapping[str, Any] = runs.described["causes"]
-    width, count = len(causes) + 2, runs.described["draws"]
+    width = len(causes) + 2
+    count = runs.described["draws"]
     entries = []
     for metric in runs.described["metrics"]:
         numbers = np.full(count, np.nan)
@@ -118,9 +132,11 @@ def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
         numbers[runs.columns["run"][usable].astype(int)] = runs.columns[metric][usable]
         rows = numbers.reshape(-1, width)
         rows = rows[np.all(np.isfinite(rows), axis=1)]
-        rows = rows[: 2 ** (len(rows).bit_length() - 1)] if len(rows) else rows
+        if len(rows):
+            rows = rows[: 2 ** (len(rows).bit_length() - 1)]
         if len(rows) >= FEWEST and np.ptp(rows) > 0.0:
-            generator, values = np.random.default_rng(SEED), _estimated(rows)
+            generator = np.random.default_rng(SEED)
+            values = _estimated(rows)
             resampled = [_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)]
             ends = np.percentile(np.array(resampled), LEVELS, axis=0)  # of shape (end, kind of index, cause)
             for place, cause in enumerate(causes):
@@ -135,6 +151,8 @@ def _estimated(rows: np.ndarray) -> np.ndarray:
     """Return the indices of first order and the total ones, shape (2, cause)."""
     from scipy.stats import sobol_indices as indices_of
 
-    own, second, exchanged = rows[:, 0], rows[:, 1], rows[:, 2:].T
+    own = rows[:, 0]
+    second = rows[:, 1]
+    exchanged = rows[:, 2:].T
     result = indices_of(func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]}, n=len(rows))
     return np.array([result.first_order, result.total_order]).reshape(2, -1)

@@ -44,7 +44,9 @@ class Metric:
         """Description in words, with its variant if the column names it."""
         group, _, statistic = self.name.rpartition(".")
         words = f"{SHORT.get(group, group)}, {SHORT.get(statistic, statistic)}"
-        return words if self.column == self.name else f"{self.variant}: {words}"
+        if self.column == self.name:
+            return words
+        return f"{self.variant}: {words}"
 
     def of(self, result: VariantResult) -> float:
         """Return the value of the metric in a run; NaN if the run diverged."""
@@ -64,7 +66,9 @@ class Metric:
             return np.max(np.abs(effort), axis=1, initial=0.0)
         if group not in ("motion", "effort"):  # open loops have no reference
             return np.full(len(position), np.nan)
-        rows = position if group == "motion" else effort
+        rows = effort
+        if group == "motion":
+            rows = position
         if statistic == "peak_to_peak":
             return rows.max(axis=1) - rows.min(axis=1)
         if statistic == "rms":
@@ -74,8 +78,9 @@ class Metric:
 
 def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
     """Return the default metrics of a study."""
-    is_open = all(variant.effort is not None for variant in experiment.variants)
-    return ("motion.peak_to_peak" if is_open else "following_error.peak_to_peak", "effort.rms")
+    if all(variant.effort is not None for variant in experiment.variants):  # open loops have no reference
+        return ("motion.peak_to_peak", "effort.rms")
+    return ("following_error.peak_to_peak", "effort.rms")
 
 
 def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> tuple[Metric, ...]:
@@ -86,10 +91,12 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
         at = f"{path}[{place}]"
         if not isinstance(name, str):
             raise InputError("must be the name of a metric", path=at, value=name, mend='Write "effort.rms"')
-        chosen, metric = variants, name
+        chosen = variants
+        metric = name
         for variant in variants:
             if name.startswith(f"{variant}."):
-                chosen, metric = [variant], name.removeprefix(f"{variant}.")
+                chosen = [variant]
+                metric = name.removeprefix(f"{variant}.")
         if metric not in METRICS:
             raise InputError(
                 "is not a metric of a run",
@@ -98,8 +105,13 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
                 allowed=f"{', '.join(LENGTHS)}, each with .{', .'.join(STATISTICS)}; {', '.join(EFFORTS)}",
                 mend=did_you_mean(metric, METRICS),
             )
-        unit = unit_of("force" if metric in EFFORTS else "length", experiment.kind)
-        metrics += [Metric(metric if len(variants) == 1 else f"{variant}.{metric}", variant, metric, unit) for variant in chosen]
+        unit = unit_of("length", experiment.kind)
+        if metric in EFFORTS:
+            unit = unit_of("force", experiment.kind)
+        if len(variants) == 1:
+            metrics.append(Metric(metric, variants[0], metric, unit))
+        else:
+            metrics += [Metric(f"{variant}.{metric}", variant, metric, unit) for variant in chosen]
     columns = [metric.column for metric in metrics]
     for column in columns:
         if columns.count(column) > 1:
@@ -125,7 +137,9 @@ class Sampling:
     @property
     def per_row(self) -> int:
         """Draws from one point."""
-        return len(self.names) + 2 if self.indices else 1
+        if self.indices:
+            return len(self.names) + 2
+        return 1
 
     @property
     def count(self) -> int:
@@ -136,16 +150,20 @@ class Sampling:
         """Return the numbers of the draws in [`first`, `last`), shape (draw, cause)."""
         if not self.indices:
             return self._points(first, last)
-        row, width = first // self.per_row, len(self.names)
+        row = first // self.per_row
+        width = len(self.names)
         pairs = self._points(row, -(-last // self.per_row))
-        own, second = pairs[:, :width], pairs[:, width:]
+        own = pairs[:, :width]
+        second = pairs[:, width:]
         exchanged = [np.where(np.arange(width) == place, second, own) for place in range(width)]
         draws = np.stack((own, second, *exchanged), axis=1).reshape(-1, width)
         return draws[first - row * self.per_row : last - row * self.per_row]
 
     def checksum(self) -> str:
         """Return a checksum of numbers that another release of a library could draw differently; empty if no library draws."""
-        return "" if self.method == "random" else hashlib.sha256(self._all.tobytes()).hexdigest()
+        if self.method == "random":
+            return ""
+        return hashlib.sha256(self._all.tobytes()).hexdigest()
 
     @property
     def _dimensions(self) -> tuple[str, ...]:
@@ -156,7 +174,8 @@ class Sampling:
         # An additional cause leaves the others unchanged, and each block of runs draws its numbers independently.
         if self.method != "random":
             return self._all[first:last]
-        points, begin = np.empty((last - first, len(self._dimensions))), first // PER_COUNT
+        points = np.empty((last - first, len(self._dimensions)))
+        begin = first // PER_COUNT
         for place, name in enumerate(self._dimensions):
             key = int.from_bytes(hashlib.sha256(f"{self.seed} {name}".encode()).digest()[:16], "little")
             generator = np.random.Generator(np.random.Philox(key=key, counter=begin))
@@ -169,7 +188,10 @@ class Sampling:
 
         if not self.names:
             return np.empty((self.rows, 0))
-        method = qmc.LatinHypercube if self.method == "latin_hypercube" else qmc.Sobol
+        if self.method == "latin_hypercube":
+            method = qmc.LatinHypercube
+        else:
+            method = qmc.Sobol
         generator: Any = {"seed": np.random.default_rng(self.seed)}  # later releases call it rng, and take both
         points = method(len(self._dimensions), **generator).random(self.rows)
         return np.clip(points, SMALLEST, 1.0 - SMALLEST)
@@ -288,12 +310,18 @@ class Study:
     @property
     def columns(self) -> dict[str, dict[str, str]]:
         """Role of each column of a block, and its unit in SI."""
-        probe, grid = self.values(self.blocks[0]), {target.path for target, _ in self.grid}
+        probe = self.values(self.blocks[0])
+        grid = {target.path for target, _ in self.grid}
         columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
         for path, unit in self.units.items():
             shape = probe[path].shape[1:]
-            names = [f"{path}[{element}]" for element in range(shape[0])] if shape else [path]
-            columns |= {name: {"role": "grid" if path in grid else "drawn", "unit": unit} for name in names}
+            names = [path]
+            if shape:
+                names = [f"{path}[{element}]" for element in range(shape[0])]
+            role = "drawn"
+            if path in grid:
+                role = "grid"
+            columns |= {name: {"role": role, "unit": unit} for name in names}
         for metric in self.metrics:
             columns[metric.column] = {"role": "metric", "unit": metric.unit, "description": metric.described}
         return columns

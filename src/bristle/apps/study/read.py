@@ -38,14 +38,19 @@ def read_study_file(path: Readable, *, allow_code: bool = False, size_limit: int
     data, source, content = read_toml(path, path="study", what="a study file")
     with located(source):
         study = _Reader(data, source, allow_code, size_of(size_limit)).study()
-    return study if content is None else replace(study, origins={"study": (content.origin,)} | dict(study.origins))
+    if content is None:
+        return study
+    return replace(study, origins={"study": (content.origin,)} | dict(study.origins))
 
 
 class _Reader:
     """Parser of the content of a study file."""
 
     def __init__(self, data: dict[str, Any], source: Path, allow_code: bool, size_limit: int) -> None:
-        self.data, self.source, self.allow_code, self.size_limit = data, source, allow_code, size_limit
+        self.data = data
+        self.source = source
+        self.allow_code = allow_code
+        self.size_limit = size_limit
         self.fitted: dict[tuple[str, str], Fitted] = {}
 
     def study(self) -> Study:
@@ -63,7 +68,8 @@ class _Reader:
         # One run of each variant: the runs of a study have separate seeds.
         experiment = replace(experiment, variants=tuple(replace(each, run=replace(each.run, seeds=1)) for each in experiment.variants))
         tables = {"kind": experiment.kind, **tables}
-        causes, grid = self._causes(experiment, tables), self._grid(experiment, tables)
+        causes = self._causes(experiment, tables)
+        grid = self._grid(experiment, tables)
         self._refuse_doubles(causes, grid, experiment)
         sampling = self._sampling(causes, grid)
         origins = origins | sources.origins
@@ -87,8 +93,9 @@ class _Reader:
             raise InputError(
                 "are too many, multiplied by the points of the grid", path="runs", value=study.count, allowed=f"up to {RUNS_MOST}"
             )
-        own = self.data.get("block")
-        block = block_for(study.count, experiment) if own is None else self._count("block", 1, BLOCK_MOST)
+        block = block_for(study.count, experiment)
+        if self.data.get("block") is not None:
+            block = self._count("block", 1, BLOCK_MOST)
         files = {f"{role}: {origin.name}": origin.checksum for role, group in origins.items() for origin in group}
         # Identity of a study: its description, its files, and its software.
         described = {
@@ -145,7 +152,8 @@ class _Reader:
         return tuple(causes)
 
     def _grid(self, experiment: Experiment, tables: Mapping[str, Any]) -> tuple[tuple[Target, tuple[Any, ...]], ...]:
-        grid, points = [], 1
+        grid = []
+        points = 1
         for key, values in table_at(self.data.get("grid", {}), "grid").items():
             path = f'grid."{key}"'
             if not isinstance(values, list) or not values:
@@ -177,10 +185,11 @@ class _Reader:
                 raise InputError("varies a value twice", path="vary", value=path, mend="Remove this value from [grid] or from [vary]")
 
     def _sampling(self, causes: tuple[Cause, ...], grid: tuple[Any, ...]) -> Sampling:
-        for key in ("runs", "seed"):
+        for key, example in (("runs", 1000), ("seed", 1)):
             if key not in self.data:
-                raise InputError("is missing", path=key, mend=f"Write {key} = {1000 if key == 'runs' else 1}")
-        runs, seed = self._count("runs", 1, RUNS_MOST), self._count("seed", 0, SEED_MAX)
+                raise InputError("is missing", path=key, mend=f"Write {key} = {example}")
+        runs = self._count("runs", 1, RUNS_MOST)
+        seed = self._count("seed", 0, SEED_MAX)
         method = self.data.get("sampling", SAMPLINGS[0])
         if method not in SAMPLINGS:
             raise InputError(

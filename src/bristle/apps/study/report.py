@@ -34,8 +34,10 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
     """Return a study in numbers, in SI."""
     from bristle.apps.study.influence import rank_correlations, sobol_indices, spread_of
 
-    described, columns = runs.described, runs.columns
-    status, reasons = columns["status"], columns["reason"]
+    described = runs.described
+    columns = runs.columns
+    status = columns["status"]
+    reasons = columns["reason"]
     at = {int(run): place for place, run in enumerate(columns["run"])}
     failed = [place for place in range(runs.count) if status[place] != OK]
     # Runs of one draw at several points, and runs for Sobol indices, are not independent.
@@ -43,11 +45,12 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
     names, counts = np.unique(status, return_counts=True)
     points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
     metrics = {
-        name: {key: described["columns"][name][key] for key in ("unit", "description")}
-        | spread_of(columns[name], independent=independent)
-        | ({"points": [point | spread_of(columns[name][chosen]) for point, chosen in points]} if described["grid"] else {})
+        name: {key: described["columns"][name][key] for key in ("unit", "description")} | spread_of(columns[name], independent=independent)
         for name in described["metrics"]
     }
+    if described["grid"]:
+        for name, entry in metrics.items():
+            entry["points"] = [point | spread_of(columns[name][chosen]) for point, chosen in points]
     return {name: described[name] for name in ("name", "kind", "runs")} | {
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
@@ -111,7 +114,9 @@ def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
     first = max(entries, key=lambda entry: abs(entry["value"]))
     if first["interval"][0] <= 0.0 <= first["interval"][1]:
         return ["These runs show no correlation of this number with any drawn cause."]
-    way = "rises" if first["value"] > 0.0 else "falls"
+    way = "falls"
+    if first["value"] > 0.0:
+        way = "rises"
     return [f"This number {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
 
 
@@ -121,7 +126,8 @@ def _signed(value: float) -> str:
 
 def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
     """Return the distribution of each metric as a table, with a row for each point of the grid."""
-    heads, tables = ("At", "Runs", *STATISTICS.values()), []
+    heads = ("At", "Runs", *STATISTICS.values())
+    tables = []
     for name, entry in summary["metrics"].items():
         points = entry.get("points", ())
         column = Quantity.of(entry["unit"], [])
@@ -130,17 +136,23 @@ def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
             scale = scale_of(entry["unit"], max(abs(entry[key]) for key in ("mean", "low", "high")))
             widths = [row["std"] for row in (entry, *points) if row["std"] > 0.0]
             column = Quantity(scale, min(widths, default=0.1 * abs(entry["mean"])) * scale.factor)
-        named = {"all" if "points" in entry else "": entry} | {point["name"]: point for point in points}
+        named = {"": entry}
+        if "points" in entry:
+            named = {"all": entry} | {point["name"]: point for point in points}
         rows = [(name, str(row["count"]), *(_cell(row, key, column) for key in STATISTICS)) for name, row in named.items()]
-        unit = f" in {column.scale.unit}" if column.scale.unit else ""
+        unit = ""
+        if column.scale.unit:
+            unit = f" in {column.scale.unit}"
         tables.append(Table(f"{capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
     return tables
 
 
 def _cell(entry: Mapping[str, Any], key: str, column: Quantity) -> str:
     """Return a statistic as text, with "?" for an unknown end of an interval; empty if it is unknown."""
-    ends = np.atleast_1d(entry[key]).tolist() if entry["count"] else []
-    if not ends or (key.endswith(("std", "interval")) and not any(map(np.isfinite, ends))):
+    if not entry["count"]:
+        return ""
+    ends = np.atleast_1d(entry[key]).tolist()
+    if key.endswith(("std", "interval")) and not any(map(np.isfinite, ends)):
         return ""
     if len(ends) == 1:
         return column.cell(ends[0])
@@ -149,35 +161,34 @@ def _cell(entry: Mapping[str, Any], key: str, column: Quantity) -> str:
 
 def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
     """Return the report of a study as an HTML page."""
-    described, metric = runs.described, next(iter(summary["metrics"]))
-    failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-    failed = Table(f"Failed runs (at most the first {FAILURES_SHOWN})", ("Run", "Status", "Reason"), failures) if failures else None
-    worst: Table | None = None
+    described = runs.described
+    metric = next(iter(summary["metrics"]))
+    worst_and_failed = []
     if summary["worst"]:
-        unit, worst_runs = summary["metrics"][metric]["unit"], summary["worst"]
-        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in worst_runs]
-        worst = Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again)
+        unit = summary["metrics"][metric]["unit"]
+        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in summary["worst"]]
+        worst_and_failed.append(Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again))
+    if summary["failures"]:
+        failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
+        worst_and_failed.append(Table(f"Failed runs (at most the first {FAILURES_SHOWN})", ("Run", "Status", "Reason"), failures))
     columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
     sections = [
         Section("results", "Results", study_sentences(summary)),
         Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
         Section("influence", "Influence of each cause", _influence_tables(summary), "Influence"),
-        Section("worst", "The worst runs", [worst, failed], "Worst"),
+        Section("worst", "The worst runs", worst_and_failed, "Worst"),
         Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], "Files"),
     ]
-    entries, points = {name: entry for name, entry in summary["metrics"].items() if entry["count"]}, _points_of_grid(runs)
-    together = not described["grid"] or len(points) > 5
     spread = {
-        name: (
-            capital(entry["description"]),
-            entry["unit"],
-            {"all runs": runs.columns[name]} if together else {_named(point, runs): runs.columns[name][at] for point, at in points},
-        )
-        for name, entry in entries.items()
+        name: (capital(entry["description"]), entry["unit"], _by_point(runs, name))
+        for name, entry in summary["metrics"].items()
+        if entry["count"]
     }
     drawn = f"{described['draws']} draws ({described['sampling'].replace('_', ' ')}), seed {described['seed']}"
-    beside = f" · {len(points)} points of a grid" if described["grid"] else ""
-    heading, about = f"{summary['name']}: a study", f"{summary['done']} of {summary['runs']} runs · {drawn}{beside}"
+    if described["grid"]:
+        drawn += f" · {len(_points_of_grid(runs))} points of a grid"
+    heading = f"{summary['name']}: a study"
+    about = f"{summary['done']} of {summary['runs']} runs · {drawn}"
     influence = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric]
     title, cards = _title_and_cards(summary, metric, influence)
     step = Step("Repeat with other spreads:", command)
@@ -191,16 +202,26 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     return report_page("study", facts, front, sections, **options)
 
 
+def _by_point(runs: Runs, metric: str) -> dict[str, np.ndarray]:
+    """Return a metric at each point of a small grid; of all runs together without a grid or with a large one."""
+    points = _points_of_grid(runs)
+    if not runs.described["grid"] or len(points) > 5:
+        return {"all runs": runs.columns[metric]}
+    return {_named(point, runs): runs.columns[metric][at] for point, at in points}
+
+
 def _title_and_cards(summary: Mapping[str, Any], metric: str, causes: Sequence[Mapping[str, Any]]) -> tuple[str, list[Card]]:
     """Return the range of the first number over the runs, with its median, 95 % quantile and strongest cause."""
-    entry, failed = summary["metrics"][metric], summary["done"] - summary["statuses"].get(OK, 0)
+    entry = summary["metrics"][metric]
+    failed = summary["done"] - summary["statuses"].get(OK, 0)
     failures = Card("Failed runs", str(failed), f"of {summary['done']}")
     if not entry["count"]:
         return "No run completed", [failures]
     low, median, high = (with_unit(entry[key], entry["unit"]).replace(" ", "\u00a0") for key in ("low", "median", "high"))
     ends = entry["high_interval"]
-    is_finite = all(map(np.isfinite, ends)) and entry["high"]
-    half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"]) if is_finite else None
+    half = None
+    if all(map(np.isfinite, ends)) and entry["high"]:
+        half = 100.0 * 0.5 * (ends[1] - ends[0]) / abs(entry["high"])
     cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
     if causes:
         first = max(causes, key=lambda influence: abs(influence["value"]))

@@ -81,7 +81,10 @@ def run_within(
     missing = [block for block in study.blocks if block.first not in present]
     before = study.count - sum(block.count for block in missing)
     crew = _crew(study, len(missing), workers, scheduler, simulator)
-    ran, at_first, started, left = 0, 0, time.monotonic(), ""
+    ran = 0  # runs of this command
+    at_first = 0  # of them in the first block
+    started = time.monotonic()
+    left = ""  # estimate of the remaining time
     if progress is not None:
         progress(before / study.count, f"{before} of {study.count} runs")
     with closing(crew.results(missing)) as results:  # any exit ends the workers
@@ -91,7 +94,8 @@ def run_within(
             if at_first:
                 left = f", {in_words((time.monotonic() - started) * (study.count - before - ran) / (ran - at_first))} left"
             else:  # the first block includes the start of the workers: no estimate yet
-                at_first, started = ran, time.monotonic()
+                at_first = ran
+                started = time.monotonic()
             if progress is not None:
                 progress((before + ran) / study.count, f"{before + ran} of {study.count} runs{left}")
     return Ran(len(present), tuple(crew.lost))
@@ -130,7 +134,9 @@ def in_words(seconds: float) -> str:
     """
     if seconds < 90.0:
         return f"{max(seconds, 1.0):.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+    if seconds < 5400.0:
+        return f"{seconds / 60.0:.0f} min"
+    return f"{seconds / 3600.0:.1f} h"
 
 
 def repeat_run(study: Study, number: int) -> SimulationResult:

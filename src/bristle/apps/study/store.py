@@ -14,7 +14,8 @@ from bristle.apps.study.plan import Block
 from bristle.core import InputError, guarded, library
 from bristle.files import Growing, as_json, growing_folder, plain, verified
 
-STUDY, RUNS = "study.json", "runs"
+STUDY = "study.json"  # file with the description
+RUNS = "runs"  # folder of the blocks
 OF_STUDIES = ("bristle study", "study")  # command that needs pyarrow, and the extra with it
 WRITTEN = (STUDY, "summary.json", "report.html")
 SCHEMA = 1
@@ -27,19 +28,24 @@ class Store:
     kind: ClassVar[str] = "study"
 
     def __init__(self, folder: Growing, study: Any, damaged: Sequence[str] = ()) -> None:
-        self.grown, self.folder, self.study = folder, folder.path, study
+        self.grown = folder
+        self.folder = folder.path
+        self.study = study
         self.damaged = list(damaged)
         self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-        pa, probe = self.pyarrow, self._probe()
-        kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
-        self.schema = pa.schema(
-            pa.field(name, kinds.get(name, pa.string()))
-            if column["role"] == "run"
-            else pa.field(
-                name, pa.string() if name in probe and probe[name].dtype.kind == "U" else pa.float64(), metadata={"unit": column["unit"]}
-            )
-            for name, column in study.columns.items()
-        )
+        texts = [name for name, values in self._probe().items() if values.dtype.kind == "U"]
+        self.schema = self.pyarrow.schema(self._field(name, column, texts) for name, column in study.columns.items())
+
+    def _field(self, name: str, column: Mapping[str, str], texts: Sequence[str]) -> object:
+        """Return the field of a column in the schema, a text or a number."""
+        pa = self.pyarrow
+        if column["role"] == "run":
+            kinds = {"run": pa.int64(), "seed": pa.int64(), "time_of_log": pa.timestamp("us")}
+            return pa.field(name, kinds.get(name, pa.string()))
+        kind = pa.float64()
+        if name in texts:
+            kind = pa.string()
+        return pa.field(name, kind, metadata={"unit": column["unit"]})
 
     def begin(self, provenance: Mapping[str, str]) -> None:
         """Write the description into the folder; refuse a folder of another study."""
@@ -81,7 +87,8 @@ class Store:
         self.grown.set_all_aside([*self.damaged, *others])
         self.damaged = []
         names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
-        if unknown := sorted(set(names) - set(blocks)):
+        unknown = sorted(set(names) - set(blocks))
+        if unknown:
             raise InputError(
                 "is not a file of this study",
                 path=str(self.folder / unknown[0]),
@@ -103,7 +110,9 @@ class Store:
     def _array(self, values: Any, field: Any) -> Any:
         if field.name == "reason":
             values = [value or None for value in values]
-        return self.pyarrow.array(values.tolist() if isinstance(values, np.ndarray) else values, type=field.type)
+        elif isinstance(values, np.ndarray):
+            values = values.tolist()
+        return self.pyarrow.array(values, type=field.type)
 
     def _probe(self) -> Mapping[str, np.ndarray]:
         return self.study.values(self.study.blocks[0])
@@ -155,8 +164,11 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
     """Refuse a folder with a different description, and name a difference."""
     differences = list(_differences(before, now, ""))
     if differences:
-        count = len(differences) - 1
-        more = f", and there {'are' if count > 1 else 'is'} {count} more difference{'s' * (count > 1)}" if count else ""
+        more = ""
+        if len(differences) == 2:
+            more = ", and there is 1 more difference"
+        elif len(differences) > 2:
+            more = f", and there are {len(differences) - 1} more differences"
         raise InputError(f"contains another study: {differences[0]}{more}", path=str(folder), mend="Name another folder")
 
 
@@ -164,15 +176,26 @@ def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
     """Yield the differences of two descriptions in words."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in {**before, **now}:
-            yield from _differences(before.get(key), now.get(key), f"{path}.{key}" if path else key)
+            below = key
+            if path:
+                below = f"{path}.{key}"
+            yield from _differences(before.get(key), now.get(key), below)
     elif before != now:
         place = path.removeprefix("study.").removeprefix("files.")
         if path.startswith("files."):
             yield f"the file of {place.replace(': ', ', ', 1)}, has changed"
         else:
-            texts = ("missing" if value is None else json.dumps(value, ensure_ascii=False) for value in (before, now))
-            was, now_is = (text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…" for text in texts)
-            yield f"{place} was {was} and is now {now_is}"
+            yield f"{place} was {_brief(before)} and is now {_brief(now)}"
+
+
+def _brief(value: object) -> str:
+    """Return a value of a description as a short text."""
+    if value is None:
+        return "missing"
+    text = json.dumps(value, ensure_ascii=False)
+    if len(text) > LONGEST:
+        return f"{text[: LONGEST - 1]}…"
+    return text
 
 
 OK = "ok"  # status of a run, or of a log of a fleet, that ended well
@@ -196,7 +219,9 @@ def runs_in(folder: str | Path) -> Runs:
     place = Path(folder)
     described = study_in(place)
     pyarrow, parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
-    files = sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet")) if (place / RUNS).is_dir() else []
+    files = []
+    if (place / RUNS).is_dir():
+        files = sorted(name for name in os.listdir(place / RUNS) if name.endswith(".parquet"))
     verified(place, [STUDY, *(f"{RUNS}/{name}" for name in files)])
     try:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
@@ -254,7 +279,9 @@ def read_study(folder: str | Path) -> Any:
     attributes = {key: described[key] for key in ("name", "kind", "seed", "sampling") if key in described}
     data = xarray.Dataset(attrs=attributes)
     shape = (described["draws"], *(len(values) for values in grid.values()))
-    dimensions = ("draw", *grid) if grid else ("run",)
+    dimensions = ("run",)
+    if grid:
+        dimensions = ("draw", *grid)
     numbers = runs.columns["run"].astype(int)
     for name, column in runs.columns.items():
         if name in grid or (name == "run" and not grid):

@@ -36,7 +36,9 @@ class Target:
     @property
     def unit(self) -> str:
         """Its unit in SI, empty for names and pure numbers."""
-        return "" if self.variable.choices or self.variable.quantity == "1" else self.variable.unit(self.kind)
+        if self.variable.choices or self.variable.quantity == "1":
+            return ""
+        return self.variable.unit(self.kind)
 
     def number(self, raw: Any, path: str) -> Any:
         """Return a value of the file in SI, or a name; refuse a wrong unit and values out of range."""
@@ -66,16 +68,24 @@ def sections_of(variant: Variant) -> dict[str, Model]:
 def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place: str) -> Target:
     """Return the target under a dotted key of an experiment."""
     keys = path.split(".")
-    variant, variants = experiment.variants[0], {variant.name: variant for variant in experiment.variants}
+    variant = experiment.variants[0]
+    variants = {variant.name: variant for variant in experiment.variants}
     if keys[0] == "compare":
         if len(keys) < 4 or keys[1] not in variants:
             allowed = ", ".join(f"compare.{name}.…" for name in variants)
             raise InputError("is not a variant of the experiment", path=place, allowed=allowed)
-        variant, keys = variants[keys[1]], keys[2:]
+        variant = variants[keys[1]]
+        keys = keys[2:]
     section = ".".join(keys[:-1])
     fed = {"friction": variant.feedforward.friction, "table_friction": variant.feedforward.table}
-    model = fed[section.rpartition(".")[2]] if section in FED else sections_of(variant).get(section)
-    registry = _variables(section, variant, data, place) if model is None else model.component.variables
+    if section in FED:
+        model = fed[section.rpartition(".")[2]]
+    else:
+        model = sections_of(variant).get(section)
+    if model is None:
+        registry = _variables(section, variant, data, place)
+    else:
+        registry = model.component.variables
     names = {key_of(name): name for name in registry}
     if keys[-1] == "seed" or keys == ["run", "seeds"]:
         raise InputError(
@@ -98,13 +108,16 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
             mend='Use joint draws of an identification (from = "results"), or vary another value',
         )
     is_whole = name in WHOLE_NUMBERS or (model is not None and model.component.is_integer(name))
-    kind = "translational" if "table_friction" in keys else experiment.kind
+    kind = experiment.kind
+    if "table_friction" in keys:
+        kind = "translational"
     return Target(path, registry[name], kind, is_whole and not registry[name].choices)
 
 
 def _variables(section: str, variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
     """Return the values of a section without a model."""
-    if (variables := variables_of_section(section, variant, data)) is not None:
+    variables = variables_of_section(section, variant, data)
+    if variables is not None:
         return variables
     sections = [*sections_of(variant), "run"]
     raise InputError(
@@ -132,7 +145,8 @@ class Drawn:
 
     def values(self, unit_numbers: np.ndarray) -> dict[str, np.ndarray]:
         """Return the values by dotted key for numbers between 0 and 1, shape (draw,), by the inverse distribution function."""
-        first, second = self.numbers[0], self.numbers[-1]
+        first = self.numbers[0]
+        second = self.numbers[-1]
         if self.distribution == "choice":
             places = np.minimum((unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1)
             values = np.array(self.numbers)[places]
@@ -174,11 +188,16 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
                 "is not a distribution", path=f"{path}.{key}", value=value, allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
             )
     if len(table) != 1:
-        fault = "has two distributions" if table else "has no distribution"
+        fault = "has no distribution"
+        if table:
+            fault = "has two distributions"
         raise InputError(fault, path=path, allowed=allowed, mend=f"Write {EXAMPLES['normal']}")
     name = next(iter(table))
-    values, place = table[name], f"{path}.{name}"
-    count = "at least one value" if name == "choice" else "two values"
+    values = table[name]
+    place = f"{path}.{name}"
+    count = "two values"
+    if name == "choice":
+        count = "at least one value"
     if not isinstance(values, list) or not values or (name != "choice" and len(values) != 2):
         raise InputError("does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
     if name == "choice":
@@ -251,9 +270,13 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
     if section not in SECTIONS:
         raise InputError("cannot use draws of an identification", path=path, allowed=" or ".join(SECTIONS))
     own = sections_of(experiment.variants[0])[section]
-    drawn = fitted.friction if section == "friction" else fitted.plant
+    drawn = fitted.plant
+    if section == "friction":
+        drawn = fitted.friction
     if drawn is None or (own.name, own.kind) != (drawn.name, drawn.kind):
-        identified = "no plant" if drawn is None else f"{drawn.name} ({drawn.kind})"
+        identified = "no plant"
+        if drawn is not None:
+            identified = f"{drawn.name} ({drawn.kind})"
         raise InputError(
             f"the identification has {identified}, but the experiment has {own.name} ({own.kind})",
             path=path,

@@ -118,7 +118,9 @@ class Cluster:
     @contextmanager
     def _connected(self) -> Iterator[Any]:
         """Connect to the scheduler, and wait for a worker; cancel the remaining tasks at the end."""
-        fault, client, distributed = "no Dask scheduler answers at this address", None, self._library
+        fault = "no Dask scheduler answers at this address"
+        client = None
+        distributed = self._library
 
         async def identity() -> None:  # the library alone would wait without a timeout
             arguments = self._security.get_connection_args("client")
@@ -304,7 +306,8 @@ def _as_ready(
     submit: Callable[[Block], Future[Any]], blocks: Iterable[Block], ahead: Callable[[], int]
 ) -> Iterator[tuple[Block, Future[Any]]]:
     """Yield blocks with their results, as they finish; at most so many are in work at once."""
-    waiting, ready = iter(blocks), queue.SimpleQueue[Future[Any]]()
+    waiting = iter(blocks)
+    ready = queue.SimpleQueue[Future[Any]]()
     under_way: dict[Future[Any], Block] = {}
     while True:
         for block in islice(waiting, max(ahead() - len(under_way), 0)):

@@ -14,6 +14,7 @@ from bristle.cli.terminal import progress, show_lines
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Content
+    from bristle.report.page import Section
 
 
 def identify_each(
@@ -51,11 +52,16 @@ def identify_each(
     assert output.out is not None
     options = dict(options)
     with progress("beginning") as report:
-        arm = None if robot is None else identified_arm(logs, axes, content_of(robot), report)
+        if robot is None:
+            arm = None
+            described = _axes_of_joints(axes)
+        else:
+            arm = identified_arm(logs, axes, content_of(robot), report)
+            described = arm.axes(output.out)
         fleet = fleet_of(
             logs,
             model=options.pop("model"),
-            axes=_axes_of_joints(axes) if arm is None else arm.axes(output.out),
+            axes=described,
             name=output.out.name,
             options=options,
             size_limit=size_limit(),
@@ -63,26 +69,38 @@ def identify_each(
         )
         source = provenance(output.command, axis=axes, reader=fleet.readers)
         with opened(output.out, fleet, source, FleetStore) as store:
-            for name, text in (arm.files if arm else {}).items():
-                store.grown.write(name, text)
+            if arm:
+                for name, text in arm.files.items():
+                    store.grown.write(name, text)
+            identifier = partial(Identifier, level_of=level_of)
             of_joints = any(map(axes_in, axes))
-            identifier = partial(Identifier, level_of=level_of, models=store.folder if of_joints else None)
+            if of_joints:
+                identifier = partial(identifier, models=store.folder)
             with interruptible(output.out, "logs"):
                 ran = run_within(store, workers=workers, progress=report, simulator=identifier)
             report(1.0, "writing the report")
             runs = runs_in(store.folder)
-            summary = fleet_summary(runs, provenance=runs.described["provenance"]) | ({"arm": arm_summary(arm)} if arm else {})
-            predictions = along_the_log(store.folder, logs[0]) if arm else None
-            further = arm_sections(arm) if arm else ()
+            summary = fleet_summary(runs, provenance=runs.described["provenance"])
+            predictions = None
+            further: Sequence[Section] = ()
+            if arm:
+                summary["arm"] = arm_summary(arm)
+                predictions = along_the_log(store.folder, logs[0])
+                further = arm_sections(arm)
             page = fleet_report(runs, summary, command=output.command, further=further, joints=predictions)
             write_report(store.grown, page, summary)
             if arm:
                 write_arm(arm, store.grown)
-    table = logs_table(runs, summary, brief=True) if of_joints else parameters_table(summary)
-    ruling, sentences = fleet_ruling(runs), fleet_sentences(summary, "axes" if of_joints else "logs")
-    sentences += [arm_sentence(arm)] if arm else []
+    if of_joints:
+        table = logs_table(runs, summary, brief=True)
+        sentences = fleet_sentences(summary, "axes")
+    else:
+        table = parameters_table(summary)
+        sentences = fleet_sentences(summary, "logs")
+    if arm:
+        sentences.append(arm_sentence(arm))
     if of_joints and not (output.as_json or output.quiet):
-        show_lines([verdict(ruling), *labelled("Axes", sentences)])
+        show_lines([verdict(fleet_ruling(runs)), *labelled("Axes", sentences)])
     output.tell(summary, table, failed_logs_table(summary), *(() if of_joints else sentences))
     return exit_code(ran, summary)
 

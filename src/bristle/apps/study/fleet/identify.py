@@ -32,8 +32,9 @@ class FleetStore(Store):
 
     def begin(self, provenance: Mapping[str, str]) -> None:
         """Append the logs of this command to those in the folder, each once; refuse another fleet."""
-        past = study_in(self.folder) if self.grown.is_whole(STUDY) else None
-        if past is not None:
+        past = None
+        if self.grown.is_whole(STUDY):
+            past = study_in(self.folder)
             refuse_another(past["described"], plain(self.study.described), self.folder)
             self.study = self.study.following(past["logs"])
             provenance = past["provenance"]
@@ -72,7 +73,9 @@ class Identifier:
     """Identification of the logs of a fleet in this process; `level_of` judges each, and `models` names a folder for their models."""
 
     def __init__(self, fleet: Fleet, level_of: Callable[[Identification], str] = lambda _: "", models: Path | None = None) -> None:
-        self.fleet, self.level_of, self.models = fleet, level_of, models
+        self.fleet = fleet
+        self.level_of = level_of
+        self.models = models
         self.formats = [load_reader_file(content) for content in fleet.readers]
 
     def columns(self, block: Block) -> dict[str, Any]:
@@ -107,7 +110,10 @@ class Identifier:
             raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
         options: dict[str, Any] = {"settings": {}} | dict(self.fleet.options)
         thresholds = options.pop("settings")
-        settings = thresholds.as_data() if isinstance(thresholds, Settings) else dict(thresholds or {})
+        if isinstance(thresholds, Settings):
+            settings = thresholds.as_data()
+        else:
+            settings = dict(thresholds or {})
         if self.models is None:  # the logs of an axis are compared: no second pass with other lines for a log
             settings |= {"lines_gain": 1.0}
         identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
@@ -115,7 +121,8 @@ class Identifier:
         if self.models is not None and axis is not None:
             (self.models / axis.name).mkdir(exist_ok=True)
             place = self.models / axis.name / "model.toml"
-            treatment, bands = identification.treatment, fit.resampling and fit.resampling.bands
+            treatment = identification.treatment
+            bands = fit.resampling and fit.resampling.bands
             source = {key: text for key, text in provenance("", log=log).items() if text}
             write_model(place, fit.plant, fit.friction, estimates=fit.estimates, provenance=source, treatment=treatment, bands=bands)
         codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
@@ -129,7 +136,8 @@ class Identifier:
         if log.temperature is not None:
             row["temperature"] = float(np.mean(log.temperature.values))
         for column in self.fleet.parameters:
-            if (estimate := fit.parameters.get(column.partition(".")[2])) is not None:
+            estimate = fit.parameters.get(column.partition(".")[2])
+            if estimate is not None:
                 row |= _of_estimate(column, estimate)
         return row
 
@@ -244,7 +252,12 @@ def identify_each(
         If a log does not exist, the folder has other contents, or the disk is full. A log that cannot be read or
         fitted gets a row with the reason.
     """
-    axes = list(axis) if isinstance(axis, (list, tuple)) else [axis] if axis is not None else []
+    if axis is None:
+        axes = []
+    elif isinstance(axis, (list, tuple)):
+        axes = list(axis)
+    else:
+        axes = [axis]
     fleet = fleet_of(logs, model=model, axes=axes, name=Path(folder).name, options=options)
     with opened(Path(folder), fleet, {}, FleetStore) as store:
         return run_within(store, workers=workers, progress=progress, simulator=Identifier)

@@ -68,12 +68,16 @@ class Fleet:
         """Description of each column of a block: the run, each parameter with status and interval, results of the fit."""
         columns = {name: _column("run", "", description) for name, description in RUN.items()}
         for name, variable in self.parameters.items():
-            unit = "" if variable.quantity == "1" else variable.unit(self.kind)
+            unit = variable.unit(self.kind)
+            if variable.quantity == "1":
+                unit = ""
             columns[name] = _column("parameter", unit, variable.description)
             columns[f"{name}.status"] = _column("run", "", "identified, held, at_edge or unidentifiable")
             columns |= _ends(name, unit)
         for name, (unit, description) in OF_FIT.items():
-            columns |= {name: _column("fit", unit, description)} | (_ends(name, "") if name == "scatter" else {})
+            columns[name] = _column("fit", unit, description)
+            if name == "scatter":
+                columns |= _ends(name, "")
         return columns
 
     def following(self, listed: Sequence[Mapping[str, Any]]) -> Fleet:
@@ -87,7 +91,9 @@ class Fleet:
             if log is None and (past.folder, past.name) in places:
                 mend = "Rename the log, or name another folder for the fleet"
                 raise InputError("is already in this fleet, with different content", path=places[past.folder, past.name], mend=mend)
-            logs.append(past if log is None else log)
+            if log is None:
+                log = past
+            logs.append(log)
         return replace(self, logs=(*logs, *named.values()))
 
 

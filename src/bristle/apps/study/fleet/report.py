@@ -19,16 +19,20 @@ from bristle.report.page import Block, Figures, Front, Ruling, Section, report_p
 from bristle.report.table import Quantity, Table, capital, percent_text
 from bristle.simulation import Prediction
 
-LOGS_SHOWN, PARAMETERS_SHOWN, BRIEF = 200, 12, 3
+LOGS_SHOWN = 200
+PARAMETERS_SHOWN = 12
+BRIEF = 3  # parameters in a brief table
 APART = 3.5  # robust standard deviations, including the interval of the log
 
 
 def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return a fleet in numbers, in SI."""
-    described, columns = runs.described, runs.columns
+    described = runs.described
+    columns = runs.columns
     names, counts = np.unique(columns["status"], return_counts=True)
     failed = np.flatnonzero(columns["status"] != OK)
-    errors, parameters = columns["held_out_error"], described["metrics"]
+    errors = columns["held_out_error"]
+    parameters = described["metrics"]
     return {name: described[name] for name in ("name", "kind", "model")} | {
         "logs": described["runs"],
         "done": runs.count,
@@ -60,7 +64,9 @@ def _log(columns: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
 
 def _of_finite(statistic: Callable[[np.ndarray], float], values: np.ndarray) -> float | None:
     finite = values[np.isfinite(values)]
-    return float(statistic(finite)) if finite.size else None
+    if not finite.size:
+        return None
+    return float(statistic(finite))
 
 
 def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
@@ -80,7 +86,8 @@ def differing(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     tells = np.flatnonzero(identified(columns, name))
     low, high = (columns[f"{name}.{end}"][tells] for end in ("lower", "upper"))
     # An unknown end excludes no value.
-    low, high = np.where(np.isfinite(low), low, -np.inf), np.where(np.isfinite(high), high, np.inf)
+    low = np.where(np.isfinite(low), low, -np.inf)
+    high = np.where(np.isfinite(high), high, np.inf)
     overlaps = (low[:, None] <= high[None, :]) & (low[None, :] <= high[:, None])
     return tells[2 * (overlaps.sum(axis=1) - 1) < tells.size - 1]
 
@@ -90,31 +97,56 @@ def short_names(columns: Mapping[str, np.ndarray]) -> list[str]:
     files, folders = ([PurePath(str(text)).stem for text in columns[key]] for key in ("log", "folder"))
     if len(set(files)) == len(files):
         return files
-    return folders if len(set(folders)) == len(folders) else [f"{folder}/{file}" for folder, file in zip(folders, files, strict=True)]
+    if len(set(folders)) == len(folders):
+        return folders
+    return [f"{folder}/{file}" for folder, file in zip(folders, files, strict=True)]
 
 
 def fleet_ruling(runs: Runs) -> Ruling:
     """Return whether the logs of a fleet agree, with the parameters that differ and the logs to measure again."""
-    columns, of_one = runs.columns, holds_several_axes(runs)
-    names = _axes_in(columns) if of_one else short_names(columns)
+    columns = runs.columns
+    of_one = holds_several_axes(runs)
+    if of_one:
+        names = _axes_in(columns)
+        compared = ()
+    else:
+        names = short_names(columns)
+        compared = runs.described["metrics"]
     again, failed = ([names[place] for place in places] for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK)))
-    compared = () if of_one else runs.described["metrics"]
     apart_in = {name: [names[place] for place in differing(columns, name)] for name in compared}
     reasons = [f"{name.rpartition('.')[2]} of {names_text(logs)} differs" for name, logs in apart_in.items() if logs]
-    words = "Logs differ" if reasons else "Check some logs" if again or failed else "Logs agree" if compared else "Axes identified"
-    care = [names[place] for place in np.flatnonzero(columns["verdict"] == "with_care")] if of_one and "verdict" in columns else []
-    reasons += [f"use with care: {names_text(care)}"] if care else []
-    reasons += [f"measure again: {names_text(again)}"] if again else []
-    reasons += [f"not fitted: {names_text(failed)}"] if failed else []
+    if reasons:
+        words = "Logs differ"
+    elif again or failed:
+        words = "Check some logs"
+    elif compared:
+        words = "Logs agree"
+    else:
+        words = "Axes identified"
+    if of_one and "verdict" in columns:
+        care = [names[place] for place in np.flatnonzero(columns["verdict"] == "with_care")]
+        if care:
+            reasons.append(f"use with care: {names_text(care)}")
+    if again:
+        reasons.append(f"measure again: {names_text(again)}")
+    if failed:
+        reasons.append(f"not fitted: {names_text(failed)}")
     if not any(identified(columns, name).any() for name in runs.described["metrics"]):
         return Ruling("measure_again", "Measure again", ("no log identifies a parameter", *reasons))
-    return Ruling("with_care" if reasons else "usable", words, tuple(reasons))
+    if reasons:
+        return Ruling("with_care", words, tuple(reasons))
+    return Ruling("usable", words, ())
 
 
 def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str], *, compared: bool) -> dict[str, Any]:
     tells = identified(columns, name)
     values = columns[name][tells]
-    low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist() if values.size else (None, None, None)
+    low = median = high = None
+    if values.size:
+        low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
+    outliers = []
+    if compared:
+        outliers = [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()]
     half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
     return {
         "unit": about["unit"],
@@ -124,9 +156,7 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
         "median": median,
         "high": high,
         "half_width": _of_finite(np.median, half),
-        "apart": [
-            _log(columns, place) | {"value": float(columns[name][place])} for place in (apart(columns, name).tolist() if compared else ())
-        ],
+        "apart": outliers,
     }
 
 
@@ -153,12 +183,19 @@ def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]
     lines = []
     if summary["done"] < summary["logs"]:
         lines.append(f"{summary['done']} of {summary['logs']} {word} are complete: repeat the same command to continue.")
-    failed, again = len(summary["failures"]), len(summary["again"])
+    failed = len(summary["failures"])
+    again = len(summary["again"])
     counts = f"{summary['done'] - failed - again} of {summary['done']} {word} were identified"
-    lines.append(counts + f", {failed} failed" * bool(failed) + f", {again} to measure again" * bool(again) + ".")
+    if failed:
+        counts += f", {failed} failed"
+    if again:
+        counts += f", {again} to measure again"
+    lines.append(f"{counts}.")
     warned = {name: count for name, count in summary["warnings"].items() if count}
     if warned:
-        one = "axis" if word == "axes" else "log"
+        one = "log"
+        if word == "axes":
+            one = "axis"
         words = ", ".join(f"{name} in {count} {one if count == 1 else word}" for name, count in warned.items())
         lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
@@ -190,7 +227,9 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
     if not rows:
         return None
-    caption = "Logs that failed" + (f" (the first {len(rows)})" if len(summary["failures"]) > len(rows) else "")
+    caption = "Logs that failed"
+    if len(summary["failures"]) > len(rows):
+        caption += f" (the first {len(rows)})"
     return Table(caption, ("Folder", "Log", "Reason"), rows)
 
 
@@ -204,13 +243,20 @@ def fleet_report(
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
-    ruling, columns, word = fleet_ruling(runs), runs.columns, "axes" if holds_several_axes(runs) else "logs"
+    ruling = fleet_ruling(runs)
+    columns = runs.columns
+    word = "axes"
+    differ = outliers = {name: np.zeros(0, dtype=int) for name in names}  # axes of one log are not compared
+    if not holds_several_axes(runs):
+        word = "logs"
+        differ = {name: differing(columns, name) for name in names}
+        outliers = {name: apart(columns, name) for name in names}
     # First the parameters that differ between logs.
-    compared, alone = not holds_several_axes(runs), np.zeros(0, dtype=int)
-    differ = {name: differing(columns, name) if compared else alone for name in names}
     ordered = sorted(names, key=lambda name: not differ[name].size)
-    heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
-    logs_apart = Table("Outliers among the logs", heads, rows) if rows else None
+    logs_apart = None
+    if rows:
+        heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
+        logs_apart = Table("Outliers among the logs", heads, rows)
     sections = [
         Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary, word)]),
         Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
@@ -221,22 +267,17 @@ def fleet_report(
     facts = {
         "fleet": runs,
         "names": ordered or None,
-        "apart": {name: np.union1d(apart(columns, name) if compared else alone, differ[name]).astype(int) for name in names},
+        "apart": {name: np.union1d(outliers[name], differ[name]).astype(int) for name in names},
         "labels": short_names(columns),
         "again": measure_again(columns),
         "joints": joints or None,
         "kind": summary["kind"],
     }
-    title = capital(ruling.reasons[0]) if ruling.words == "Logs differ" or not ordered else ""
-    if not title:
-        entry = summary["parameters"][ordered[0]]
-        low, high = (with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0") for key in ("low", "high"))
-        title = f"{ordered[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
     front = Front(
         f"{summary['name']}: a fleet",
         f"{summary['done']} of {summary['logs']} {word} · {summary['model']} · {summary['kind']}",
         ruling,
-        title=title,
+        title=_title(summary, ruling, ordered),
         basis=f"({summary['model']})",
         cards=_cards(summary, ordered),
         next=_next(summary, command),
@@ -249,16 +290,29 @@ def fleet_report(
     return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
 
 
+def _title(summary: Mapping[str, Any], ruling: Ruling, names: Sequence[str]) -> str:
+    """Return the first difference between logs, else the range of the first parameter."""
+    if ruling.words == "Logs differ" or not names:
+        return capital(ruling.reasons[0])
+    entry = summary["parameters"][names[0]]
+    low, high = (with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0") for key in ("low", "high"))
+    return f"{names[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
+
+
 def _cards(summary: Mapping[str, Any], names: Sequence[str]) -> list[Card]:
     """Return the number of identified logs, and the medians of the first parameters with the usual half-width of a log."""
     bad = len(summary["failures"]) + len(summary["again"])
     cards = [Card("Identified", f"{summary['done'] - bad} of {summary['done']}", "logs")]
     for name in names[:2]:
         entry = summary["parameters"][name]
-        half = 100.0 * entry["half_width"] / abs(entry["median"]) if entry["half_width"] is not None and entry["median"] else None
+        half = None
+        if entry["half_width"] is not None and entry["median"]:
+            half = 100.0 * entry["half_width"] / abs(entry["median"])
         cards.append(Card(name.rpartition(".")[2], quantity_text(entry["median"], half, entry["unit"] or "1"), "median", half))
     error = summary["held_out_error"]["largest"]
-    return [*cards, Card("Largest model error", percent_text(100.0 * error), "held out")] if error is not None else cards
+    if error is not None:
+        cards.append(Card("Largest model error", percent_text(100.0 * error), "held out"))
+    return cards
 
 
 def _next(summary: Mapping[str, Any], command: str) -> Step:
@@ -279,23 +333,44 @@ def _axes_in(columns: Mapping[str, np.ndarray]) -> list[str]:
 
 def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -> Table:
     """Return each log, or each axis of one log, with the first parameters and the codes of its warnings; in `brief` only its friction."""
-    columns, names = runs.columns, [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
-    names = [name for name in names if name.rpartition(".")[2].startswith("F_")][:BRIEF] if brief else names
+    columns = runs.columns
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
+    labels = names
+    if brief:
+        names = [name for name in names if name.rpartition(".")[2].startswith("F_")][:BRIEF]
+        labels = [name.rpartition(".")[2] for name in names]
     scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
     of_one = holds_several_axes(runs)
-    names_of = ("Axis", "Verdict") if of_one else ("Number", "Folder", "Log")
-    axes, levels = _axes_in(columns), [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
-    heads = (*names_of, "Held-out error", *(scales[name].head(name.rpartition(".")[2] if brief else name) for name in names), "Warnings")
+    caption = "The logs"
+    names_of: tuple[str, ...] = ("Number", "Folder", "Log")
+    if of_one:
+        caption = "The axes"
+        names_of = ("Axis", "Verdict")
+    if runs.count > LOGS_SHOWN:
+        caption += f" (the first {LOGS_SHOWN}; the folder runs/ has all)"
+    axes = _axes_in(columns)
+    levels = [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
+    heads = (*names_of, "Held-out error", *(scales[name].head(label) for name, label in zip(names, labels, strict=True)), "Warnings")
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
-        run, folder, log, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
-        error = columns["held_out_error"][place]
-        cells = []
-        for name, scale in scales.items():
-            half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
-            text = scale.cell(float(columns[name][place])) + (f" ± {scale.cell(float(half))}" if np.isfinite(half) else "")
-            cells.append(text if identified(columns, name)[place] else "")
-        about = (axes[place], levels[place]) if of_one else (run, folder, log)
-        rows.append((*about, f"{number(100.0 * error, 0.1)} %" if np.isfinite(error) else "", *cells, "" if brief else codes))
-    more = f" (the first {LOGS_SHOWN}; the folder runs/ has all)" if runs.count > LOGS_SHOWN else ""
-    return Table(f"The {'axes' if of_one else 'logs'}{more}", heads, rows).without_empty_columns()
+        *about, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
+        if of_one:
+            about = [axes[place], levels[place]]
+        if brief:
+            codes = ""
+        error = ""
+        if np.isfinite(columns["held_out_error"][place]):
+            error = f"{number(100.0 * columns['held_out_error'][place], 0.1)} %"
+        rows.append((*about, error, *(_parameter_cell(columns, name, place, scale) for name, scale in scales.items()), codes))
+    return Table(caption, heads, rows).without_empty_columns()
+
+
+def _parameter_cell(columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity) -> str:
+    """Return a parameter of a log with its half-width; empty if the log does not identify it."""
+    if not identified(columns, name)[place]:
+        return ""
+    text = scale.cell(float(columns[name][place]))
+    half = 0.5 * (columns[f"{name}.upper"][place] - columns[f"{name}.lower"][place])
+    if np.isfinite(half):
+        text += f" ± {scale.cell(float(half))}"
+    return text
