@@ -104,9 +104,9 @@ def best_gain(variant: Variant) -> float:
     velocity = np.diff(motion_of(variant)[0]) / dt
     friction, compensation = (friction_along(nominal(model), velocity, dt) for model in (variant.friction, compensator))
     square = float(compensation @ compensation)
-    if square <= 0.0:
-        return 1.0
-    return float(compensation @ friction) / square
+    if square > 0.0:
+        return float(compensation @ friction) / square
+    return 1.0
 
 
 def _alike(friction: Model, **changed: float) -> Model:

@@ -83,9 +83,9 @@ def budget_table(design: Design) -> Table | None:
         (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
         for entry in budget.entries
     ]
-    left = ""
-    if budget.no_cause.peak_to_peak > NO_CHANGE * budget.all_causes.peak_to_peak:
-        left = "error of the control law and its sampling, such as a delayed velocity"
+    left = "error of the control law and its sampling, such as a delayed velocity"
+    if budget.no_cause.peak_to_peak <= NO_CHANGE * budget.all_causes.peak_to_peak:
+        left = ""
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
         ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", left),

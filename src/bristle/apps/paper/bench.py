@@ -45,16 +45,24 @@ class Walk(NamedTuple):
 
     def leg(self, index: int) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and torques between turning point `index` and the previous one."""
-        start = self.turns[index - 1] if index else 0
+        start = 0
+        if index:
+            start = self.turns[index - 1]
         part = slice(int(start), int(self.turns[index]) + 1)
         return self.x[part], self.torque[part]
 
 
 def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP) -> Walk:
     """Move a virgin contact from the origin through the turning points."""
-    contact, position, path = Contact(model), 0.0, list(turns)
-    start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
-    x, torque, ends = [np.zeros(1)], [np.array([start])], []
+    contact = Contact(model)
+    path = list(turns)
+    start = 0.0
+    if path:
+        start = arm * contact.force(math.copysign(0.0, path[0]))
+    position = 0.0
+    x = [np.zeros(1)]
+    torque = [np.array([start])]
+    ends = []
     for turn in path:
         distance = turn - position
         count = max(math.ceil(abs(distance) / step - 1e-9), 1)
@@ -107,7 +115,8 @@ class Reading(NamedTuple):
 
 def bench_of(setting: Setting) -> Bench:
     """Return the bench of an experiment."""
-    J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
+    J = float(setting["bench", "J"])
+    J_m = float(setting["bench", "J_m"])
     if J_m > J:
         raise InputError(
             "is the inertia of the motor, and exceeds the total inertia",
@@ -136,7 +145,8 @@ def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: n
 
 def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:
     """Move a virgin contact on the bench from the origin through the turning points."""
-    bench, arm = bench_of(setting), setting.arm
+    bench = bench_of(setting)
+    arm = setting.arm
     dt, x, v, ends = _motion(list(turns), speed, float(setting["bench", "acceleration"]))
     force = arm * force_along(friction, np.diff(x) / dt, dt, x[1:])
     omega = v / arm
@@ -150,10 +160,14 @@ def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[floa
     # Each leg is stretched to whole samples, by less than one, so that the table turns exactly at its turning points.
     legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
     fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
-    # A change of speed takes several samples, however short it is.
-    dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration) if fastest > 0.0 else SAMPLE_TIME
+    dt = SAMPLE_TIME
+    if fastest > 0.0:  # a change of speed takes several samples, however short it is
+        dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration)
     dt = max(dt, sum(leg.end for leg in legs) / MOST)
-    x, v, ends, position = [np.zeros(1)], [np.zeros(1)], [], 0.0
+    x = [np.zeros(1)]
+    v = [np.zeros(1)]
+    ends = []
+    position = 0.0
     for leg, turn in zip(legs, turns, strict=True):
         count = max(math.ceil(leg.end / dt - 1e-9), 1)
         moved, velocity, _ = leg.sample(leg.end * np.arange(1, count) / count)
@@ -200,7 +214,8 @@ class Record(NamedTuple):
 
     def part(self, start: int, end: int, turn: int) -> Record:
         """Return the readings between two samples, with the turning points from one on."""
-        part, turns = slice(start, end), self.turns[turn:]
+        part = slice(start, end)
+        turns = self.turns[turn:]
         turns = turns[turns < end] - start
         actual = Walk(self.actual.x[part], self.actual.torque[part], turns)
         return Record(self.x[part], self.torque[part], turns, actual)
@@ -208,7 +223,8 @@ class Record(NamedTuple):
 
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
     """Return the readings of a motion of the table."""
-    resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
+    resolution = setting["measurement", "resolution"]
+    noise = setting["measurement", "noise"]
     speed = setting["measurement", "speed"]
     if "bench" in setting.numbers:
         sensor, actual, _ = led(setting, friction, turns, speed)
@@ -219,7 +235,9 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
         sensed, actual = (Walk(path.x[part], path.torque[part], ends) for path in (sensor, actual))
     else:  # the torque sensor reads friction itself
         sensed = actual = walk(friction, turns, speed, setting.arm, step=APART)
-    read = resolution * np.round(sensed.x / resolution) if resolution > 0.0 else sensed.x
+    read = sensed.x
+    if resolution > 0.0:
+        read = resolution * np.round(sensed.x / resolution)
     return Record(read, sensed.torque + noise * generator.standard_normal(sensed.torque.size), sensed.turns, actual)
 
 

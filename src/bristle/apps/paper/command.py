@@ -50,8 +50,9 @@ def paper(
     identifies each compensator from a simulated log of the same friction. In the loops, the friction is 0.7 to 1.6
     times as strong as in this log.
     """
-    # Results in the default folder are disposable.
-    usual = Path("bristle-robust" if robust else "bristle-paper")
+    usual = Path("bristle-paper")  # results in the default folder are disposable
+    if robust:
+        usual = Path("bristle-robust")
     output = Output(context, out or usual, formats, force or out in (None, usual), as_json)
     if robust:
         refuse({"--figure": figure, "--write": write, "--from": source}, "has no effect with --robust")
@@ -81,7 +82,9 @@ def paper(
         report(1.0, "writing the report")
         write_report(folder, paper_report(results, command=output.command, provenance=made_from), summary)
 
-    sentences = [sentence for result in results for sentence in result.found] if figure else ()
+    sentences = []
+    if figure:
+        sentences = [sentence for result in results for sentence in result.found]
     output.tell(summary, claim_table(results), *sentences)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.apps.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says
-from bristle.apps.paper.reproduced import Reproduced, percent, spread
+from bristle.apps.paper.reproduced import Reproduced, percent, spread, verdict_if
 from bristle.apps.paper.setting import Setting
 from bristle.core import InputError, Model, with_unit
 from bristle.engine import run_open_loop
@@ -41,7 +41,8 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
     top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
     if not low < high < top:
         raise InputError("must satisfy low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
-    period, cycles = round(setting["torque", "period"] / SAMPLE_TIME), round(setting["torque", "cycles"])
+    period = round(setting["torque", "period"] / SAMPLE_TIME)
+    cycles = round(setting["torque", "cycles"])
     wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
     rise = np.linspace(0.0, top, 4 * period, endpoint=False)
     back = np.linspace(top, high, 2 * period, endpoint=False)
@@ -54,7 +55,8 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
     driving, cycles = torque_of(setting)
     arm = setting.arm
     trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear")
-    torque, sensed = trace.friction * arm, None
+    torque = trace.friction * arm
+    sensed = None
     if "bench" in setting.numbers:
         # Between samples the torque is linear.
         mean = 0.5 * (driving[:-1] + driving[1:])
@@ -62,7 +64,9 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
     return Rippled(trace.time, driving, trace.position, torque, cycles, sensed)
 
 
-LUGRE, RIG, SENSOR = "LuGre", "virtual rig", "torque sensor"
+LUGRE = "LuGre"
+RIG = "virtual rig"
+SENSOR = "torque sensor"
 RESTS = 0.02  # of the width of the orbit: tolerance for no drift, if limits scatter
 
 
@@ -75,10 +79,13 @@ def figure_2(setting: Setting) -> Reproduced:
     for name, step in drifts.items():
         if name != LUGRE and step > 0.0 and drifts[LUGRE] > 0.0:
             more = step / drifts[LUGRE] - 1.0
-            findings.append(f"{name}: {percent(abs(more), 1.0)} {'more' if more > 0.0 else 'less'} than {LUGRE}.")
+            word = "less"
+            if more > 0.0:
+                word = "more"
+            findings.append(f"{name}: {percent(abs(more), 1.0)} {word} than {LUGRE}.")
     return Reproduced(
         number=2,
-        verdict="found" if drifts[LUGRE] > RESTS * runs[LUGRE].width else "refuted",
+        verdict=verdict_if(drifts[LUGRE] > RESTS * runs[LUGRE].width),
         found=findings,
         draw=lambda: _draw(runs, drifts),
         origin=setting.origin,
@@ -93,7 +100,8 @@ def figure_3(setting: Setting) -> Reproduced:
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
     drifts = {name: float(np.mean(run.settled)) for name, run in runs.items()}
     shares = {name: abs(drifts[name]) / run.width for name, run in runs.items()}
-    sensed, start = runs[RIG].sensed, int(runs[RIG].cycles[0])
+    sensed = runs[RIG].sensed
+    start = int(runs[RIG].cycles[0])
     assert sensed is not None
     ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
     torques = {"friction": sensed.friction, SENSOR: sensed.read}
@@ -102,13 +110,9 @@ def figure_3(setting: Setting) -> Reproduced:
     dissipated, enclosed = (np.add.reduceat(work, runs[RIG].cycles[:-1])[-runs[RIG].settled.size :] for work in turned)
     return Reproduced(
         number=3,
-        verdict="built in" if max(shares.values()) < RESTS else "refuted",
+        verdict=verdict_if(max(shares.values()) < RESTS, "built in"),
         found=[
-            *(
-                f"{name}: {f'{spread(1e9 * run.settled)} nm' if shares[name] > 1e-5 else 'no drift'} per cycle, on an orbit "
-                f"{with_unit(run.width, 'm')} wide."
-                for name, run in runs.items()
-            ),
+            *(f"{name}: {_drift(run, shares[name])}." for name, run in runs.items()),
             sensor_says(bench, ripple, "During the torque ripple"),
             f"Friction dissipates {spread(1e6 * dissipated)} µJ per cycle. The orbit of the torque sensor encloses "
             f"{spread(1e6 * enclosed)} µJ, because its filter lags.",
@@ -121,12 +125,23 @@ def figure_3(setting: Setting) -> Reproduced:
     )
 
 
+def _drift(run: Rippled, share: float) -> str:
+    """Return the drift in a cycle and the width of the orbit, as text; `share` is their ratio."""
+    step = "no drift"
+    if share > 1e-5:
+        step = f"{spread(1e9 * run.settled)} nm"
+    return f"{step} per cycle, on an orbit {with_unit(run.width, 'm')} wide"
+
+
 def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled | None = None):
     """Draw the driving torque and the response; for a `measured` rig also the reading of the torque sensor."""
     first = next(iter(runs.values()))
-    start, end = int(first.cycles[0]), int(first.cycles[1])
+    start = int(first.cycles[0])
+    end = int(first.cycles[1])
     widest = max(run.width for run in runs.values())
-    traces, titles, close_up = {}, {}, None
+    traces = {}
+    titles = {}
+    close_up = None
     if measured is not None and measured.sensed is not None:
         traces[SENSOR] = _since(measured, measured.sensed.read, start)
         titles[SENSOR] = f"{RIG}, {SENSOR}"
@@ -135,8 +150,12 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
         close_up = (f"{RIG}, last cycle less a line", {name: _since(measured, torque, last) for name, torque in torques.items()})
     for name, run in runs.items():
         traces[name] = _since(run, run.torque, start)
-        step = f"{with_unit(drifts[name], 'm')} a cycle" if abs(drifts[name]) > RESTS * widest else "no drift"
-        titles[name] = f"{name}, friction: {step}" if run is measured else f"{name}: {step}"
+        step = "no drift"
+        if abs(drifts[name]) > RESTS * widest:
+            step = f"{with_unit(drifts[name], 'm')} a cycle"
+        titles[name] = f"{name}: {step}"
+        if run is measured:
+            titles[name] = f"{name}, friction: {step}"
     return ripple(first.time, first.driving, traces, end - start, titles, "translational", "rotational", close_up=close_up)
 
 

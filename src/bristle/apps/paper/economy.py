@@ -59,7 +59,9 @@ class Economy(NamedTuple):
 
 def seeded(friction: Model, seed: int) -> Model:
     """Return a contact with another seed of its scatter; unchanged if it has no scatter."""
-    return friction.with_values(seed=seed) if "seed" in friction.values else friction
+    if "seed" not in friction.values:
+        return friction
+    return friction.with_values(seed=seed)
 
 
 def repeated(setting: Setting, friction: Model) -> list[Model]:
@@ -70,13 +72,16 @@ def repeated(setting: Setting, friction: Model) -> list[Model]:
 
 def quiet(friction: Model) -> Model:
     """Return a contact without scatter."""
-    return friction.with_values(scatter=0.0) if "scatter" in friction.values else friction
+    if "scatter" not in friction.values:
+        return friction
+    return friction.with_values(scatter=0.0)
 
 
 def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
     """Return the errors of models from few to many measured branches of a contact."""
     counts = [round(count) for count in setting["measurement", "branches"]]
-    extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
+    extent = setting["measurement", "extent"]
+    speed = setting["measurement", "speed"]
     unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
     errors = {name: np.full((len(counts), seeds), np.nan) for name in WAYS}
     for row, count in enumerate(counts):
@@ -113,8 +118,10 @@ def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
     """Return the operator with the loops of (16) and (17): s and f_p by least squares."""
     from scipy.optimize import least_squares
 
-    x, force = _decimated(record.x), _decimated(record.torque) / arm
-    reach, height = float(np.ptp(x)), float(np.ptp(force))
+    x = _decimated(record.x)
+    force = _decimated(record.torque) / arm
+    reach = float(np.ptp(x))
+    height = float(np.ptp(force))
 
     def operator(p: np.ndarray) -> Model:
         s, f_p = np.exp(p) * (height / reach, height)
@@ -130,7 +137,8 @@ def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
 
 def fitted_stops(record: Record, arm: float) -> Fitted:
     """Return the Prandtl-Ishlinskii operator by non-negative least squares, thresholds spaced geometrically."""
-    x, force = _decimated(record.x), _decimated(record.torque) / arm
+    x = _decimated(record.x)
+    force = _decimated(record.torque) / arm
     reach = float(np.ptp(x))
     thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
     columns = [response(hysteresis.stop(r=r), x, history=[x[0]]) for r in thresholds.tolist()]
@@ -144,9 +152,10 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
 
 def fitted_table(record: Record, arm: float) -> Fitted | None:
     """Return the operator with an Everett function tabulated from descending branches; None with fewer than two."""
-    turns, curves = record.turns, []
+    turns = record.turns
     if turns.size < 5:
         return None
+    curves = []
     for top, bottom in zip(turns[1::2], turns[2::2], strict=True):
         # One point for each count of the encoder: the mean of the readings there.
         counts, index = np.unique(-record.x[top : bottom + 1], return_inverse=True)
@@ -156,7 +165,8 @@ def fitted_table(record: Record, arm: float) -> Fitted | None:
 
 def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
     """Return an operator with the mean residual as its offset."""
-    x, torque = _decimated(record.x), _decimated(record.torque)
+    x = _decimated(record.x)
+    torque = _decimated(record.torque)
     return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
 
 
@@ -183,23 +193,30 @@ def verdict(cost: Economy) -> Verdict:
     """Return whether the reformed Dahl model from the fewest branches is about as good as the surface from the most."""
     # In part, if an operator fitted to the same few branches is better.
     means = cost.means
-    few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
+    few = float(means["reformed Dahl"][0])
+    many = float(means["tabulated surface"][-1])
     if few > AS_GOOD * many:
         return "refuted"
-    return "found in part" if float(means["Prandtl-Ishlinskii"][0]) < few else "found"
+    if float(means["Prandtl-Ishlinskii"][0]) < few:
+        return "found in part"
+    return "found"
 
 
 def sentences(cost: Economy, still: Economy) -> list[str]:
     """Return the gain of more measurements, in sentences."""
     first, second = list(WAYS)[:2]
-    gained, branches = cost.errors[first][0] - cost.errors[second][0], "branch" if cost.counts[0] == 1 else "branches"
-    nearer = [
-        f"From the same {branches}, {second} is better than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
-        f"repetitions, by {spread(gained)} %."
-    ]
+    gained = cost.errors[first][0] - cost.errors[second][0]
+    branches = "branches"
+    if cost.counts[0] == 1:
+        branches = "branch"
+    on_rig = [f"On unseen motions: {_both_ends(cost)}. One branch takes {number(cost.duration, digits=2)} s."]
+    if gained.size > 1:
+        on_rig.append(
+            f"From the same {branches}, {second} is better than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
+            f"repetitions, by {spread(gained)} %."
+        )
     return [
-        f"On unseen motions: {_both_ends(cost)}. One branch takes {number(cost.duration, digits=2)} s.",
-        *(nearer if gained.size > 1 else []),
+        *on_rig,
         f"The scatter of the rig alone is {number(cost.floor, digits=2)} %, a lower bound for every model.",
         f"On a rig without scatter: {_both_ends(still)}.",
     ]
@@ -208,18 +225,22 @@ def sentences(cost: Economy, still: Economy) -> list[str]:
 def _both_ends(cost: Economy) -> str:
     """Return the errors with the fewest and with the most branches, in words."""
     ends = []
-    for row in [0] if len(cost.counts) == 1 else [0, -1]:
+    for row in sorted({0, len(cost.counts) - 1}):
         complete = {name: errors[row] for name, errors in cost.errors.items() if np.all(np.isfinite(errors[row]))}
         texts = {name: spread(errors) if errors.size > 1 else number(float(errors[0]), digits=2) for name, errors in complete.items()}
         listed = ", ".join(f"{name} {text} %" for name, text in texts.items())
-        ends.append(f"from {cost.counts[row]} branch{'es' if cost.counts[row] > 1 else ''} {listed}")
+        branches = "branch"
+        if cost.counts[row] > 1:
+            branches = "branches"
+        ends.append(f"from {cost.counts[row]} {branches} {listed}")
     return "; ".join(ends)
 
 
 def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
     """Return the errors [%] for the summary, by kind of model, in the order of the branches."""
-    repeated = cost.errors[next(iter(WAYS))].shape[1] > 1
-    deviations = {name: np.std(errors, axis=1, ddof=1) if repeated else np.zeros(len(errors)) for name, errors in cost.errors.items()}
+    deviations = {name: np.zeros(len(errors)) for name, errors in cost.errors.items()}
+    if cost.errors[next(iter(WAYS))].shape[1] > 1:
+        deviations = {name: np.std(errors, axis=1, ddof=1) for name, errors in cost.errors.items()}
     means = {"error_percent": cost.means, "error_percent_without_scatter": still.means}
     return {"branches": cost.counts, **means, "error_deviation_percent": deviations, "scatter_percent": cost.floor}
 

@@ -5,7 +5,7 @@ from dataclasses import asdict
 import numpy as np
 
 from bristle.apps.paper import tracking
-from bristle.apps.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent
+from bristle.apps.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent, verdict_if
 from bristle.apps.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, Sound, Tracked, quoted
 from bristle.core import number
 from bristle.report.figures import loop_rows
@@ -13,7 +13,9 @@ from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation import on_another_rig
 
-RANGE_WITHOUT, RANGE_WITH = (-0.4e-6, 1.0e-6), (-0.2e-6, 0.49e-6)  # in a plausible reading [m]
+# Ranges of the error in a plausible reading of the paper [m].
+RANGE_WITHOUT = (-0.4e-6, 1.0e-6)
+RANGE_WITH = (-0.2e-6, 0.49e-6)
 HALVED = 0.1  # tolerance for agreement with the share in the paper
 ALIKE = 0.05  # relative change of the effort that counts as no change
 FED_FORWARD = {
@@ -36,7 +38,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
     errors = ", ".join(f"{in_micrometres(true[name])} {NAMES[name]}" for name in tracked.published)
     return Reproduced(
         number=11,
-        verdict="found" if true[PRINTED] < true[BEFORE] else "refuted",
+        verdict=verdict_if(true[PRINTED] < true[BEFORE]),
         found=[
             f"The command stays below {in_micrometres(reach, 2)}.",
             f"True error of the table, which the encoder cannot measure, peak to peak: {errors}.",
@@ -93,13 +95,15 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
     """Return the status of the claim: half of the error removed, and forward motion worse, with the equations of the paper."""
     reduction = 1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE]
     halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED for name in tracked.published}
-    if not halved[PRINTED]:
-        return "calibrated" if halved[CALIBRATED] else "refuted"
-    return "found" if worse[PRINTED] > 1.0 else "found in part"
+    if halved[PRINTED] and worse[PRINTED] > 1.0:
+        return "found"
+    if halved[PRINTED]:
+        return "found in part"
+    return verdict_if(halved[CALIBRATED], "calibrated")
 
 
 def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
-    variants, less = tracked.result.variants, {name: 1.0 - peaks[name] / peaks[BEFORE] for name in peaks}
+    variants = tracked.result.variants
     texts = {name: f"{quoted(loop, 'following_error', 'peak_to_peak')} µm" for name, loop in variants.items()}
     paper = percent(1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE], 1.0)
     sentences = [f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
@@ -108,12 +112,15 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
         (tracking.WITH_CONSTANT, "With the constant residual of their loops added"),
         (CALIBRATED, "With a calibrated operator"),
     ):
-        sentences.append(
-            f"{condition} {texts[name]}, {percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
-            f"(the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
-        )
+        less = 1.0 - peaks[name] / peaks[BEFORE]
+        change = f"{percent(abs(less), 1.0)} more"
+        if less > 0.0:
+            change = f"{percent(less, 1.0)} less"
+        sentences.append(f"{condition} {texts[name]}, {change} (the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less).")
     further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.PUBLISHED]
-    return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
+    if further:
+        sentences.append(f"On the same rig: {', '.join(further)}.")
+    return sentences
 
 
 def _by_variant(tracked: Tracked) -> Table:
@@ -132,15 +139,27 @@ def figure_13(tracked: Tracked) -> Reproduced:
     """Return figure 13: the distribution of the following error."""
     errors = {name: loop.following_error for name, loop in tracked.published.items()}
     resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
-    after, before = errors[PRINTED], errors[BEFORE]
-    ranges = {NAMES[name]: RANGE_WITHOUT if name == BEFORE else RANGE_WITH for name in errors}
-    narrower, nearer = after.std < before.std, abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the spread of the runs
+    after = errors[PRINTED]
+    before = errors[BEFORE]
+    ranges = {NAMES[name]: RANGE_WITH for name in errors} | {NAMES[BEFORE]: RANGE_WITHOUT}
+    narrower = after.std < before.std
+    nearer = abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the spread of the runs
+    verdict: Verdict = "refuted"
+    if narrower and nearer:
+        verdict = "found"
+    elif narrower or nearer:
+        verdict = "found in part"
+    width = "not narrower"
+    if narrower:
+        width = "narrower"
+    mean = "not nearer to zero"
+    if nearer:
+        mean = "nearer to zero"
     return Reproduced(
         number=13,
-        verdict="found" if narrower and nearer else "found in part" if narrower or nearer else "refuted",
+        verdict=verdict,
         found=[
-            f"With {NAMES[PRINTED]} the error is {'narrower' if narrower else 'not narrower'}, and its mean is "
-            f"{'nearer to zero' if nearer else 'not nearer to zero'}.",
+            f"With {NAMES[PRINTED]} the error is {width}, and its mean is {mean}.",
             *(
                 f"{NAMES[name]}: mean {quoted(loop, 'following_error', 'mean', step=0.001)} µm, "
                 f"standard deviation {quoted(loop, 'following_error', 'std', step=0.001)} µm, "
@@ -163,6 +182,9 @@ def figure_14(tracked: Tracked) -> Reproduced:
         for name, loop in tracked.published.items()
     }
     more = rms[PRINTED] / rms[BEFORE] - 1.0
+    word = "lower"
+    if more > 0.0:
+        word = "higher"
     close_up = tracked.turn(0.1, 0.1)  # 0.2 s of chatter
     efforts = [
         f"{NAMES[name]} {in_millinewtons(rms[name])}, of it friction {in_millinewtons(friction[name])}, peak {in_millinewtons(peak[name])}"
@@ -170,11 +192,8 @@ def figure_14(tracked: Tracked) -> Reproduced:
     ]
     return Reproduced(
         number=14,
-        verdict="found" if abs(more) < ALIKE else "refuted",
-        found=[
-            f"Rms: {'; '.join(efforts)}.",
-            f"With the compensator the effort is {percent(abs(more))} {'higher' if more > 0.0 else 'lower'}.",
-        ],
+        verdict=verdict_if(abs(more) < ALIKE),
+        found=[f"Rms: {'; '.join(efforts)}.", f"With the compensator the effort is {percent(abs(more))} {word}."],
         draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},

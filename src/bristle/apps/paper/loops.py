@@ -6,7 +6,7 @@ import numpy as np
 
 from bristle.apps.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
 from bristle.apps.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
-from bristle.apps.paper.reproduced import Reproduced, in_millinewtons, percent, spread
+from bristle.apps.paper.reproduced import Reproduced, in_millinewtons, percent, spread, verdict_if
 from bristle.apps.paper.setting import Setting
 from bristle.core import number
 from bristle.report.figures.loop_rows import error_over
@@ -18,14 +18,19 @@ RIG = "virtual rig"
 
 def figure_5(setting: Setting) -> Reproduced:
     """Return figure 5: loops before break-away, read by the torque sensor of the rig."""
-    bench, rig, repeats = bench_of(setting), setting.contact(RIG), round(setting["measurement", "repeats"])
+    bench = bench_of(setting)
+    rig = setting.contact(RIG)
+    repeats = round(setting["measurement", "repeats"])
     rounds = _loops(setting, repeats)
-    loops, largest = [first for first, *_ in rounds.values()], max(rounds)
+    loops = [first for first, *_ in rounds.values()]
+    largest = max(rounds)
     again = measured_loop(setting, rig, largest, repeats, np.random.default_rng(1))
     tops = np.array([record.torque.max() for record in again])
-    top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
-    # A difference beyond six standard deviations of the noise comes from friction.
-    noise, uneven, apart = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
+    top = float(loops[-1].torque.max())
+    bottom = float(loops[-1].torque.min())
+    uneven = abs(top + bottom)
+    apart = float(np.ptp(tops))
+    noise = 6.0 * setting["measurement", "noise"]  # a difference beyond six standard deviations comes from friction
     sensor = sensor_numbers([led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed])
     rows = [
         (number(1e6 * amplitude, digits=2), str(len(records)), *(_tips(records, edge) for edge in (np.max, np.min)))
@@ -35,7 +40,7 @@ def figure_5(setting: Setting) -> Reproduced:
     panels = {"amplitude by amplitude": loops, f"the largest, {repeats} times": again}
     return Reproduced(
         number=5,
-        verdict="built in" if uneven > noise and apart > noise else "refuted",
+        verdict=verdict_if(uneven > noise and apart > noise, "built in"),
         found=[
             f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {in_millinewtons(top)}.",
             f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, with a range of {in_millinewtons(apart, 2)}.",

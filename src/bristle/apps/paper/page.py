@@ -38,17 +38,25 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     reasons = []
     for verdict, (stands, _) in STANDS.items():
         group = [f"{figure.words.short} ({figure.number})" for figure in tested if figure.verdict == verdict]
-        reasons += [f"{stands}: {len(group)}, {', '.join(group)}"] if group else []
-    refuted = all(figure.verdict == "refuted" for figure in tested)
+        if group:
+            reasons.append(f"{stands}: {len(group)}, {', '.join(group)}")
     words = f"{held} of {len(tested)} claims of the paper hold here, independently of the setup"
-    words = words if len(tested) > 1 else f"Its claim {STANDS[tested[0].verdict][1]}"
-    return Ruling("usable" if held == len(tested) else "no" if refuted else "with_care", words, tuple(reasons))
+    if len(tested) == 1:
+        words = f"Its claim {STANDS[tested[0].verdict][1]}"
+    if held == len(tested):
+        return Ruling("usable", words, tuple(reasons))
+    if all(figure.verdict == "refuted" for figure in tested):
+        return Ruling("no", words, tuple(reasons))
+    return Ruling("with_care", words, tuple(reasons))
 
 
 def paper_front(figures: Sequence[Reproduced]) -> Front:
     """Return the first page of the reproduced figures."""
     loop = next((figure for figure in figures if figure.number == 12), None)
-    facts = about("simulated rig", f"{len(figures)} {'figure' if len(figures) == 1 else 'figures'}")
+    count = f"{len(figures)} figures"
+    if len(figures) == 1:
+        count = "1 figure"
+    facts = about("simulated rig", count)
     step = Step.of("try your own axis: `bristle identify log.csv --axis axis.toml`")
     # The section of the claims has the reasons, which are long.
     front = Front(HEADING, facts, paper_ruling(figures)._replace(reasons=()), next=step)
@@ -68,7 +76,8 @@ def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
     """Return the number of claims that hold, and the errors here, each with that of the paper."""
     tested = [figure for figure in figures if figure.verdict != "shown"]
     cards = [Card("Claims that hold", f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}")]
-    peaks, spreads = loop.numbers["peak_to_peak"], loop.numbers["peak_to_peak_spread"]
+    peaks = loop.numbers["peak_to_peak"]
+    spreads = loop.numbers["peak_to_peak_spread"]
     for label, name, published in (("No compensator", BEFORE, BEFORE), ("Its compensator", PRINTED, COMPENSATED)):
         text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"
         cards.append(Card(label, text, f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm"))
@@ -118,7 +127,8 @@ def claim_table(figures: Sequence[Reproduced]) -> Table:
 
 def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page; `command` is the command line that writes it again."""
-    front, wide = paper_front(figures), ("long shared",)
+    front = paper_front(figures)
+    wide = ("long shared",)  # classes of a table
     equations = Table(
         "The equations of the paper",
         ("Equation", "Title", "Here", "Computed by", "Run"),
@@ -142,14 +152,16 @@ def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Map
 
 def _section(figure: Reproduced) -> Section:
     """Return a figure of the paper: its statement, the picture, the results, and the reason for any difference."""
-    words, number, file = figure.words, figure.number, f"figure-{figure.number:02d}"
+    words = figure.words
+    number = figure.number
+    file = f"figure-{number:02d}"
     published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
     caption = f"Figure {number}. {words.alternative}."
     drawn = picture(f"paper-{number}", figure.draw, words.alternative, caption, file=file, published=published)
     further = []
     for name, (draw, alternative, caption) in figure.extras.items():
-        title, published = f"paper-{number}-{name}", f"{caption} {SIMULATED}"
-        further.append(picture(title, draw, alternative, caption, file=f"{file}-{name}", published=published))
+        published = f"{caption} {SIMULATED}"
+        further.append(picture(f"paper-{number}-{name}", draw, alternative, caption, file=f"{file}-{name}", published=published))
     claim = '<p class="note">Claim: {} <strong>Here: {}.</strong> Experiment: <code>{}</code>.</p>'
     blocks = [
         Markup("<blockquote><p>{}</p></blockquote>").format(words.quotation),

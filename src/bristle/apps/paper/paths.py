@@ -7,7 +7,7 @@ import numpy as np
 
 from bristle.apps.paper.bench import Walk, bench_of, follow, led, sensor_numbers, sensor_says, walk
 from bristle.apps.paper.economy import repeated
-from bristle.apps.paper.reproduced import Reproduced, in_micrometres, in_millinewtons, percent, spread
+from bristle.apps.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent, spread, verdict_if
 from bristle.apps.paper.rig import BREAK_AWAY
 from bristle.apps.paper.setting import Setting
 from bristle.core import InputError, number
@@ -18,8 +18,10 @@ from bristle.simulation.certificates import holding_of
 
 CLOSED = 0.005  # of the largest torque: the resolution of a torque sensor
 NEARLY = 0.95  # of the break-away torque: visible in a plot
-LUGRE, RIG = "LuGre", "virtual rig"
-FRICTION, SENSOR = f"{RIG}, friction", f"{RIG}, torque sensor"
+LUGRE = "LuGre"
+RIG = "virtual rig"
+FRICTION = f"{RIG}, friction"
+SENSOR = f"{RIG}, torque sensor"
 LETTERS = "ABCDEDBF"
 RETURNS = {"D": (2, 4), "B": (0, 5)}  # closing points of the inner loop and of the outer loop
 REPEATS = 0.1  # of the largest torque: allowed for a contact with some per cent of scatter
@@ -35,7 +37,7 @@ def figure_1(setting: Setting) -> Reproduced:
     missing = {name: _missing_at(path, (0, 2)) for name, path in walks.items()}
     return Reproduced(
         number=1,
-        verdict="built in in part" if abs(missing[LUGRE]) > 5.0 * abs(missing[RIG]) else "refuted",
+        verdict=verdict_if(abs(missing[LUGRE]) > 5.0 * abs(missing[RIG]), "built in in part"),
         found=[f"{name}: {_comes_back(share, 'B')}." for name, share in missing.items()],
         draw=lambda: _draw(walks, {name: _at_return(share) for name, share in missing.items()}, "ABCBD"),
         origin=setting.origin,
@@ -47,8 +49,10 @@ def figure_8(setting: Setting) -> Reproduced:
     """Return figure 8: the break-away of the table in one direction."""
     if np.any(setting["path", "turns"] <= 0.0):
         raise InputError("must contain positive positions only", path=f"{setting.source}: path.turns", allowed="> 0 m")
-    walks, bench, rig = _walks_of(setting, RIG), bench_of(setting), setting.contact(RIG)
-    runs = [led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in repeated(setting, rig)]
+    walks = _walks_of(setting, RIG)
+    bench = bench_of(setting)
+    contacts = repeated(setting, setting.contact(RIG))
+    runs = [led(setting, contact, setting["path", "turns"], setting["path", "speed"]) for contact in contacts]
     sensor = sensor_numbers([run.sensed for run in runs])
     walks[RIG] = runs[0].sensor
     # A limit with scatter may exceed its initial value.
@@ -62,7 +66,7 @@ def figure_8(setting: Setting) -> Reproduced:
     marks = {FRICTION: math.nan, SENSOR: reached[RIG]} | reached
     return Reproduced(
         number=8,
-        verdict="calibrated" if abs(float(np.mean(again)) - BREAK_AWAY) < 0.15 * BREAK_AWAY else "refuted",
+        verdict=verdict_if(abs(float(np.mean(again)) - BREAK_AWAY) < 0.15 * BREAK_AWAY, "calibrated"),
         found=[
             *(_breaks_away(name, walks[name], break_away_torques[name], reached[name]) for name in walks),
             f"{RIG}, {len(runs)} runs: {spread(1e3 * np.array(tops))} mN·m, {percent(NEARLY, 1.0)} of it after "
@@ -80,7 +84,8 @@ def figure_9(setting: Setting) -> Reproduced:
     """Return figure 9: wiping-out on the rig, read by its torque sensor."""
     _must_return(setting, tuple(RETURNS.values()))
     setting.contact(RIG)
-    turns, speed = setting["path", "turns"], setting["path", "speed"]
+    turns = setting["path", "turns"]
+    speed = setting["path", "speed"]
     runs = {name: [led(setting, contact, turns, speed) for contact in repeated(setting, model)] for name, model in setting.contacts.items()}
     walks, friction = ({name: getattr(run, side) for name, (run, *_) in runs.items()} for side in ("sensor", "friction"))
     by_run = {name: [_missing_of(run.sensor) for run in repetitions] for name, repetitions in runs.items()}
@@ -94,7 +99,7 @@ def figure_9(setting: Setting) -> Reproduced:
     caption = "Torque on return to D and B minus that at the turn [% of the largest]; mean and standard deviation over the runs"
     return Reproduced(
         number=9,
-        verdict="built in" if worst < REPEATS else "refuted",
+        verdict=verdict_if(worst < REPEATS, "built in"),
         found=[*_sentences(missing), sensor_says(bench_of(setting), sensor, "At this speed")],
         draw=lambda: _draw(walks, _worst(missing), LETTERS, friction, ("friction", "torque sensor")),
         origin=setting.origin,
@@ -117,7 +122,14 @@ def figure_10(setting: Setting) -> Reproduced:
     missing = {name: _missing_of(path) for name, path in walks.items()}
     open_ = [name for name, pair in missing.items() if max(map(abs, pair.values())) > CLOSED]
     apart = {name: _apart(path, rig) for name, path in walks.items()}
-    beneath, names, beside = dict.fromkeys(walks, rig), (SENSOR, "model"), apart[constructed]
+    beneath = dict.fromkeys(walks, rig)
+    names = (SENSOR, "model")
+    beside = apart[constructed]
+    verdict: Verdict = "found"
+    if constructed in open_:
+        verdict = "refuted"
+    elif open_:
+        verdict = "found in part"
     rows = []
     for name, difference in apart.items():
         shares = [*(missing[name][letter] for letter in RETURNS), difference["as_it_is"], difference["with_offset"]]
@@ -127,7 +139,7 @@ def figure_10(setting: Setting) -> Reproduced:
     table = Table("Models at the returns, and rms distance from the rig, of the largest torque", heads, rows)
     return Reproduced(
         number=10,
-        verdict="found in part" if open_ and constructed not in open_ else "found" if not open_ else "refuted",
+        verdict=verdict,
         found=[
             *_sentences(missing),
             f"As branches of one outer loop, the {number_of_branches} do not belong to an operator: at the end of the descending "
@@ -149,7 +161,8 @@ def _walks_of(setting: Setting, *needed: str) -> dict[str, Walk]:
     """Return the walks of all contacts along the path, among which the `needed` contacts are required."""
     for name in needed:
         setting.contact(name)
-    turns, speed = setting["path", "turns"], setting["path", "speed"]
+    turns = setting["path", "turns"]
+    speed = setting["path", "speed"]
     return {name: walk(model, turns, speed, setting.arm) for name, model in setting.contacts.items()}
 
 
@@ -179,7 +192,10 @@ def _comes_back(share: float, letter: str) -> str:
     """Return the missing torque on return to a letter, in words."""
     if abs(share) < CLOSED:
         return f"closes at {letter}"
-    return f"on return to {letter}, the torque is {percent(abs(share))} of the largest torque too {'small' if share < 0.0 else 'large'}"
+    size = "large"
+    if share < 0.0:
+        size = "small"
+    return f"on return to {letter}, the torque is {percent(abs(share))} of the largest torque too {size}"
 
 
 def _sentences(missing: Mapping[str, Missing]) -> list[str]:
@@ -188,7 +204,9 @@ def _sentences(missing: Mapping[str, Missing]) -> list[str]:
 
 def _at_return(share: float) -> str:
     """Return the missing torque on return, for a title."""
-    return f"{percent(share)} at the return" if abs(share) >= CLOSED else "closes"
+    if abs(share) >= CLOSED:
+        return f"{percent(share)} at the return"
+    return "closes"
 
 
 def _worst(missing: Mapping[str, Missing]) -> dict[str, str]:
@@ -198,7 +216,9 @@ def _worst(missing: Mapping[str, Missing]) -> dict[str, str]:
 def _reached(path: Walk, torque: float) -> float:
     """Return the position at which a torque is first reached [m], or NaN."""
     beyond = np.flatnonzero(path.torque >= torque)
-    return float(path.x[beyond[0]]) if beyond.size else math.nan
+    if not beyond.size:
+        return math.nan
+    return float(path.x[beyond[0]])
 
 
 def _breaks_away(name: str, path: Walk, break_away: float, at: float) -> str:
@@ -214,10 +234,14 @@ def _apart(model: Walk, rig: Walk) -> dict[str, float]:
     # Both are over the position, leg by leg, as in the plot.
     left = []
     for leg in range(rig.turns.size):
-        (x, torque), (at, modelled) = rig.leg(leg), model.leg(leg)
-        side = 1 if at[-1] > at[0] else -1
+        x, torque = rig.leg(leg)
+        at, modelled = model.leg(leg)
+        side = -1
+        if at[-1] > at[0]:
+            side = 1
         left.append(torque - np.interp(side * x, side * at, modelled))
-    difference, largest = np.concatenate(left), float(np.max(np.abs(rig.torque)))
+    difference = np.concatenate(left)
+    largest = float(np.max(np.abs(rig.torque)))
     as_it_is, with_offset = (float(apart) / largest for apart in (np.sqrt(np.mean(difference**2)), np.std(difference)))
     return {"as_it_is": as_it_is, "offset": float(np.mean(difference)), "with_offset": with_offset}
 
@@ -230,5 +254,7 @@ def _draw(walks: Walks, words: Mapping[str, str], letters: str, beneath: Walks |
     """Draw walks with letters at their turns and results in the titles, optionally over other walks."""
     turns = {name: [0, *path.turns] for name, path in walks.items()}
     titles = {name: f"{name}: {text}" for name, text in words.items()}
-    compared = {"beneath": _traces(beneath), "names": names} if beneath and names else {}
+    compared = {}
+    if beneath and names:
+        compared = {"beneath": _traces(beneath), "names": names}
     return marked_path(_traces(walks), turns, letters, titles, "translational", "rotational", **compared)

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from bristle.apps.paper.reproduced import Reproduced, in_millinewtons
+from bristle.apps.paper.reproduced import Reproduced, Verdict, in_millinewtons
 from bristle.apps.paper.setting import Setting
 from bristle.apps.paper.sums import half_the_loop, summed, summed_as_printed
 from bristle.core import InputError, number
@@ -18,7 +18,8 @@ LETTERS = "abcdefgh"
 def figure_4(setting: Setting) -> Reproduced:
     """Return figure 4: the origin of the staircase, and the force by (14) and (15)."""
     operator = setting.operator
-    path, arm = setting["path", "turns"].tolist(), setting.arm
+    path = setting["path", "turns"].tolist()
+    arm = setting.arm
     # The sums cover the remaining turning points.
     nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
     if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
@@ -44,16 +45,23 @@ def figure_4(setting: Setting) -> Reproduced:
     half = in_millinewtons(constant, 5)
     rows = []
     for i, stage in enumerate(zip(by_turns, unit, np.subtract(unit, by_turns).tolist(), signed, strict=True)):
-        equation = "(14)" if path[i + 1] > path[i] else "(15)"
+        equation = "(15)"
+        if path[i + 1] > path[i]:
+            equation = "(14)"
         rows.append((f"({LETTERS[i]})", equation, *(number(1e3 * torque, resolution=0.1) for torque in stage)))
     table = Table(
         f"Torque in mN·m at the input of each stage; half the saturation loop is {half}",
         ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Excess", "As printed, relays of ±1"),
         rows,
     )
+    verdict: Verdict = "found"
+    if max(apart, constant_to) > 1e-9 * constant:
+        verdict = "refuted"
+    elif constant > 0.0:
+        verdict = "found in part"
     return Reproduced(
         number=4,
-        verdict="refuted" if max(apart, constant_to) > 1e-9 * constant else "found in part" if constant > 0.0 else "found",
+        verdict=verdict,
         found=[
             f"With relays of 0 and 1, the printed sums equal the operator plus one constant, {half}, half of "
             f"the height of the saturation loop: at every stage, to {_rounding(constant_to)}.",
@@ -69,4 +77,6 @@ def figure_4(setting: Setting) -> Reproduced:
 
 
 def _rounding(apart: float) -> str:
-    return "rounding" if apart < 1e-15 else f"{apart:.0e} N·m".replace("e-", "e−")
+    if apart < 1e-15:
+        return "rounding"
+    return f"{apart:.0e} N·m".replace("e-", "e−")

@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 Verdict = Literal["found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"]
 
 
+def verdict_if(holds: bool, verdict: Verdict = "found") -> Verdict:
+    """Return the verdict on a claim that holds here under a condition."""
+    if holds:
+        return verdict
+    return "refuted"
+
+
 class Words(NamedTuple):
     """The fixed texts of a figure."""
 
@@ -80,7 +87,10 @@ def spread(values: ArrayLike, step: float = 0.0) -> str:
     ('4.33 ± 0.25', '0.9300')
     """
     array = np.asarray(values, dtype=float)
-    mean, deviation = float(np.mean(array)), float(np.std(array, ddof=1)) if array.size > 1 else 0.0
+    mean = float(np.mean(array))
+    deviation = 0.0
+    if array.size > 1:
+        deviation = float(np.std(array, ddof=1))
     if deviation > max(1e-9 * abs(mean), 0.01 * step):
         return f"{number(mean, deviation)} ± {number(deviation, deviation)}"
     return number(mean, step or None)

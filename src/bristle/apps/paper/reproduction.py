@@ -58,12 +58,15 @@ def reproduce(
     for number in distinct:
         if number not in FIGURES:
             raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
-    figures, tracked = [], Tracked(folder / "set_a.toml", allow_code)
+    figures = []
+    tracked = Tracked(folder / "set_a.toml", allow_code)
     for index, number in enumerate(distinct):
         part = _part_of(progress, index / len(distinct), 1.0 / len(distinct), f"figure {number}")
         part(0.0, "")
         tracked.report = part
-        setting = None if number in ALL_LOOPS else read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
+        setting = None
+        if number not in ALL_LOOPS:
+            setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
         if number == 12:  # first its own loop, then the additional loops
             tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
             loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), at_loop)
@@ -73,8 +76,10 @@ def reproduce(
             figures.append(LOOPS[number](tracked))
         elif number == 6:
             figures.append(figure_6(setting, part))
+        elif number == 7:
+            figures.append(figure_7(tracked, setting))
         else:
-            figures.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
+            figures.append(CONTACTS[number](setting))
     return figures
 
 

@@ -30,10 +30,15 @@ from bristle.models import friction
 from bristle.models.friction import spectrum
 from bristle.simulation import simulate
 
-ELEMENTS, BREAK_AWAY, SEED = 30, 7e-6, 7
-COULOMB, STATIC, VISCOUS = 34e-3, 40e-3, 3e-3  # torques [N*m], and torque over speed [N*m*s/rad]
+ELEMENTS = 30
+BREAK_AWAY = 7e-6  # distance at which the last element slips [m]
+SEED = 7  # of the weights
+COULOMB = 34e-3  # [N*m]
+STATIC = 40e-3  # [N*m]
+VISCOUS = 3e-3  # [N*m*s/rad]
 STRIBECK = 0.5  # [rad/s]
-SCATTER, SMALLEST_SPEED = 0.05, 5e-8
+SCATTER = 0.05  # of the limits, from reversal to reversal
+SMALLEST_SPEED = 5e-8  # of a reversal [m/s]
 DAMPING = 0.4  # of the elements, over the root of stiffness times mass
 
 
@@ -44,7 +49,8 @@ def screw_ratio(lead: float) -> float:
 
 def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -> Model:
     """Return the friction of the virtual rig at the table."""
-    ratio, (nu, r) = screw_ratio(lead), spectrum(ELEMENTS, BREAK_AWAY, SEED)
+    ratio = screw_ratio(lead)
+    nu, r = spectrum(ELEMENTS, BREAK_AWAY, SEED)
     k = nu * STATIC * ratio / r
     levels = {}
     for side, share in (("pos", 1.0 + asymmetry), ("neg", 1.0 - asymmetry)):
@@ -88,7 +94,8 @@ def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_
 def logged(described: Experiment) -> Log:
     """Return the log of the first loop of an experiment: the encoder, and the effort command at its time of effect."""
     variant = described.variants[0]
-    result, run = simulate(described).variants[variant.name], variant.run
+    result = simulate(described).variants[variant.name]
+    run = variant.run
     samples = np.arange(result.command.size)
     acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
     signals: dict[str, Any] = {"time": result.time, "position": result.measured, "effort": acting}

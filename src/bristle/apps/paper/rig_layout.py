@@ -12,7 +12,10 @@ from bristle.core import Model, Variant, number, unit_of, with_unit
 from bristle.report.figures import style
 from bristle.report.figures.drawing import AT_TICKS, LETTERS, shortened
 
-COLUMNS, ROWS, ROW, SHARE = 4, 4, 1.4, 0.78  # of the grid; height of a row [inch]; share of a cell for its box
+COLUMNS = 4  # of the grid
+ROWS = 4
+ROW = 1.4  # height [inch]
+SHARE = 0.78  # of a cell for its box
 LINES = 7  # in a box
 # From box to box: the signal, and for a line with a corner, its first direction.
 ARROWS = (
@@ -47,15 +50,21 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
     axes.set_axis_off()
     blocks = _mechanics(mechanics) | _loop(variant)
     boxes = {name: _draw_block(axes, *block) for name, block in blocks.items()}
-    for begin, end, text, corner in ARROWS + (FED if variant.feedforward.friction else ()):
-        first, last = boxes[begin], boxes[end]
-        (x, y), (to_x, to_y) = first.get_center(), last.get_center()
+    arrows = ARROWS
+    if variant.feedforward.friction:
+        arrows += FED
+    for begin, end, text, corner in arrows:
+        first = boxes[begin]
+        last = boxes[end]
+        x, y = first.get_center()
+        to_x, to_y = last.get_center()
         line = {"patchA": first, "patchB": last, "connectionstyle": corner or "arc3", "shrinkA": 0.0, "shrinkB": 0.0}
         axes.add_patch(FancyArrowPatch((x, y), (to_x, to_y), arrowstyle="-|>", mutation_scale=LETTERS, color=style.INK, **line))
-        upright = bool(corner) or x == to_x
-        at = to_x if upright else 0.5 * (x + to_x), 0.5 * (y + to_y)
-        beside, align = ((4, 0), ("left", "center")) if upright else ((0, 2), ("center", "bottom"))
-        axes.annotate(text, at, beside, textcoords="offset points", style="italic", ha=align[0], va=align[1])
+        at = 0.5 * (y + to_y)
+        if corner or x == to_x:  # to the right of an upright arrow
+            axes.annotate(text, (to_x, at), (4, 0), textcoords="offset points", style="italic", ha="left", va="center")
+        else:  # above a level arrow
+            axes.annotate(text, (0.5 * (x + to_x), at), (0, 2), textcoords="offset points", style="italic", ha="center", va="bottom")
     return figure
 
 
@@ -66,8 +75,12 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     """Return the parts on the shaft, in order, each with its numbers."""
     lead, J, J_m, cutoff, resolution = mechanics
     behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
-    counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ") if resolution > 0.0 else "perfect encoder"
-    filtered = f"filter {with_unit(cutoff, 'Hz')}" if math.isfinite(cutoff) else ""
+    counts = "perfect encoder"
+    if resolution > 0.0:
+        counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ")
+    filtered = ""
+    if math.isfinite(cutoff):
+        filtered = f"filter {with_unit(cutoff, 'Hz')}"
     at_table = f"as a mass {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')}"
     return {
         "motor": (0, 0, "DC motor, encoder", [motor, counts]),
@@ -79,15 +92,18 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
 
 def _loop(variant: Variant) -> dict[str, Block]:
     """Return the parts of a loop, each with its numbers."""
-    run, fed, friction = variant.run, variant.feedforward, variant.friction
-    late = ([f"delay {run.delay} T"] if run.delay else []) + ([f"lag {with_unit(run.current_lag, 's')}"] if run.current_lag else [])
-    elements = [f"{len(friction.values['nu_i'])} elements"] if "nu_i" in friction.values else []
-    parts = [f"gain {fed.gain:g}" if fed.gain != 1.0 else "", f"asymmetry {fed.asymmetry:g}" if fed.asymmetry else ""]
-    parts += [f"offset {with_unit(fed.offset, unit_of('force', variant.plant.kind))}"] if fed.offset else []
-    values = [fed.friction.name, *_value_lines(fed.friction)[:2]] if fed.friction else []
+    run = variant.run
+    late = []
+    if run.delay:
+        late.append(f"delay {run.delay} T")
+    if run.current_lag:
+        late.append(f"lag {with_unit(run.current_lag, 's')}")
+    elements = []
+    if "nu_i" in variant.friction.values:
+        elements = [f"{len(variant.friction.values['nu_i'])} elements"]
     return {
-        "compensator": (1, 1, "compensator" if fed.friction else "no compensator", [*values, *parts]),
-        "friction": (3, 1, "friction", [*friction.name.replace("+", " +").split(), *elements, *_value_lines(friction)]),
+        "compensator": (1, 1, *_compensator(variant)),
+        "friction": (3, 1, "friction", [*variant.friction.name.replace("+", " +").split(), *elements, *_value_lines(variant.friction)]),
         "reference": (0, 2, "reference", _value_lines(variant.reference)),
         "controller": (
             1,
@@ -101,13 +117,31 @@ def _loop(variant: Variant) -> dict[str, Block]:
     }
 
 
+def _compensator(variant: Variant) -> tuple[str, list[str]]:
+    """Return the first line of the compensator, and the lines of its numbers."""
+    fed = variant.feedforward
+    name = "no compensator"
+    lines = []
+    if fed.friction:
+        name = "compensator"
+        lines = [fed.friction.name, *_value_lines(fed.friction)[:2]]
+    if fed.gain != 1.0:
+        lines.append(f"gain {fed.gain:g}")
+    if fed.asymmetry:
+        lines.append(f"asymmetry {fed.asymmetry:g}")
+    if fed.offset:
+        lines.append(f"offset {with_unit(fed.offset, unit_of('force', variant.plant.kind))}")
+    return name, lines
+
+
 def _value_lines(model: Model) -> list[str]:
     """Return the parameters of a model, a line each; arrays by their range."""
     lines = []
     for name, value in model.values.items():
         if name == "seed" or isinstance(value, str):
             continue
-        unit, symbol = model.component.variables[name].unit(model.kind), {"lambda": "λ", "phi": "φ"}.get(name.rstrip("_"), name)
+        unit = model.component.variables[name].unit(model.kind)
+        symbol = {"lambda": "λ", "phi": "φ"}.get(name.rstrip("_"), name)
         if hasattr(value, "__len__"):
             lines += [f"{len(value)} {symbol}", f"up to {_amount(float(max(map(abs, value))), unit)}"]
         elif value not in (0.0, float("inf")):
@@ -117,12 +151,15 @@ def _value_lines(model: Model) -> list[str]:
 
 def _amount(value: float, unit: str) -> str:
     """Return a number with its unit; a stiffness per micrometre, as usual."""
-    return f"{number(1e-6 * value, digits=3)} N/µm" if unit == "N/m" else with_unit(value, unit)
+    if unit == "N/m":
+        return f"{number(1e-6 * value, digits=3)} N/µm"
+    return with_unit(value, unit)
 
 
 def _draw_block(axes: Axes, column: int, row: int, title: str, lines: Sequence[str]) -> Rectangle:
     """Draw a box in its cell, its first line bold."""
-    middle, width = (column + 0.5, row + 0.5), SHARE * style.WIDTH / COLUMNS - 0.1
+    middle = (column + 0.5, row + 0.5)
+    width = SHARE * style.WIDTH / COLUMNS - 0.1  # of a text [inch]
     corner = middle[0] - 0.5 * SHARE, middle[1] - 0.5 * SHARE
     box = Rectangle(corner, SHARE, SHARE, facecolor="white", edgecolor=style.PREDICTED["color"], zorder=2)
     axes.add_patch(box)

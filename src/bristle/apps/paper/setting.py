@@ -46,7 +46,9 @@ class Key(NamedTuple):
     is_integer: bool = False
 
 
-FARTHEST, MOST = 0.01, 10_000.0  # in steps of nanometres: larger numbers would take hours
+# In steps of nanometres, larger numbers would take hours.
+FARTHEST = 0.01  # [m]
+MOST = 10_000.0  # repetitions
 LENGTHS = Key(Variable("length", "travels of the table", min=-FARTHEST, max=FARTHEST), is_list=True)
 LENGTH = Key(Variable("length", "travel of the table", min=0.0, max=FARTHEST))
 SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
@@ -140,11 +142,13 @@ def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
 
 
 def _numbers(value: Any, section: str) -> dict[str, Any]:
-    table, keys = table_at(value, section), SECTIONS[section]
+    table = table_at(value, section)
+    keys = SECTIONS[section]
     check_keys(table, keys, section)
     numbers: dict[str, Any] = {}
     for name, entry in table.items():
-        key, path = keys[name], f"{section}.{name}"
+        key = keys[name]
+        path = f"{section}.{name}"
         if not key.is_list:
             numbers[name] = _number(entry, key, path)
         elif isinstance(entry, list) and entry:

@@ -41,9 +41,13 @@ def summed_as_printed(operator: Model, path: Sequence[float], *, lower: int = 0)
 def _over_extremes(operator: Model, path: Sequence[float]) -> float:
     """Return the integral [N or N*m] of the measure of relays of -1 and 1 over those in state up."""
     q = operator.component.measure(operator.parameters)
-    minima, maxima, now = path[:-1:2], path[1:-1:2], path[-1]
+    minima = path[:-1:2]
+    maxima = path[1:-1:2]
+    now = path[-1]
     rising = len(minima) > len(maxima)
-    closed = maxima if rising else maxima[:-1]
+    closed = maxima
+    if not rising:
+        closed = maxima[:-1]
     total = sum(everett(M, before, q) - everett(M, after, q) for M, before, after in zip(closed, minima, minima[1:], strict=False))
     if rising:
         return total + everett(now, minima[-1], q)

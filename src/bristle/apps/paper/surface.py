@@ -20,15 +20,21 @@ ITERATIONS = 10_000
 def reaching_time(start: float, *, K_1: float, K_2: float, residual: float) -> float:
     """Return the longest time to the surface [s]; infinite if it may never be reached."""
     excess = K_2 - residual
+    if excess <= 0.0 and start:
+        return math.inf
     if excess <= 0.0:
-        return math.inf if start else 0.0
-    return math.log1p(K_1 * abs(start) / excess) / K_1 if K_1 > 0.0 else abs(start) / excess
+        return 0.0
+    if K_1 > 0.0:
+        return math.log1p(K_1 * abs(start) / excess) / K_1
+    return abs(start) / excess
 
 
 def ultimate_bound(*, K_1: float, K_2: float, residual: float, phi: float = 0.0) -> float:
     """Return the largest final distance from the surface [m/s or rad/s], in continuous time."""
     outside = max(residual - K_2, 0.0) / K_1
-    return max(outside, residual * phi / (K_1 * phi + K_2)) if phi > 0.0 else outside
+    if phi > 0.0:
+        return max(outside, residual * phi / (K_1 * phi + K_2))
+    return outside
 
 
 def sampled_bound(

@@ -24,7 +24,10 @@ from bristle.simulation import SimulationResult, VariantResult, assess, simulate
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED = "none", "printed", "printed_constant", "paper"
+BEFORE = "none"
+PRINTED = "printed"
+WITH_CONSTANT = "printed_constant"
+CALIBRATED = "paper"
 PUBLISHED = (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED)  # The loops in figures
 NAMES = {
     BEFORE: "no compensator",
@@ -112,14 +115,19 @@ def spread_of(loop: VariantResult, *keys: str) -> float:
     """Return the standard deviation over the runs of a number of `VariantResult.as_dict`; NaN for one run."""
     value: Any = loop.spread
     for key in keys:
-        value = value.get(key, {}) if isinstance(value, Mapping) else value
-    return float(value) if isinstance(value, float) else math.nan
+        if isinstance(value, Mapping):
+            value = value.get(key, {})
+    if not isinstance(value, float):
+        return math.nan
+    return float(value)
 
 
 def with_spread(value: float, spread: float, step: float = 0.01) -> str:
     """Return a number with its spread as text, both rounded to this step; without NaN spread."""
     text = number(value, resolution=step)
-    return text if math.isnan(spread) else f"{text} ± {number(spread, resolution=step)}"
+    if math.isnan(spread):
+        return text
+    return f"{text} ± {number(spread, resolution=step)}"
 
 
 def quoted(loop: VariantResult, *keys: str, factor: float = 1e6, step: float = 0.01) -> str:
@@ -191,7 +199,8 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
         errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
         spreads = np.nan_to_num([spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels])
         errors_found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
-        reported, levels = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}, [1e3 * level for level, _ in sound.at_levels]
+        reported = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}
+        levels = [1e3 * level for level, _ in sound.at_levels]
         return error_over(levels, errors_found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
 
     return (
@@ -211,10 +220,14 @@ def least_margins(variant: Variant) -> tuple[float, float]:
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
     """Return figure 7: the rig and its control scheme, drawn from their experiments."""
     variant = next(variant for variant in tracked.experiment.variants if variant.name == PRINTED)
-    run, resolution = variant.run, float(variant.sensor.values["resolution"])
-    law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
-    compensator = fed.name.replace("_", " ") if fed else "none"
-    bench, lead = bench_of(setting), 2.0 * math.pi * setting.arm
+    run = variant.run
+    resolution = float(variant.sensor.values["resolution"])
+    law = variant.controller.name.replace("_", " ")
+    compensator = "none"
+    if variant.feedforward.friction:
+        compensator = variant.feedforward.friction.name.replace("_", " ")
+    bench = bench_of(setting)
+    lead = 2.0 * math.pi * setting.arm
     total, before = (with_unit(inertia, "kg*m^2") for inertia in (bench.J, bench.J_m))
     return Reproduced(
         number=7,

@@ -14,7 +14,8 @@ from bristle.core import number
 from bristle.report.table import Table
 
 LEVELS = (NOMINAL, "level_0.7", "level_1.3", "level_1.6")
-OBSERVER, TOGETHER = "observer", "observer_feedforward"
+OBSERVER = "observer"
+TOGETHER = "observer_feedforward"
 ON_ALL_TRUTHS = 0.50e-6  # [m]
 SET_A = "set_a"
 
@@ -50,14 +51,21 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
 
 def error_of(trial: Trial, place: str, truth: str, variant: str, condition: str = NOMINAL, family: str = CHOSEN) -> Interval | None:
     """Return the error of a loop, or None if it was not simulated."""
-    errors = trial.errors.get(Cell(place, truth, condition, variant, family if "feedforward" in variant else ""))
-    return interval(errors) if errors is not None and errors.size else None
+    if "feedforward" not in variant:
+        family = ""
+    errors = trial.errors.get(Cell(place, truth, condition, variant, family))
+    if errors is None or not errors.size:
+        return None
+    return interval(errors)
 
 
 def share_left(trial: Trial, place: str, truth: str, variant: str, family: str = CHOSEN) -> float:
     """Return the remaining share of the error without compensation, under nominal conditions; NaN if unknown."""
-    before, after = error_of(trial, place, truth, "none"), error_of(trial, place, truth, variant, family=family)
-    return after.peak_to_peak / before.peak_to_peak if before and after else math.nan
+    before = error_of(trial, place, truth, "none")
+    after = error_of(trial, place, truth, variant, family=family)
+    if before and after:
+        return after.peak_to_peak / before.peak_to_peak
+    return math.nan
 
 
 def best_family(trial: Trial, place: str, truth: Truth, *, strangers: bool = False) -> str:
@@ -100,7 +108,8 @@ class Claim(NamedTuple):
 
 def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
     """Return the claims for observer and feedforward together, if the trial contains their cases."""
-    first, *strangers = "thirty_sliders", *(truth.name for truth in trial.plan.truths if truth.name != "thirty_sliders")
+    first = "thirty_sliders"
+    strangers = [truth.name for truth in trial.plan.truths if truth.name != first]
     levels = _peaks({condition: error_of(trial, place, first, TOGETHER, condition) for condition in LEVELS})
     strange = _peaks({name: error_of(trial, place, name, TOGETHER) for name in strangers})
     listed = [
@@ -169,7 +178,9 @@ def micrometres(error: Interval | None) -> str:
     if not math.isfinite(error.peak_to_peak):
         return DIVERGED
     mean, low, high = map(tenths, error[:3])
-    return mean if math.isnan(error.low) else f"{mean} ({low} to {high})"
+    if math.isnan(error.low):
+        return mean
+    return f"{mean} ({low} to {high})"
 
 
 def error_table(trial: Trial, place: str) -> Table:
@@ -202,10 +213,13 @@ def best_table(trial: Trial) -> Table:
     rows = []
     for truth in trial.plan.truths:
         for place in trial.plan.sets:
-            best, chosen = _best(trial, place, truth), share_left(trial, place, truth.name, "feedforward", CHOSEN)
+            best = _best(trial, place, truth)
+            chosen = share_left(trial, place, truth.name, "feedforward", CHOSEN)
             left, stranger_left, chosen_left = map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
             own = best["family"]
-            is_own = "yes" if own in truth.families else "no"
+            is_own = "no"
+            if own in truth.families:
+                is_own = "yes"
             rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
     best_heads = (
         "Best family",
@@ -234,7 +248,9 @@ def family_table(trial: Trial, place: str) -> Table:
 def _percent(share: float) -> str:
     if math.isnan(share):
         return "–"
-    return DIVERGED if math.isinf(share) else number(100.0 * share, resolution=10.0)
+    if math.isinf(share):
+        return DIVERGED
+    return number(100.0 * share, resolution=10.0)
 
 
 def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, float]]]:

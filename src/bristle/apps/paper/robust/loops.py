@@ -43,11 +43,13 @@ def peak_to_peak(variant: Variant, number: int) -> float:
     }
     single = replace(variant, **seeded)
     result = simulate(Experiment("robust", "translational", (single,))).variants[single.name]
-    return np.inf if result.status is Status.NOT_FINITE else result.following_error.peak_to_peak
+    if result.status is Status.NOT_FINITE:
+        return np.inf
+    return result.following_error.peak_to_peak
 
 
-PRINTED, GATED = "printed", "preisach_lugre"
-"""Equations (5) to (7) of the paper as printed, and the same with a gate: below nine tenths of break-away z is x."""
+PRINTED = "printed"  # equations (5) to (7) of the paper as printed
+GATED = "preisach_lugre"  # the same with a gate: below nine tenths of break-away z is x
 FAMILIES = ("coulomb_viscous", "dahl", "reformed_dahl", "bouc_wen", "lugre", "maxwell_slip", "gms", GATED, PRINTED)
 CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: used for every truth and every condition
 LOG = EXPERIMENTS / "set_a_log.toml"
@@ -73,8 +75,9 @@ def fitted(family: str, log: Log, axis: Axis) -> Fitted:
     """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure."""
     # As in the paper, the operator is fitted over the position, then driven by z: the gate of the identification is removed.
     try:
-        name = GATED if family == PRINTED else family
-        friction = identify(log, name, axis=axis, blocks=0, draws=0).finished.best.friction
-        return Fitted(friction.with_values(transition="paper") if family == PRINTED else friction)
+        if family == PRINTED:
+            gated = identify(log, GATED, axis=axis, blocks=0, draws=0).finished.best.friction
+            return Fitted(gated.with_values(transition="paper"))
+        return Fitted(identify(log, family, axis=axis, blocks=0, draws=0).finished.best.friction)
     except BristleError as error:
         return Fitted(None, error_text(error))

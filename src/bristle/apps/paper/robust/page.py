@@ -42,7 +42,8 @@ def words_of(trial: Trial) -> list[str]:
             _taken_off(trial, place, findings.TOGETHER, CHOSEN, "model feedforward and observer together remove"),
         ]
         sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
-        if names := findings.no_better(trial, place):
+        names = findings.no_better(trial, place)
+        if names:
             sentences.append(
                 f"{findings.SET_NAMES[place]}: on {len(names)} of {len(trial.plan.truths)} frictions ({', '.join(names)}) the observer "
                 "alone is as accurate as both."
@@ -59,14 +60,18 @@ def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str
         return ""
     errors = [findings.error_of(trial, place, name, variant, family=family) for name in names]
     means = [1e6 * error.peak_to_peak for error in errors if error is not None]
-    leaving = "leaves" if subject.endswith("removes") else "leave"
+    leaving = "leave"
+    if subject.endswith("removes"):
+        leaving = "leaves"
     return f"{subject} {_range(finite, 10.0)} % of the error, depending on the friction, and {leaving} {_range(means, 0.1)} µm."
 
 
 def _range(values: Sequence[float], resolution: float) -> str:
     """Return the smallest and the largest number as text; a single number if they round to the same."""
     low, high = (number(end, resolution=resolution) for end in (min(values), max(values)))
-    return low if low == high else f"{low} to {high}"
+    if low == high:
+        return low
+    return f"{low} to {high}"
 
 
 def ruling_of(trial: Trial) -> Ruling:
@@ -79,8 +84,10 @@ def ruling_of(trial: Trial) -> Ruling:
     for place, claim in missed:
         errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
         reasons.append(f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}")
-    level = "with_care" if len(missed) < len(listed) else "no"
-    return Ruling(level, "The claims for observer and feedforward do not hold everywhere", tuple(reasons))
+    words = "The claims for observer and feedforward do not hold everywhere"
+    if len(missed) < len(listed):
+        return Ruling("with_care", words, tuple(reasons))
+    return Ruling("no", words, tuple(reasons))
 
 
 def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -92,7 +99,9 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
     margins = findings.margin_table(findings.margins_of_sets(plan.sets))
     described = Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions)
     families = [findings.best_table(trial), *(findings.family_table(trial, place) for place in plan.sets)]
-    missing = ["Not identified:", Block("items", unfitted)] if unfitted else []
+    missing = []
+    if unfitted:
+        missing = ["Not identified:", Block("items", unfitted)]
     sections = [
         Section("claims", "Claims under test", [findings.claim_table(trial)], "Claims"),
         Section("table", "Following error", [PIPELINE, Block("items", words_of(trial)), *tables, described, margins]),
@@ -106,7 +115,9 @@ def _front(trial: Trial) -> Front:
     facts = about("simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each")
     listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
     worst = [(f"{findings.SET_NAMES[place]}, worst case", max(claim.errors.values()), claim.limit) for place, claim in listed][:4]
-    title = f"Observer and feedforward: at most {findings.tenths(max(error for _, error, _ in worst))} µm" if worst else "No claim tested"
+    title = "No claim tested"
+    if worst:
+        title = f"Observer and feedforward: at most {findings.tenths(max(error for _, error, _ in worst))} µm"
     cards = [Card(label, f"{findings.tenths(error)} µm", f"limit {findings.tenths(limit)} µm") for label, error, limit in worst]
     step = Step.of("try your own friction: `bristle paper --robust model.toml`")
     basis = "(peak to peak, simulated)"

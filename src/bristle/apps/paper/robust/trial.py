@@ -68,8 +68,10 @@ class Trial:
 
 def run_trial(plan: Plan, progress: Callable[[float, str], None] = lambda share, text: None) -> Trial:
     """Identify the compensators of each truth, and simulate every loop with them."""
-    settings, truths = {name: setting(name) for name in plan.sets}, {truth.name: truth for truth in plan.truths}
-    cells, done = plan.cells, count(1)
+    settings = {name: setting(name) for name in plan.sets}
+    truths = {truth.name: truth for truth in plan.truths}
+    cells = plan.cells
+    done = count(1)
 
     def fit(truth: Truth) -> dict[tuple[str, str], Fitted]:
         log, axis = log_of(truth)
@@ -83,9 +85,11 @@ def run_trial(plan: Plan, progress: Callable[[float, str], None] = lambda share,
         trial = Trial(plan, {key: model for fits in abreast(fit)(plan.truths) for key, model in fits.items()})
 
         def simulate(cell: Cell) -> np.ndarray:
-            friction = trial.fits[cell.truth, cell.family].friction if cell.family else None
-            if cell.family and friction is None:
-                return np.empty(0)
+            friction = None
+            if cell.family:
+                friction = trial.fits[cell.truth, cell.family].friction
+                if friction is None:
+                    return np.empty(0)
             variant = loop(settings[cell.set][cell.variant], under(cell.condition, truths[cell.truth]), friction)
             errors = np.array([peak_to_peak(variant, number) for number in range(plan.seeds)])
             progress(next(done) / len(cells), f"{cell.truth}, {cell.condition}, {cell.variant}")

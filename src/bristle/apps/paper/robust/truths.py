@@ -62,11 +62,15 @@ def _truth(name: str, allow_code: bool) -> Truth:
     file = SIMULATED.get(name, Path(name))
     if not file.is_file() or file.suffix != ".toml":
         allowed = ", ".join([*SIMULATED, "a model file"])
-        mend = "bristle identify writes a model file of a log" if file.is_file() else did_you_mean(name, SIMULATED)
+        mend = did_you_mean(name, SIMULATED)
+        if file.is_file():
+            mend = "bristle identify writes a model file of a log"
         raise InputError("is not a known friction", path="FRICTION", value=name, allowed=allowed, mend=mend)
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have their own scatter; a user's model stays unchanged.
-    scatter = SCATTER if name in SIMULATED and "scatter" not in friction.values else 0.0
+    scatter = 0.0
+    if name in SIMULATED and "scatter" not in friction.values:
+        scatter = SCATTER
     families = OF_FAMILY.get(name, (friction.name.split("+")[0],))
     around = uneven(friction, unevenness=scatter, travel=TRAVEL * AMPLITUDE)
     return Truth(name if name in SIMULATED else file.stem, around, content_of(file).origin, families)
