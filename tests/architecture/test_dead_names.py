@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 import bristle
+from bristle.cli.commands import COMMANDS
 from bristle.report.figures.on_reports import names_on_reports
 from bristle.report.figures.report_figure import FIGURES
 
@@ -27,6 +28,9 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.cli.main.main": "the command",
     "bristle.files.results.remove_unfinished": "taken from `sys.modules`: what ends the program imports nothing",
     "bristle.cli.*.EXAMPLE": "the end of the help of each command",
+    "bristle.cli.*.COMMAND": "the class of a command with a help of its own",
+    "bristle.contract.check_figure": "handed on from a room above",
+    "bristle.apps.*.command.EXAMPLE": "the end of the help of each command",
     "bristle.logs.*.read_*": "the reader of a format, by the name of the format",
     "bristle.logs.apart.serve": "begun in a process of its own",
     "bristle.apps.paper.surface.reaching_time": "named in the line of an equation of the paper, in `equations.toml`",
@@ -102,7 +106,7 @@ class Package:
             parts = (root.name, *path.relative_to(root).with_suffix("").parts)
             name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
             self.modules[name] = Module(name, path)
-        self.live, self.waiting, self.as_values, self.attributes = set(), [], set(), set()
+        self.live, self.waiting, self.as_values, self.attributes = set(), [], set(), {"exec_module"}  # Python calls it at an import
 
     def home(self, module, name):
         """Return where a name of a module is defined: module and name; name is None for a module."""
@@ -148,9 +152,9 @@ class Package:
 
     def take_text(self, text, *, is_code=True):
         """Mark what a text names: by its whole path, and in code as an attribute or as a call of a module."""
-        for path in re.findall(r"\bbr(?:istle)?((?:\.\w+)+)", text):
+        for path in re.findall(r"\bbr(?:istle)?((?:\.\w+)+(?::\w+)?)", text):
             place = "bristle"
-            for name in path[1:].split("."):
+            for name in re.split(r"[.:]", path[1:]):
                 result = self.home(place, name)
                 self.mark(result, is_value=False)
                 place = result[0] if result and result[1] is None else None
@@ -204,7 +208,7 @@ def walked(root=ROOT, entries=tuple(ENTRIES), pages=pages):
             package.take(node, module.name)
         for name in module.definitions:
             is_entry = any(fnmatch(f"{module.name}.{name}", entry) for entry in entries)
-            is_command = module.folder == f"{root.name}.cli" and module.name.endswith(f".{name}")
+            is_command = COMMANDS.get(name) == module.name or (module.folder == f"{root.name}.cli" and module.name.endswith(f".{name}"))
             if is_entry or is_command or (name.startswith("__") and name != "__all__"):
                 package.mark((module.name, name), is_value=False)
     for name in getattr(bristle, "__all__", ()):

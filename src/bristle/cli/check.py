@@ -24,7 +24,7 @@ EXAMPLE = """Example:
 # What a file of a user's own may define beside a model: what it is called, what loads it, and the suite of its contract.
 KINDS = {
     "TARGET": ("export target", "bristle.exports:load_target_file", "bristle.contract:check_target"),
-    "FIGURE": ("figure", "bristle.report.figures:load_figure_file", "bristle.contract:check_figure"),
+    "FIGURE": ("figure", "bristle.report.figures:load_figure_file", "bristle.report.figures.contract:check_figure"),
     "FORMAT": ("log reader", "bristle.files:load_reader_file", "bristle.contract:check_reader"),
     "MACHINE": ("machine", "bristle.apps.tune.machines:load_machine_file", "bristle.apps.tune.contract:check_machine"),
 }

@@ -114,8 +114,8 @@ def identify_operator(
 
 
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    asked = [among(*FITTED, "all")(name, "model", None) for name in model]
-    names = [name for each in asked for name in (FITTED if each == "all" else [each])]
+    requested = [among(*FITTED, "all")(name, "model", None) for name in model]
+    names = [name for entry in requested for name in (FITTED if entry == "all" else [entry])]
     if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
         names.remove("reversal_table")
     if not names or len(set(names)) < len(names):
@@ -169,12 +169,12 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
         return ()
     difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
-    found = (
+    course = (
         "the shape of a branch depends on its turning point, by"
         if fit.name == "prandtl_ishlinskii"
         else "branches that turned at the same input differ by"
     )
-    return (f"{found} {difference} ({share:.2g} % of full scale). This operator cannot follow the difference",)
+    return (f"{course} {difference} ({share:.2g} % of full scale). This operator cannot follow the difference",)
 
 
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
