@@ -255,8 +255,8 @@ def _without_position(table: Table, moving: Sequence[Candidate]) -> dict[str, Ro
         return {}
     way = replace(velocity, values=np.cumsum(velocity.values))
     role = Role(velocity.name, velocity.unit, velocity.unit_source, _reason(velocity, "its unit"), velocity.unknown)
-    others = [column for column in moving if column is not velocity and not column.is_apart_from(way)]
-    return {"velocity": role} | _effort(table, others, way)
+    efforts = [column for column in moving if column is not velocity and not column.is_apart_from(way)]
+    return {"velocity": role} | _effort(table, efforts, way)
 
 
 def _unit_of_velocity(velocity: Candidate, position: Candidate, unit: str, stamps: np.ndarray) -> str:
